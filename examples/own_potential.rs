@@ -50,6 +50,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (simulation, start) = simulated(100_000)?;
     let energy = simulation.energy();
     println!("potential energy per particle {:.4}", energy.potential / simulation.moving() as f64);
-    println!("total energy changed by {:.1e} of itself", (energy.kinetic + energy.potential) / start - 1.0);
+    println!("relative change of the total energy: {:.1e}", (energy.kinetic + energy.potential) / start - 1.0);
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! The command line: what was typed, and what comes of it.
+//! The command line: parses the arguments and executes the commands.
 
 mod again;
 mod camera;
@@ -46,30 +46,31 @@ pub use verify::{Proof, VerifyStep, prove_run};
 
 const EXAMPLES: &str = "\
 Examples:
-  carom new fluid > fluid.toml              a scene to start from, with comments
-  carom check fluid.toml                    what will be simulated, and what is wrong with it
-  carom run fluid.toml                      simulates it; the results are in runs/fluid
-  carom run fluid.toml --until-events 1e5   shorter
+  carom new fluid > fluid.toml              prints a commented scene to start from
+  carom check fluid.toml                    describes the simulation and reports mistakes in the scene
+  carom run fluid.toml                      simulates the scene; the results are in runs/fluid
+  carom run fluid.toml --until-events 1e5   a shorter run
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom sweep fluid.toml --vary fill.0.packing_fraction=0.1..0.4/4 --vary seed=1..3     in runs/fluid-sweep
   carom exchange chain.toml                 replicas at several temperatures, in runs/chain-exchange
-  carom run next.toml --from runs/fluid     starts from the end of that run
-  carom verify runs/fluid                   proves the first events of that run
-  carom validate                            measures what is known from theory and other simulations, in a minute
+  carom run next.toml --from runs/fluid     starts from the end of the run in runs/fluid
+  carom verify runs/fluid                   proves the first events of the run
+  carom validate                            compares measurements with theory and other simulations, in a minute
   carom render runs/fluid                  the last frame, in runs/fluid/picture.png
   carom movie runs/fluid --out fluid.mp4    all frames, as a movie; also .gif and .apng
-  carom schema > scene.schema.json          what a scene can contain, for editors
+  carom schema > scene.schema.json          prints the JSON Schema of scenes, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
-  carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
-  carom live fluid.toml                     the scene itself as a page, on which it runs, in live.html
-  carom completions bash                    completion of commands and options, for a shell; carom man: the manual
+  carom report runs/fluid                   a page about the run, in runs/fluid/report.html
+  carom live fluid.toml                     a page that runs the scene, in live.html
+  carom completions bash                    completes commands and options in a shell; carom man prints the manual
 
 Exit codes:
   0  done
   1  the simulation, audit, proof or comparison failed; memory ran out; or the run was interrupted
   2  bad input";
 
-/// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
+/// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and
+/// meshes.
 #[derive(Debug, Parser)]
 #[command(version, after_help = EXAMPLES, subcommand_required = true, arg_required_else_help = true)]
 struct Cli {
@@ -83,13 +84,13 @@ enum Command {
     Run(run::Run),
     /// Runs a scene for all combinations of values, with tables and a page over all runs
     Sweep(sweep::SweepCommand),
-    /// Runs replicas at several temperatures, which are swapped now and then, with averages at each
+    /// Runs replicas at several temperatures with swaps between them, and averages at each one
     Exchange(exchange::ExchangeCommand),
-    /// Says in words what will be simulated, and finds what is wrong
+    /// Describes the simulation in words and reports mistakes in the scene
     Check(check::Check),
-    /// Proves that no event of a run, or of a range of it, is missing, spurious or out of order
+    /// Proves that no event in a run, or in a part of it, is missing, spurious or out of order
     Verify(verify::Verify),
-    /// Measures pressures, rates and motions that are known, and compares
+    /// Measures known pressures, rates and motions, and compares the results
     Validate(validate::Validate),
     /// Draws a frame of a run as a PNG
     #[command(alias = "picture")]
@@ -98,21 +99,21 @@ enum Command {
     Movie(movie::Movie),
     /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
     Convert(convert::Convert),
-    /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
+    /// Writes a page about a run for a browser: results, audit, plots and the moving particles
     Report(report::Report),
-    /// Writes a page on which a scene runs, for a browser: with plots, sliders and an editor
+    /// Writes a page that runs a scene in a browser: with plots, sliders and an editor
     Live(live::Live),
     /// Prints a commented scene to start from
     New(new::New),
     /// Prints the JSON Schema of scene files, for completion and checks in editors
     Schema(schema::Schema),
-    /// Prints what a shell needs to complete commands and options
+    /// Prints a shell script that completes commands and options
     Completions(completions::Completions),
     /// Prints the manual page of the program, or of one of its commands
     Man(completions::Manual),
 }
 
-/// A scene file, and what replaces its values.
+/// A scene file with overrides of its values.
 #[derive(Debug, Args)]
 struct SceneArgs {
     /// The scene, a TOML file
@@ -133,10 +134,11 @@ struct Changes {
     /// Seed of the random numbers that place particles and draw velocities
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
-    /// Replaces a value of the scene: dots lead through tables, entries of lists go by number (from 0) or by name
+    /// Replaces a value of the scene: dots separate keys; list entries have a number (from 0) or a name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
     overrides: Vec<(String, String)>,
-    /// Starts from the end of the run in this folder: its particles, bonds, box and time, exactly; those of the scene are left out
+    /// Starts from the exact final state of the run in this folder: its particles, bonds, box and time
+    /// replace those of the scene
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
 }
@@ -158,7 +160,7 @@ impl Changes {
         self.seed.is_none() && self.overrides.is_empty() && self.from.is_none()
     }
 
-    /// The text of a scene that was loaded, with what was replaced in it.
+    /// Returns the text of a loaded scene with its overrides.
     fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
         scene.record(path, &borrowed(&self.all()))
     }
@@ -167,7 +169,7 @@ impl Changes {
         let mut all = self.overrides.clone();
         all.extend(self.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
         all.extend(self.from.as_ref().map(|folder| {
-            // From here, not from the folder of the scene.
+            // The path is relative to the current folder, not to the folder of the scene.
             let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
             ("start.from".to_owned(), toml::Value::String(folder.to_string_lossy().into_owned()).to_string())
         }));
@@ -175,7 +177,7 @@ impl Changes {
     }
 }
 
-/// Refuses a scene that asks for replica exchange, where another command would leave that out.
+/// Refuses a scene with replica exchange for commands that would ignore it.
 fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
     if scene.exchange().is_none() {
         return Ok(());
@@ -195,10 +197,10 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Joins the processes that this one was started together with, if there are any.
+/// Joins the other processes that were started together with this process, if there are any.
 pub type Join = fn() -> Option<Arc<dyn Transport>>;
 
-/// The program: does what was typed when it was started. To be called first, before there is a second thread.
+/// Executes the command line of the program. Must be called first, before a second thread exists.
 #[must_use]
 pub fn program(join: Join) -> ExitCode {
     exhaustion::take_stack();
@@ -208,7 +210,8 @@ pub fn program(join: Join) -> ExitCode {
     ExitCode::from(main(&arguments, join))
 }
 
-/// Does what was typed: `arguments` begin with the name of the program. All messages go to the standard output and error, and interrupts pause what runs.
+/// Executes a command line; `arguments` begin with the name of the program. All messages go to the standard
+/// output and error. Interrupts pause the work.
 ///
 /// Returns the exit code: 0 for success, 1 for a failure or an interruption, 2 for bad input.
 #[must_use]
@@ -217,7 +220,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version come here, too. Neither they nor a closed pipe are errors.
+            // Help and version also arrive here. Neither they nor a closed pipe are errors.
             if has_controls {
                 warn(&error.render().to_string());
             } else {
@@ -249,7 +252,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     }
 }
 
-/// The trajectory of a run: `run` is its folder, or the trajectory itself.
+/// Returns the trajectory of a run; `run` is the folder of the run or the trajectory itself.
 fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     if !run.is_dir() {
         return Ok(run.to_owned());
@@ -271,13 +274,13 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::bad_input(format!("{folder} has no trajectory.xyz"), Some(&help)))
 }
 
-/// Folders of several runs.
+/// Kind of a folder with several runs.
 enum Several {
     Exchange,
     Sweep,
 }
 
-/// Whether a folder is that of several runs.
+/// Returns the kind of a folder with several runs, or `None` for other folders.
 fn of_several(folder: &Path) -> Option<Several> {
     if ExchangeFolder::is_one(folder) {
         return Some(Several::Exchange);
@@ -285,19 +288,20 @@ fn of_several(folder: &Path) -> Option<Several> {
     SweepFolder::existing(folder).is_ok().then_some(Several::Sweep)
 }
 
-/// Policy for files and folders that exist already.
+/// Returns the policy for existing files and folders.
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// A trajectory, and the files of the run that it may belong to: what is made from it must replace none of them.
+/// Returns a trajectory and the files of its run, if it has one. Output made from the trajectory must not
+/// replace any of these files.
 fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     let mut files = trajectory.parent().map(Folder::files_of).unwrap_or_default();
     files.push(trajectory.to_owned());
     files
 }
 
-/// Refuses to write more bytes than are written unasked; how many those are.
+/// Refuses to write more bytes than permitted without `--force`. Returns the permitted size `[bytes]`.
 fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
     allowed(bytes, path).map_err(|too_large| {
         let help = format!("choose {instead}, or another disk with --out, or --force");
@@ -305,22 +309,22 @@ fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f6
     })
 }
 
-/// A word that can be typed, what is said of it in the help, and what it stands for.
+/// Word of the command line, its help text, and its value.
 type Choice<T> = (&'static str, Option<&'static str>, T);
 
-/// Takes one of some words.
+/// Returns a parser that accepts one of the given words.
 fn one_of<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> ValueParser {
     let words = choices.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help));
     let meaning = |typed: String| choices.iter().find(|(word, ..)| *word == typed).map(|(.., meaning)| *meaning);
     PossibleValuesParser::new(words).try_map(move |typed| meaning(typed).ok_or("expected one of the words")).into()
 }
 
-/// Number of processors that this program may use.
+/// Returns the number of processors available to the program.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Writes to standard output. A pipe that is closed early, as by `head`, is no error.
+/// Writes to standard output. A pipe that is closed early, for example by `head`, is not an error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
@@ -331,12 +335,12 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a report to standard output, as wide as the terminal.
+/// Writes a report to standard output, wrapped to the width of the terminal.
 fn print_report(text: &str) -> Result<(), Failure> {
     print(&terminal::fitted(text))
 }
 
-/// Writes a warning to standard error. Where that is closed, the results are still complete.
+/// Writes a warning to standard error. If standard error is closed, the results are still complete.
 fn warn(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

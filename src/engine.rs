@@ -1,6 +1,6 @@
-//! A simulation: a scene in motion.
+//! Simulations. A simulation is a scene in motion.
 
-/// Runs an expression with the chosen engine, whatever its type.
+/// Evaluates an expression with the chosen engine, for any of the engine types.
 macro_rules! with_engine {
     ($simulation:expr, $engine:ident => $body:expr) => {
         match $simulation {
@@ -74,30 +74,30 @@ pub use states::{Elapsed, States};
 pub use transport::Transport;
 pub(crate) use volume_move::Scaling;
 
-/// How far to go: whichever comes first.
+/// Limits of an advance. The simulation stops at the limit that it reaches first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Until {
-    /// Simulated time `[time]`, absolute; infinite for no limit.
+    /// Absolute simulated time `[time]`. Infinity means no limit.
     pub time: f64,
     /// Number of physical events since the start of the simulation.
     pub events: u64,
 }
 
 impl Until {
-    /// Up to a simulated time.
+    /// Limits the advance to a simulated time.
     #[must_use]
     pub fn time(time: f64) -> Self {
         Self { time, events: u64::MAX }
     }
 
-    /// Up to a number of physical events since the start.
+    /// Limits the advance to a number of physical events since the start.
     #[must_use]
     pub fn events(events: u64) -> Self {
         Self { time: f64::INFINITY, events }
     }
 }
 
-/// Why a stretch of a simulation ended.
+/// The reason why an advance ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
@@ -105,28 +105,31 @@ pub enum Reason {
     Time,
     /// The number of events was reached.
     Events,
-    /// No time limit was given, and it was shown that nothing will ever happen again: all pairs recede where nothing comes back, and
-    /// there is no wall on the way. Or nothing is foreseen, though rounding may hide what would happen after a very long way.
+    /// No time limit was given, and no further event is expected.
+    ///
+    /// Usually this is proved: all pairs recede along axes that are not periodic, and no wall is in the way.
+    /// Otherwise no event is predicted, but round-off may hide events after a very long flight.
     Idle,
-    /// The observer asked for it, with [`std::ops::ControlFlow::Break`]: the simulation is at the event that was shown last.
+    /// The observer returned [`std::ops::ControlFlow::Break`]. The simulation is at the last event that was
+    /// passed to the observer.
     Observer,
 }
 
-/// The engine that was chosen for a scene, once and at the start.
+/// The engine for a scene. It is chosen once, at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct EngineChoice {
-    /// Whether particles accelerate, so that flights are parabolas.
+    /// Whether particles accelerate, so that their trajectories are parabolas.
     pub is_falling: bool,
-    /// Whether pairs are looked up in a table of potentials, with a memory of pair states; otherwise there is one species
-    /// of hard spheres.
+    /// Whether the engine looks up pairs in a table of potentials and stores pair states. Otherwise the scene
+    /// has a single species of hard spheres.
     pub has_table: bool,
-    /// How neighbours are found at the start; a run changes that with the density.
+    /// Method of the neighbour search at the start. During a run it changes with the density.
     pub search: Search,
 }
 
 impl EngineChoice {
-    /// The engine for a scene.
+    /// Chooses the engine for a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let is_falling = scene.accelerations().any(|acceleration| acceleration.iter().any(|a| *a != 0.0));
@@ -157,9 +160,10 @@ enum Chosen {
     FallingTable(Engine<true, true>),
 }
 
-/// A simulation: a scene in motion, from event to event.
+/// A simulation: a scene that moves from event to event.
 ///
-/// A copy goes on to the same bits. It is `Send`, so that independent replicas run in threads:
+/// A copy continues with the same results, bit for bit. Simulations are `Send`, so that independent replicas
+/// can run in threads:
 ///
 /// ```
 /// use carom::engine::{Simulation, Until};
@@ -188,32 +192,35 @@ pub struct Simulation {
     scene: Scene,
     choice: EngineChoice,
     engine: Chosen,
-    /// How much larger the diameters of the scene are than at the start.
+    /// Ratio of the diameters in `scene` to those at the start.
     scale: f64,
     /// Diameters of the species at the start `[length]`.
     first_diameters: Vec<f64>,
-    /// Threads that it was given; part of no state.
+    /// Threads assigned to the simulation. They are not part of its state.
     #[serde(skip)]
     threads: Threads,
-    /// How it talks to other processes that simulate it, too; part of no state.
+    /// Message transport to other processes that simulate the same system. It is not part of the state.
     #[serde(skip)]
     transport: Option<Arc<dyn Transport>>,
 }
 
 impl Simulation {
-    /// The scene that it started from; after a growth with the diameters and the state at its end, with a barostat in the box that it has now.
+    /// The scene from which the simulation started.
+    ///
+    /// After a growth, the scene has the diameters and the state at the end of the growth. With a barostat,
+    /// it has the current box.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Which engine runs it.
+    /// The engine that runs the simulation.
     #[must_use]
     pub fn engine(&self) -> EngineChoice {
         self.choice
     }
 
-    /// Simulated time now `[time]`.
+    /// Current simulated time `[time]`.
     #[must_use]
     pub fn time(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.time())
@@ -235,23 +242,28 @@ impl Simulation {
         EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
-    /// Goes on until a time or a number of events; not at all if that has passed.
+    /// Advances the simulation to a time or a number of events. Does nothing if the limit has passed.
     ///
-    /// Where a stretch ends does not change what happens: two stretches are one long one, bit for bit.
+    /// The limit does not affect the dynamics: two successive advances give the same results as a single long
+    /// one, bit for bit.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
+    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
+    /// if the state is impossible.
     pub fn advance(&mut self, until: Until) -> Result<Reason, EngineError> {
         self.advance_observed(until, None)
     }
 
-    /// Goes on, and shows every event to `observe` as it happens.
+    /// Advances the simulation, and calls `observe` at every event.
     ///
-    /// A closure that returns nothing sees them all; one that returns [`ControlFlow`](std::ops::ControlFlow) ends the run with [`Reason::Observer`] after the
-    /// event at which it breaks. To go on from there gives the same bits as a run without a stop. [`Self::events`] hands events out one after the other.
+    /// A closure that returns nothing receives all events. A closure that returns
+    /// [`ControlFlow`](std::ops::ControlFlow) can end the run: after the event at which it breaks, the
+    /// advance returns [`Reason::Observer`]. If the simulation then continues, its results are the same as
+    /// without a stop, bit for bit. [`Self::events`] iterates over the events instead.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
+    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
+    /// if the state is impossible.
     #[doc(alias = "callback")]
     #[doc(alias = "observer")]
     pub fn advance_with<R: ObserverResult>(
@@ -262,14 +274,16 @@ impl Simulation {
         self.advance_observed(until, Some(&mut |event| observe(event).control()))
     }
 
-    /// Goes on as [`Self::advance_with`] does, with an observer if one is given, but pauses with `None` after a number of steps: an event, a cell transition, a
-    /// prediction again, whatever takes about as long; at least one is done.
+    /// Advances the simulation as [`Self::advance_with`] does, but pauses after a number of steps and returns
+    /// `None`. The observer is optional.
     ///
-    /// Between two events there can be any number of other steps, so this is for a caller that looks up in between. Where it pauses
-    /// changes no event.
+    /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At
+    /// least one step is done. Any number of other steps can lie between two events, so this function suits
+    /// callers that have other work to do in between. Pauses do not change any event.
     ///
     /// # Errors
-    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
+    /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
+    /// if the state is impossible.
     pub fn advance_for(
         &mut self,
         steps: u64,
@@ -281,8 +295,10 @@ impl Simulation {
         reason
     }
 
-    /// Goes on as [`Self::advance_for`] does. With several threads only the counts of events are up to date where it pauses, until [`Self::settle`]; where it
-    /// ends, the state is, too.
+    /// Advances the simulation as [`Self::advance_for`] does, but may leave the state out of date.
+    ///
+    /// With several threads, only the event counts are up to date at a pause, until [`Self::settle`] is
+    /// called. When the advance ends, the state is up to date, too.
     pub(crate) fn advance_unsettled(
         &mut self,
         steps: u64,
@@ -316,51 +332,52 @@ impl Simulation {
         }
     }
 
-    /// Writes where everything is now into `states`, with all the digits of the time that the engine has.
+    /// Writes the current positions and velocities of all particles into `states`, with the time in the full
+    /// precision of the engine.
     pub fn states(&self, states: &mut States) {
         with_engine!(&self.engine, engine => engine.states(states));
     }
 
-    /// All pairs that are not in state 0, each once, lower id first, and their states.
+    /// All pairs that are not in state 0, and their states. Each pair is listed once, lower id first.
     #[must_use]
     pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
         with_engine!(&self.engine, engine => engine.captured_pairs())
     }
 
-    /// Whether it can be shown that nothing will ever happen again.
+    /// Whether it can be shown that no further event will happen.
     pub(crate) fn is_over(&self) -> bool {
         with_engine!(&self.engine, engine => engine.is_over())
     }
 
-    /// The deepest overlap now, of all pairs and walls; `None` if nothing overlaps.
+    /// The deepest current overlap of all pairs and walls, or `None` if nothing overlaps.
     #[must_use]
     pub fn deepest_overlap(&self) -> Option<Overlap> {
         with_engine!(&self.engine, engine => engine.deepest_overlap())
     }
 
-    /// The overlaps now that are deeper than round-off explains, of all pairs and walls.
+    /// The current overlaps of all pairs and walls that are too deep to be round-off.
     #[must_use]
     pub fn real_overlaps(&self) -> Vec<Overlap> {
         with_engine!(&self.engine, engine => engine.real_overlaps())
     }
 
-    /// The state of a pair: through how many radii of its potential it has been captured.
+    /// The state of a pair: the number of radii of its potential through which the pair has been captured.
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
         with_engine!(&self.engine, engine => engine.state_of_pair(a, b))
     }
 
-    /// Asks for large pages, after it was read from a checkpoint.
+    /// Requests large memory pages after the simulation has been read from a checkpoint.
     pub(crate) fn enlarge(&self) {
         with_engine!(&self.engine, engine => engine.enlarge());
     }
 
-    /// Gives the measured stretch another end.
+    /// Changes the limit of the measurement.
     pub(crate) fn set_limit(&mut self, limit: Limit) {
         self.scene.run.limit = limit;
     }
 
-    /// Number of particles that move.
+    /// Number of moving particles.
     #[must_use]
     pub fn moving(&self) -> usize {
         let population = self.population();
@@ -379,7 +396,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.state.population(&engine.pairs.rules.rows, self.scene.species.len()))
     }
 
-    /// Number of axes along which particles move.
+    /// Number of axes along which particles can move.
     #[must_use]
     pub fn dimensions(&self) -> usize {
         self.scene.space.boundary.iter().filter(|b| **b != Boundary::Flat).count()

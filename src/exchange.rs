@@ -1,8 +1,13 @@
-//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, which are swapped now and then.
+//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, which are swapped from
+//! time to time.
 //!
-//! A system that a low temperature holds in one of its states for long is at a high one free to go to others; swaps bring these down. An [`Exchange`]
-//! runs the replicas of a scene that has the table `[exchange]`, in several threads, and has their averages at each temperature with standard errors:
-//! [`ExchangeResults`], and [`ThermalCurves`] between the temperatures. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints, from which it goes on to the same bits.
+//! At a low temperature a system may stay in one of its states for a long time. At a high temperature it
+//! moves freely between states, and swaps bring these states to the low temperatures.
+//!
+//! An [`Exchange`] runs the replicas of a scene with the table `[exchange]`, in several threads.
+//! [`ExchangeResults`] has the averages at each temperature with standard errors. [`ThermalCurves`] has the
+//! averages between the temperatures. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints. A
+//! resumed exchange continues from its checkpoint and gives bitwise the same results.
 //!
 //! ```
 //! use carom::Vector;
@@ -20,7 +25,7 @@
 //!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
 //!     .build()?;
 //! let results = Exchange::new(scene)?.finish()?.results();
-//! // The lowest level is that of the bound pair. Its exact population at T = 0.4 is 0.709.
+//! // The lowest energy level is the bound pair. Its exact population at T = 0.4 is 0.709.
 //! let bound = results.temperatures[0].populations[0];
 //! assert_eq!(bound.energy, -1.0);
 //! assert!((bound.population.mean - 0.709).abs() < 4.0 * bound.population.standard_error.unwrap());

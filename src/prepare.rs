@@ -1,10 +1,12 @@
-//! Starts: positions and velocities of the particles of a model, before anything moves.
+//! Starts: initial positions and velocities of the particles of a model.
 //!
-//! Positions come from [`lattice`], from [`packing`] (random insertion, compression), from [`chain`] and from [`surface`] (static spheres);
-//! [`region`] has what a fill takes of the box,
-//! [`velocity`] draws the velocities, [`resting`] finds particles at rest in contact with something fixed, [`polydispersity`] has the diameters of the classes of a distribution, and [`composition`] the numbers
-//! of a mixture. Nothing here depends on a file or a key that a user typed: what goes wrong is an error of its own, [`NoPlace`],
-//! from which `scene` makes a message.
+//! Positions come from [`lattice`], [`packing`] (random insertion, compression), [`chain`] and [`surface`]
+//! (static spheres). [`region`] defines the part of the box to fill, and [`velocity`] draws the velocities.
+//! [`resting`] finds particles at rest in contact with something fixed. [`polydispersity`] calculates the
+//! diameters of the classes of a distribution, and [`composition`] the particle numbers of a mixture.
+//!
+//! Nothing here depends on a file or on a key in a user's input. Failures have their own error type,
+//! [`NoPlace`], which `scene` converts to a message.
 
 pub(crate) mod chain;
 pub(crate) mod composition;
@@ -18,17 +20,17 @@ pub(crate) mod velocity;
 
 use crate::model::PotentialError;
 
-/// Why particles have no places.
+/// The reason why particles cannot be placed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum NoPlace {
-    /// The sites of a lattice are closer than the particles on them may be.
+    /// The sites of a lattice are closer together than the contact distance of the particles.
     TooTight { count: usize, spacing: f64, contact: f64 },
-    /// Random insertion found no place for one more.
+    /// Random insertion found no place for another particle.
     NoRoom { placed: usize, count: usize, attempts: usize },
-    /// Growing spheres jam before they have their size.
+    /// Growing spheres jam before they reach their final size.
     Jammed { wanted: f64, reached: f64 },
-    /// A periodic axis on which a pair would meet twice.
+    /// A periodic axis is so short that a pair would meet in two images.
     SmallBox { axis: usize, size: f64, range: f64 },
-    /// Spheres that grow have no potential.
+    /// The potential of the growing spheres could not be constructed.
     Potential(PotentialError),
 }

@@ -284,7 +284,7 @@ pub struct Finished {
     pub measurement: MeasurementPeriod,
     /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors, by name; only those that mean something for the scene.
+    /// Means and standard errors by name, only of observables that apply to the scene.
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,

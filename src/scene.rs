@@ -1,12 +1,13 @@
 //! A validated scene: everything that decides a trajectory, in reduced units.
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
-//! [`SceneBuilder`]. Either way it has passed the same checks: a simulation can be made of it without further questions.
-//! [`schema`](fn@schema) has all keys of a scene file, for editors.
+//! [`SceneBuilder`]. Both ways apply the same checks, so a simulation can be created from the scene without
+//! further validation. [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
 //!
-//! text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the unvalidated scene) -> `validate` (the checks,
-//! with `groups` and `filling`) -> [`Scene`]. Positions and velocities of what is not listed come from the layer below, `prepare`. A
-//! [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the source turns that into a line.
+//! The stages are: text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the
+//! unvalidated scene) -> `validate` (the checks, with `groups` and `filling`) -> [`Scene`]. The layer below,
+//! `prepare`, generates the positions and velocities that the scene does not list. A
+//! [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source turns this path into a line.
 
 mod brought;
 mod builder;
@@ -60,28 +61,31 @@ impl Scene {
     /// Reads a scene from a file.
     ///
     /// # Errors
-    /// [`SceneError`] if the file cannot be read, or with the first mistake in it.
+    /// [`SceneError`] if the file cannot be read, or for the first mistake in it.
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::from_file_with(path, &[])
     }
 
     /// Reads a scene from a file, with some of its values replaced.
     ///
-    /// An override is a path of keys, with dots between them, and a value in TOML or a bare word: `("seed", "5")`,
-    /// `("interaction.0.restitution", "0.1")` or, by name, `("species.A.mass", "2")`. What the file does not give is added.
+    /// An override is a dotted path of keys and a value. The value is TOML or a bare word: `("seed", "5")`,
+    /// `("interaction.0.restitution", "0.1")` or, by name, `("species.A.mass", "2")`. Keys that the file does
+    /// not contain are added.
     ///
     /// # Errors
-    /// As [`Scene::from_file`]; a mistake in an override shows the override.
+    /// As for [`Scene::from_file`]. The error for a mistake in an override shows the override.
     pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         Self::from_toml_with(read_text(path)?, path, overrides)
     }
 
-    /// Reads a scene from its text. `name` stands for the file: in messages, as the scene's name unless the text gives
-    /// one, and as the place where relative paths start.
+    /// Reads a scene from its text.
+    ///
+    /// `name` is used as the path of the file. It appears in messages, provides the name of the scene unless
+    /// the text gives one, and sets the folder that relative paths start from.
     ///
     /// # Errors
-    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
+    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
     pub fn from_toml(text: impl Into<String>, name: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::from_toml_with(text, name, &[])
     }
@@ -89,7 +93,7 @@ impl Scene {
     /// Reads a scene from its text, with some of its values replaced as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
+    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
     pub fn from_toml_with(
         text: impl Into<String>,
         name: impl AsRef<Path>,
@@ -99,7 +103,8 @@ impl Scene {
         Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene that may have particles from the memory of a program, or start from a run, which `open` reads.
+    /// Reads a scene that may have particles from the memory of a program (`given`), or start from a run,
+    /// which `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -110,20 +115,20 @@ impl Scene {
         let source = source::Source::new(&path.to_string_lossy(), text, overrides);
         let file = source.read()?;
         let stem: String = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        // A file may be called what it likes; the folder of a run has a plain name.
+        // The file may have any name, but the folder of a run has a plain name.
         let plain: String =
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
         let parts = parse::parts(file, name, directory, given);
         Self::of_builder(parts, open).map_err(|error| {
-            // What stands in no text has no line there.
+            // Particles from memory are not in the text, so their errors have no line.
             let is_in_text = given.is_none_or(|given| !error.config_path().is_in(&given.name));
             if is_in_text { source.located(error) } else { error }
         })
     }
 
-    /// Scene of the parts that a text has.
+    /// Builds the scene from the parsed parts of a text.
     fn of_builder(
         parts: Result<SceneBuilder, SceneError>,
         open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
@@ -135,18 +140,19 @@ impl Scene {
         }
     }
 
-    /// Whether a text has only keys that a scene has, with values of their types: what can be said before a particle is placed.
+    /// Checks that a text has only keys of a scene, with values of the right types. This check does not need
+    /// the positions of the particles.
     ///
     /// # Errors
-    /// [`SceneError`] of the first mistake, with others behind it ([`SceneError::others`]).
+    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
-    /// The files that a text names, and the folder of the run that it starts from.
+    /// Returns the files that a text names, and the folder of the run that its scene starts from.
     ///
     /// # Errors
-    /// As [`Self::check_keys`].
+    /// As for [`Self::check_keys`].
     pub(crate) fn inputs_named(
         text: &str,
         name: &Path,
@@ -162,16 +168,17 @@ impl Scene {
         Ok(files.chain(run).collect())
     }
 
-    /// Names of the species that a text lists, in their order.
+    /// Returns the names of the species that a text lists, in the same order.
     ///
     /// # Errors
-    /// [`SceneError`] if it is not the text of a scene.
+    /// [`SceneError`] if the text is not a scene.
     pub fn species_named_in(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Vec<String>, SceneError> {
         let file = source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read()?;
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Where keys of a text lead, with the numbers of entries in place of their names, so that two keys of the same value have the same place.
+    /// Returns the place of each key in a text. A place has indices of entries instead of their names, so
+    /// that two keys of the same value have the same place.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()
@@ -181,20 +188,20 @@ impl Scene {
 /// Kind of input that a scene names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
-    /// A file with the positions of particles, or with a mesh.
+    /// A file of particle positions or of a mesh.
     File,
     /// The folder of a run.
     Run,
 }
 
-/// The text of a scene's file.
+/// Reads the text of a scene file.
 pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path).map_err(|source| {
         SceneError::new(ConfigPath::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
-        // The characters that could be read are enough to show the line.
+        // The valid characters are enough to show the line.
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         SceneError::new(ConfigPath::root(), SceneErrorKind::NotText { offset }).in_source(
             &path.to_string_lossy(),

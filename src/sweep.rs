@@ -1,9 +1,12 @@
-//! A parameter sweep: one scene with values that vary, a run for each combination, and the tables of all.
+//! A parameter sweep: one scene with varying values, a run for each combination of values, and tables of all
+//! runs.
 //!
-//! An [`Axis`] is a key of the scene, or several that change together, with its values. A [`Sweep`] is a scene with its axes; each combination
-//! of values is a [`Point`], which has a folder of its own within that of the sweep: the folder of a run like any other. What is there is not
-//! run again, so that a sweep goes on where it stopped, on one machine or on several that share the folder. [`Results`] are the numbers of all
-//! runs, as a row for each and, over the seeds, as a row for each state point.
+//! An [`Axis`] is a key of the scene with its values, or several keys that change together. A [`Sweep`] is a
+//! scene with its axes. Each combination of values is a [`Point`], which has its own folder within the folder
+//! of the sweep. This folder is an ordinary run folder. Finished runs in the folder are not run again, so a
+//! sweep resumes where it stopped, on one machine or on several machines that share the folder. [`Results`]
+//! has the results of all runs: one row for each run and, averaged over the seeds, one row for each state
+//! point.
 //!
 //! ```
 //! use carom::sweep::{Axis, Sweep};

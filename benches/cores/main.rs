@@ -36,13 +36,14 @@ const FREEZING: f64 = 0.494;
 const HEAD: &str = "\
 # One system on several cores
 
-Two threads beside one, in turns, and what more cores would do: [what this means](../../docs/parallel.md#what-it-costs). Made by
+Speed of two threads relative to one, measured in alternating turns, and an estimate for more cores:
+[what this means](../../docs/parallel.md#what-it-costs). Made by
 
     cargo bench --bench cores
 
-Domains of more cores than there are ran one after the other on one thread: a window takes as long as its slowest domain, and comparison and exchange are
-shared by as many cores as there are domains. What memory that many cores share takes is not in it. Ratios are of runs beside each other; rates are those of the
-machine, which is named where they are told of.
+If there are more domains than cores, the domains were simulated one after the other on one thread. The time of a window is then the time
+of its slowest domain, and the time for comparison and exchange is divided by the number of domains. Contention for memory bandwidth is
+not included. Ratios compare runs made side by side. Rates depend on the machine, which is named wherever they are quoted.
 
 ![Speed against the number of cores](cores.svg)
 
@@ -197,7 +198,7 @@ fn median(mut numbers: Vec<f64>) -> f64 {
 
 fn report(rows: &[Row]) -> Outcome<String> {
     let mut text = String::from(
-        "| system | one thread, k/s | two | ratio, median of the turns | all ratios | steps per necessary step | windows undone |\n|---|---|---|---|---|---|---|\n",
+        "| system | one thread, 1000 events/s | two threads | median of the ratios | all ratios | steps per necessary step | windows rolled back |\n|---|---|---|---|---|---|---|\n",
     );
     for Row { name, turns, work, .. } in rows {
         let of = |k: usize| turns.iter().map(|turn| turn[k]).collect::<Vec<f64>>();

@@ -71,23 +71,23 @@ fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
 const EXPLANATION: &str = "
 ## Granular
 
-Carom against a plain discrete element method written for this report: linear springs and dashpots along the line of centres, leapfrog,
-lists of neighbours, one thread. Mass and diameter are 1. The dashpot follows from the spring and the restitution; the contact of a pair
-lasts `pi / sqrt(omega^2 - eta^2)`, of which a time step is a part. Carom has neither parameter; heaps need its TC model, whose
-contact time `t_c` is varied. In the column and the line, times include the set-up of the run. In the plots, what is smaller than 1e-17
-is drawn there.
+Carom is compared with a plain discrete element method written for this report: linear springs and dashpots along the line of centres,
+leapfrog integration, neighbour lists, one thread. Mass and diameter are 1. The dashpot constant follows from the spring constant and the
+restitution. The contact of a pair lasts `pi / sqrt(omega^2 - eta^2)`, and the time step is a fraction of this duration. Carom has neither
+parameter, but heaps need its TC model, whose contact time `t_c` is varied. For the column and the line, times include the set-up of the
+run. In the plots, values below 1e-17 are drawn at 1e-17.
 
 ";
 
 const LIMITS: &str = "
-*What it shows*: where grains are meant to be hard, springs buy hardness with time steps: the error falls with the stiffness, the cost
-grows with its root. A start that overlaps is energy out of nothing for a spring, and none for an event. In a heap at
-rest the tables turn: contacts that last cost a spring nothing, while an event-driven run pays for each of its contacts again every
+*What it shows*: where grains are meant to be hard, springs pay for hardness with time steps: the error falls with the stiffness, and the
+cost grows with its square root. An overlap at the start adds energy to a system of springs, but not to an event-driven one. In a heap at
+rest the advantage is reversed: lasting contacts cost a spring nothing, while an event-driven run pays for each of its contacts again every
 `t_c`.
 
-*What it does not show*: friction, rotation and cohesion; grains whose softness matters; springs of other laws (Hertz); the
-packing that a real heap would take. Haff's law is an approximation itself (it leaves out that velocities become correlated), and
-differences within twice *+-* say nothing.
+*What it does not show*: friction, rotation and cohesion; grains whose softness matters; springs with other force laws (Hertz); the
+packing of a real heap. Haff's law is itself an approximation (it neglects correlations between velocities), and differences of less than
+twice *+-* are not significant.
 
 ";
 

@@ -101,21 +101,21 @@ fn nanoseconds(method: &Method, pairs: &[Pair]) -> f64 {
 const EXPLANATION: &str = "
 ## Kernels
 
-One call takes the coefficients of an overlap function and returns the time of the next event, or none. An oracle that computes in
-integers decides what is right. *Error* is relative, of times after now that belong to the right event (closer than 1 part in 100);
-*allowed* is how far rounding of the coefficients and of `f` may move the exact root, plus one ulp. A verdict that is
-right for coefficients within their rounding counts as *within rounding*; any other event that is not found is *missed*, any other that is
-returned but does not take place, or not yet, is *invented*. 1,000 ordinary and 1,000 hard states of each problem, from a fixed seed.
-Hard are contact to the last bit, grazing, overlap, states one float from contact and, with acceleration, tiny accelerations.
+One call takes the coefficients of an overlap function and returns the time of the next event, or none. An oracle that computes with
+integers decides which answer is right. *Error* is the relative error of times after now that belong to the right event (closer than
+1 part in 100). *Allowed* is how far rounding of the coefficients and of `f` may move the exact root, plus one ulp. A verdict that is
+right for coefficients within their rounding counts as *within rounding*. Any other event that is not found is *missed*. Any other event
+that is returned but does not take place, or not yet, is *invented*. Each problem has 1,000 ordinary and 1,000 hard states, from a fixed
+seed. Hard states are contact to the last bit, grazing, overlap, states one float from contact and, with acceleration, tiny accelerations.
 
 *What it shows*: what one call costs and how far its answer can be trusted, on the states that break codes. In ordinary states most methods
-are good enough; the difference is in the hard ones, where a missed event lets particles pass through each other and an invented one
-moves nothing but repeats. Large relative errors in hard states are those of a badly conditioned root: compare *worst / allowed*.
+are good enough. They differ in the hard states, where a missed event lets particles pass through each other. An invented event
+moves nothing, but is repeated. Large relative errors in hard states come from a badly conditioned root: compare *worst / allowed*.
 
-*What it does not show*: how often a simulation meets hard states (dense, sticky and heaped systems do all the time); what a kernel
-costs inside a loop that waits for memory; methods with a remedy built on top, such as skipping the pair that has just met. The paper's
-algorithms take the roots of `f'` in closed form from the crate `roots`, with bisection to a relative width; a better cubic would serve
-them better. The fixed steps end at a time of 100.
+*What it does not show*: how often a simulation meets hard states (dense, sticky and heaped systems do so all the time); what a kernel
+costs inside a loop that is limited by memory access; methods with an additional remedy, such as skipping the pair that has just collided.
+The paper's algorithms take the roots of `f'` in closed form from the crate `roots` and bisect to a relative width; a better cubic solver
+would improve them. The methods with fixed steps stop at a time of 100.
 
 ";
 

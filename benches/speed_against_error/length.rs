@@ -69,15 +69,15 @@ fn cells(name: &str, row: &Row) -> Vec<String> {
 const EXPLANATION: &str = "
 ## Length
 
-500 hard spheres (packing fraction 0.40) and 500 square wells (lambda 1.5, density 0.5), one run each, and the runs of
-`cargo bench --bench long_runs`. *Energy error* is the distance from the energy at the start and *momentum drift* that from its momentum,
-both relative; *deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
+The systems are 500 hard spheres (packing fraction 0.40) and 500 square wells (lambda 1.5, density 0.5), with one run each, and the runs of
+`cargo bench --bench long_runs`. *Energy error* is the deviation from the initial energy and *momentum drift* the deviation from the initial
+momentum, both relative. *Deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
 
-*What it shows*: errors of energy and momentum stay below a random walk of one rounding of the whole per event, and overlaps are of the
-size of one rounding of a coordinate however long the run: nothing accumulates in proportion to the number of events.
+*What it shows*: errors of energy and momentum stay below a random walk with one rounding of the total per event. Overlaps are as
+small as one rounding of a coordinate, however long the run. Nothing accumulates in proportion to the number of events.
 
-*What it does not show*: that trajectories are right. They are chaotic, and two that differ in the last digit part within some
-tens of events per particle; what can be shown of them is in `carom verify`.
+*What it does not show*: that trajectories are right. They are chaotic: two trajectories that differ in the last digit diverge within a few
+tens of events per particle. `carom verify` shows what can be shown about them.
 
 ";
 

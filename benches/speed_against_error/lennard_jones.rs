@@ -163,22 +163,23 @@ fn compared(run: &Measured, reference: &Measured, start: &State) -> Vec<String> 
 const EXPLANATION: &str = "
 ## Lennard-Jones
 
-864 particles of the Lennard-Jones fluid, cut at 2.5 and shifted to zero there. *Stepped*: Carom, with the cut and shifted potential in n
-steps, each the average over its shell's volume. *Velocity Verlet*: a plain baseline of this report (lists of neighbours from cells, one
-thread, no vector instructions by hand). All runs of a fluid start from one configuration with the same total energy,
-which both methods keep, so the ensemble is the same (N, V, E); compared are the mean potential energy per particle and the pressure.
-Errors are differences from velocity Verlet at the smallest time step; behind *+-* is the standard error of the difference, by
-block averages (of the reference itself in its own row). Runs end after a simulated time or some seconds of processor
-time; a stepped run that got no further than a few units of time shows its cost, but has hardly left the start. A
-row of dashes is a run that blew up; a number of steps that is not listed is so coarse that the start has more potential than total energy.
+The system is a Lennard-Jones fluid of 864 particles, with the potential cut off at 2.5 and shifted to zero there. *Stepped* is Carom with
+this potential in n steps, each of which is the average over the volume of its shell. *Velocity Verlet* is a plain baseline written for this
+report (neighbour lists from cells, one thread, no hand-written SIMD). All runs of a fluid start from one configuration with the same total
+energy. Both methods conserve it, so the ensemble is the same (N, V, E). The tables compare the mean potential energy per particle and the
+pressure. Errors are differences from velocity Verlet at the smallest time step. The columns *+-* give the standard error of the difference,
+from block averages; in the row of the reference, they give its own standard error. Runs end after a given simulated time or a given
+processor time. A stepped run that covers only a few units of time shows its cost, but has hardly left the initial configuration. A row of
+dashes is a run that blew up. Numbers of steps that are not listed are so coarse that the initial configuration has a potential energy above
+the total energy.
 
-*What it shows*: for a smooth potential, steps of time are the better discretisation: a stepped potential with few steps is
-another fluid, and every step costs events. Steps in the potential keep the total energy exactly; steps in time let it drift once they are
-large. The stepped potential pays where it is the model, or where few steps are enough.
+*What it shows*: for a smooth potential, time steps are the better discretisation. A stepped potential with few steps describes
+a different fluid, and every step costs events. Steps in the potential conserve the total energy exactly; with large time steps, it drifts.
+A stepped potential pays off where it is the model itself, or where few steps are enough.
 
-*What it does not show*: steps placed with more care than equal widths, which need fewer of them; transport; long-range or many-body
-forces; what a vectorised or parallel code would gain; errors below the standard error: *0.001 +- 0.002* says only that none was
-found. Standard errors of runs shorter than some ten units of time are themselves uncertain.
+*What it does not show*: steps placed more carefully than at equal widths, of which fewer are needed; transport; long-range or many-body
+forces; the gain of a vectorised or parallel code; errors below the standard error: *0.001 +- 0.002* only says that no error was
+found. The standard errors of runs shorter than about ten units of time are themselves uncertain.
 
 ";
 

@@ -4,12 +4,13 @@ use super::{FOLDER, Outcome, SECTIONS};
 
 const OPENING: &str = "# Speed against error
 
-What accuracy a speed comes with, for Carom and for what one would use instead. Made by
+The accuracy that Carom and the usual alternatives reach at a given speed. Made by
 
     cargo bench --bench speed_against_error
 
-and redrawn by `cargo bench --bench speed_against_error -- report`. Reduced units. Times are processor times of one thread;
-machine, compiler and date stand at each table. The numbers behind the plots are the csv files in `speed_against_error/`.
+and redrawn by `cargo bench --bench speed_against_error -- report`. All quantities are in reduced units. Times are processor times of one
+thread. The machine, the compiler and the date are given with each table. The numbers behind the plots are in the csv files in
+`speed_against_error/`.
 ";
 
 /// Writes the Markdown file and the plots of all measured sections.

@@ -116,15 +116,15 @@ fn kibibytes(path: &str, key: &str) -> Option<u64> {
 const EXPLANATION: &str = "
 ## Size
 
-Hard spheres from the face-centred cubic lattice, numbered in random order, each row in a process of its own. *Start-up* is the processor time
-from the scene to the first event; memory is the most that the process had, scene and program included, so that small
-systems show a large share of the program itself.
+Hard spheres start from the face-centred cubic lattice and are numbered in random order. Each row is measured in a separate process.
+*Start-up* is the processor time from the scene to the first event. Memory is the peak memory of the process, including the scene and the
+program, so that in small systems the program itself has a large share.
 
-*What it shows*: how the cost of an event grows with the number of particles at a liquid's and at a gas's density, and what a particle
-takes. What grows is the wait for memory; the work per event is the same.
+*What it shows*: how the cost of an event grows with the number of particles, at the density of a liquid and of a gas, and how much memory a
+particle takes. The cost grows because memory access becomes slower; the work per event is the same.
 
-*What it does not show*: other potentials; long runs at the largest sizes, whose lattice has hardly begun to melt (see the
-contacts before); runs in which the numbering has drifted further from that in space.
+*What it does not show*: other potentials; long runs of the largest sizes, whose lattice has hardly begun to melt (see the column of
+contacts before the measurement); runs in which the numbering has drifted further from the order in space.
 
 ";
 

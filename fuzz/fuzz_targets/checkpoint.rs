@@ -1,6 +1,7 @@
-//! Bytes as a checkpoint: refused with a message, whatever is wrong with them.
+//! Fuzzes the checkpoint reader: invalid bytes must be rejected with an error, whatever the mistake.
 //!
-//! The checksum is made right first, or no other mistake would ever be reached. A corpus to start from are the checkpoints of some runs.
+//! Each input is read twice: unchanged, and with a correct length and checksum. Without a correct checksum the
+//! reader would never reach other mistakes. Checkpoints of a few runs are a good initial corpus.
 #![no_main]
 
 use std::fs;
@@ -8,9 +9,9 @@ use std::fs;
 use carom::run::checkpoint::Checkpoint;
 use libfuzzer_sys::fuzz_target;
 
-/// Length and checksum at the end.
+/// Size of the length and the checksum at the end, in bytes.
 const TAIL: usize = 12;
-/// Magic number, version and layout at the start.
+/// Size of the magic number, the version and the layout at the start, in bytes.
 const HEAD: usize = 32;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,11 +1,12 @@
-//! Bytes as extended XYZ: refused with a message or read, and what was read is written and read again as the same.
+//! Fuzzes the extended XYZ reader: bytes are rejected with an error or read as frames. A frame that was read
+//! and written must be read back unchanged.
 #![no_main]
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::{FrameReader, write_frame};
 use libfuzzer_sys::fuzz_target;
 
-/// Frames of one input.
+/// Largest number of frames read from one input.
 const MOST: usize = 8;
 
 fn read(bytes: &[u8]) -> Vec<Frame> {
@@ -20,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
         }
         let again = read(&written);
         let [again] = &again[..] else { panic!("written, but not read again: {}", String::from_utf8_lossy(&written)) };
-        // Numbers that are none differ from themselves.
+        // The texts are compared because NaN is not equal to itself.
         assert_eq!(format!("{:?}", frame.particles), format!("{:?}", again.particles));
     }
 });

@@ -1,4 +1,4 @@
-//! Runs, sweeps and exchanges over prepared folders, as `tests/random_runs` has them.
+//! Fuzzes runs, sweeps and exchanges over prepared folders, with the code of `tests/random_runs`.
 #![no_main]
 #![allow(dead_code)]
 

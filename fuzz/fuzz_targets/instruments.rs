@@ -1,4 +1,4 @@
-//! Instruments in scenes where there is little or nothing to measure, as `tests/random_runs` has them.
+//! Fuzzes instruments in scenes with little or nothing to measure, with the code of `tests/random_runs`.
 #![no_main]
 #![allow(dead_code)]
 

@@ -1,6 +1,7 @@
-//! Text as a scene: refused with a message or built, and what is small runs for some events that are all proven.
+//! Fuzzes the scene reader: text is rejected with an error or built into a scene. Small scenes without
+//! external driving then run for up to 30 events, all of which are verified.
 //!
-//! A corpus to start from are the scenes of `configs` and of `tests/bad_scenes`.
+//! The scenes in `configs` and in `tests/bad_scenes` are a good initial corpus.
 #![no_main]
 
 use std::ops::ControlFlow;
@@ -9,11 +10,11 @@ use carom::model::{Limit, Scene};
 use carom::check::verify::{End, Fault, EventRange, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
-/// More particles than this are not run.
+/// Largest number of particles of a scene that is run.
 const MOST: usize = 64;
 
 fuzz_target!(|text: &str| {
-    // A scene may name files; those of the machine are no part of the input.
+    // A scene may name files, but files on the machine are not part of the input.
     if text.contains("path") {
         return;
     }
@@ -21,7 +22,8 @@ fuzz_target!(|text: &str| {
     if scene.particles().len() > MOST || scene.is_driven() {
         return;
     }
-    // No longer than it takes the fastest to go a few hundred times through the box.
+    // The run is no longer than the time in which the fastest particle, at its initial speed, travels 100
+    // times the longest interaction range.
     let fastest = scene.particles().iter().map(|particle| particle.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let longest = 100.0 * scene.longest_range() / fastest;
     let planned = scene.run().limit;

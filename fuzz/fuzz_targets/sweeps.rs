@@ -1,4 +1,4 @@
-//! Axes of sweeps, and calls of several sweeps in one folder, as `tests/random_runs` has them.
+//! Fuzzes axes of sweeps, and calls of several sweeps in one folder, with the code of `tests/random_runs`.
 #![no_main]
 #![allow(dead_code)]
 

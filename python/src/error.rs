@@ -142,11 +142,11 @@ pub fn engine(error: &EngineError) -> PyErr {
 
 pub fn needs_run(error: &NeedsRun) -> PyErr {
     let what = match error {
-        NeedsRun::Stage { name } => format!("the scene plans the stage `{name}`"),
-        NeedsRun::Equilibration => "the scene plans an equilibration".to_owned(),
-        NeedsRun::Rescaling => "the scene plans a thermostat that scales velocities".to_owned(),
-        NeedsRun::Barostat => "the scene plans a barostat that changes the volume".to_owned(),
-        NeedsRun::Exchange => "the scene plans replicas at several temperatures".to_owned(),
+        NeedsRun::Stage { name } => format!("the scene has the stage `{name}`"),
+        NeedsRun::Equilibration => "the scene has an equilibration".to_owned(),
+        NeedsRun::Rescaling => "the scene has a thermostat that scales velocities".to_owned(),
+        NeedsRun::Barostat => "the scene has a barostat that changes the volume".to_owned(),
+        NeedsRun::Exchange => "the scene has replicas at several temperatures".to_owned(),
         _ => error.to_string(),
     };
     let cure = match error {

@@ -132,7 +132,7 @@ def test_arrays_of_other_kinds_are_refused(particles: Any, kind: type[Exception]
 
 def test_a_particle_in_a_wall_is_named() -> None:
     walls = {**BOX, "space": {**BOX["space"], "y": "walls"}}
-    with pytest.raises(carom.SceneError, match="particle 0 reaches .* through the lower wall of y"):
+    with pytest.raises(carom.SceneError, match="particle 0 extends .* beyond the lower wall of y"):
         carom.Scene(walls, particles=arrays())
     assert len(carom.Scene({**walls, "allow_invalid_start": True}, particles=arrays())) == 216
 
@@ -200,7 +200,7 @@ def test_fills_find_room_beside_arrays() -> None:
 
 def test_a_start_from_a_run_has_its_own_particles() -> None:
     carom.run(carom.Scene(BOX, particles=arrays()), "first", until_events=500)
-    with pytest.raises(carom.SceneError, match="particles are those of the run"):
+    with pytest.raises(carom.SceneError, match="the particles come from the run"):
         carom.Scene({"start": {"from": "first"}, "run": {"until_events": 10}}, particles=arrays())
 
 

@@ -7,17 +7,17 @@ use std::time::Duration;
 /// Default wall time between two checkpoints, in seconds.
 pub const CHECKPOINT_EVERY: &str = "300";
 
-/// A command with its options: everything that is not stored in the folder that it refers to.
+/// Command with the options that are not stored in the folder of the work.
 #[derive(Debug, Clone)]
 pub struct Again(String);
 
 impl Again {
-    /// `carom run --resume` and the like, followed by the folder.
+    /// Returns a command such as `carom run --resume`, followed by the folder.
     pub fn new(words: &str, folder: &Path) -> Self {
         Self(format!("carom {words} {}", quoted(&folder.to_string_lossy())))
     }
 
-    /// An option with its value, if it was given.
+    /// Appends an option with its value, if it was given.
     pub fn option(mut self, name: &str, value: Option<impl Display>) -> Self {
         if let Some(value) = value {
             // Writing to a string cannot fail.
@@ -26,13 +26,13 @@ impl Again {
         self
     }
 
-    /// Wall time between two checkpoints, if it is not the default.
+    /// Appends the wall time between two checkpoints, if it is not the default.
     pub fn checkpoint_every(self, interval: Duration) -> Self {
         let seconds = interval.as_secs_f64().to_string();
         self.option("checkpoint-every", (seconds != CHECKPOINT_EVERY).then_some(seconds))
     }
 
-    /// Options without a value, each if it was given.
+    /// Appends the given options without a value.
     pub fn flags(mut self, flags: [(&str, bool); 2]) -> Self {
         for (name, _) in flags.into_iter().filter(|(_, is_given)| *is_given) {
             let _ = write!(self.0, " --{name}");
@@ -47,7 +47,7 @@ impl Display for Again {
     }
 }
 
-/// A word for a shell, quoted if necessary.
+/// Returns a word for a shell, quoted if necessary.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ':' | '@' | '%' | ',');
     if !word.is_empty() && word.chars().all(is_plain) {

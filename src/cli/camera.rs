@@ -11,20 +11,20 @@ pub struct Camera {
     /// flat scenes are seen from the front
     #[arg(long, value_name = "AXIS|AZIMUTH,ELEVATION", allow_hyphen_values = true, value_parser = view)]
     view: Option<View>,
-    /// Magnification about the middle, 0.01 to 100
+    /// Magnification about the centre, 0.01 to 100
     #[arg(long, value_name = "FACTOR", default_value = "1", allow_negative_numbers = true, value_parser = zoom)]
     zoom: f64,
-    /// Leave out the edges of the box
+    /// Hides the edges of the box
     #[arg(long)]
     no_box: bool,
-    /// Leave out the ground that catches shadows where there is gravity
+    /// Hides the ground that shows shadows in scenes with gravity
     #[arg(long)]
     no_ground: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    /// A view from this side.
+    /// View from this side.
     From(Vector),
     /// Azimuth and elevation in degrees.
     Angles([f64; 2]),
@@ -51,7 +51,7 @@ fn zoom(text: &str) -> Result<f64, String> {
 }
 
 impl Camera {
-    /// The style with these options applied.
+    /// Returns the style with these options applied.
     pub fn applied_to(&self, style: Style) -> Style {
         let style = Style { zoom: self.zoom, has_box: !self.no_box, has_ground: !self.no_ground, ..style };
         match self.view {

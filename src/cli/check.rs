@@ -16,7 +16,7 @@ use clap::Args;
 use super::SceneArgs;
 use super::failure::Failure;
 
-/// Says in words what will be simulated, and finds what is wrong
+/// Describes the simulation in words and reports mistakes in the scene
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom check hopper.toml --set mesh.funnel.spacing=2.5")]
 pub struct Check {
@@ -52,8 +52,8 @@ impl Check {
     }
 }
 
-/// Events per second of a short trial. This is the only number here that differs from call to call. `None` if
-/// nothing happens within [`PATIENCE`], or too little for an estimate.
+/// Measures the events per second of a short trial. No other number of this command differs between calls.
+/// Returns `None` if the trial has no result within [`PATIENCE`], or too few events for an estimate.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();
@@ -68,17 +68,17 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.event_counts().physical() as f64;
-        // The receiver no longer exists if this came too late.
+        // The receiver no longer exists if the result is too late.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// Duration of the trial, and longest wait for its result.
+/// Duration of the trial, and maximum waiting time for its result.
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Size of the output and memory of the run, in two lines.
+/// Returns two lines with the size of the output and the memory of the run.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
@@ -101,7 +101,7 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         + &description::line("needs", &format!("some {memory} of memory; {work}"))
 }
 
-/// The estimate for all replicas, if the scene has several.
+/// Returns the estimate for all replicas, if the scene has several.
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
     let (replicas, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -117,12 +117,12 @@ fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     }
 }
 
-/// A number with two digits.
+/// Formats a number; from 10000 on, with two digits.
 fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// Message for a run that needs --force because of its size.
+/// Returns a warning if the run needs `--force` because of its size.
 fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {

@@ -15,7 +15,7 @@ const SHELLS: [Choice<Shell>; 5] = [
     ("zsh", None, Shell::Zsh),
 ];
 
-/// Prints a script with which a shell completes commands and options
+/// Prints a shell script that completes commands and options
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -50,7 +50,7 @@ pub struct Manual {
 impl Manual {
     pub fn execute(&self) -> Result<(), Failure> {
         let mut cli = Cli::command();
-        // Commands get their full names.
+        // This gives the commands their full names.
         cli.build();
         let page = match &self.command {
             None => Some(cli),

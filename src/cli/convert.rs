@@ -17,17 +17,17 @@ use super::{Choice, one_of};
 Examples:
   carom convert runs/hopper --to vtk                    the folder runs/hopper/trajectory-vtk, for ParaView
   carom convert runs/fluid --to gsd --out fluid.gsd
-  carom convert runs/fluid --to xyz --frames 10..20     a piece, in runs/fluid/trajectory-piece.xyz")]
+  carom convert runs/fluid --to xyz --frames 10..20     these frames, in runs/fluid/trajectory-piece.xyz")]
 pub struct Convert {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
     /// The format to write
     #[arg(long, value_name = "FORMAT", value_parser = one_of(&FORMATS))]
     to: Format,
-    /// The file or folder to write; beside the trajectory if not given
+    /// The file or folder to write; by default beside the trajectory
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Only these frames, both ends included; frames count from 0, and either end may be left out
+    /// Converts only these frames, both ends included; frames count from 0; either end is optional
     #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
     frames: Option<(u64, Option<u64>)>,
     /// Replaces an existing file, or a folder that holds only files of the format
@@ -44,7 +44,7 @@ const FORMATS: [Choice<Format>; 6] = [
     ("xyz", Some("Extended XYZ again"), Format::Xyz),
 ];
 
-/// `3..7`, `3..`, `..7`, or `3` for one frame.
+/// Parses a range of frames: `3..7`, `3..`, `..7`, or `3` for one frame.
 pub fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
     let number = |text: &str| text.trim().parse::<u64>().ok();
     let range = match text.split_once("..") {

@@ -24,43 +24,44 @@ use super::{Changes, borrowed, cores, signals};
 #[command(after_help = "\
 The scene has a table [exchange]:
   temperatures = [0.4, 0.6, 1.0]   ascending or descending
-  interval = 2.0                   simulated time between attempts to swap
-  rate = 1.0                       how often each particle gets a velocity from the heat bath
-  ensemble = \"multicanonical\"      if wanted: all replicas walk through all energies between those of the temperatures
-  ensemble = \"umbrella\"            if wanted: replicas at one temperature, each in a window of a distance,
+  interval = 2.0                   simulated time between swap attempts
+  rate = 1.0                       rate at which each particle gets a velocity from the heat bath
+  ensemble = \"multicanonical\"      optional: every replica visits all energies between those of the temperatures
+  ensemble = \"umbrella\"            optional: replicas at one temperature, each in a window of a distance,
   umbrella = { between = [[0], [19]], windows = [[1.0, 2.5], [2.0, 4.0]] }
-and in [run] until_time and, if wanted, equilibration_time. Neither --jobs nor an interruption changes a bit: the same command goes on where it
-stopped, from its last checkpoint. With a later end an exchange goes on that was complete, as if it had been meant to come there.
+The table [run] has until_time and, optionally, equilibration_time. The results are the same bits for any --jobs and after interruptions.
+The same command resumes an interrupted exchange from its last checkpoint. With a later end, a complete exchange continues, as if that end
+had been given from the beginning.
 
 Examples:
   carom exchange chain.toml
   carom exchange chain.toml --set 'exchange.temperatures=[0.3, 0.4, 0.55, 0.8]' --seed 2 --out runs/second
-  carom exchange runs/chain-exchange         goes on with the exchange in this folder
-  carom exchange runs/chain-exchange --until-time 40000      goes on to another end, also if it was complete
-  carom exchange runs/chain-exchange --temperatures-for 0.3  temperatures with which 30 % of all swaps are accepted, for --set")]
+  carom exchange runs/chain-exchange         continues the exchange in this folder
+  carom exchange runs/chain-exchange --until-time 40000      continues to another end, even if it was complete
+  carom exchange runs/chain-exchange --temperatures-for 0.3  temperatures at which 30 % of all swaps are accepted, for --set")]
 pub struct ExchangeCommand {
     /// A scene with [exchange], or the folder of an exchange
     path: PathBuf,
     #[command(flatten)]
     changes: Changes,
-    /// Number of replicas to run at the same time; as many as there are processors if not given
+    /// Number of replicas to run at the same time; by default the number of processors
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Measures for this simulated time instead of the scene's; an existing exchange continues to it, even if
-    /// it was complete
+    /// Measures for this simulated time instead of the scene's; an existing exchange continues to this time,
+    /// even if it was complete
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = super::run::duration)]
     until_time: Option<f64>,
-    /// For a complete exchange: prints temperatures at which all swaps would be accepted with at least this
+    /// For a complete exchange: prints temperatures at which all swaps are accepted with at least this
     /// probability
     #[arg(long, value_name = "ACCEPTANCE", value_parser = probability, conflicts_with_all = ["until_time", "out"])]
     temperatures_for: Option<f64>,
-    /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
+    /// The folder of the results; by default runs/NAME-exchange, where NAME is the name of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Allows more than 10 GB, or a tenth of the free disk space
+    /// Allows output of more than 10 GB, or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -117,7 +118,7 @@ impl ExchangeCommand {
         changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
     }
 
-    /// The scene from the command line, its text, and the folder.
+    /// Returns the scene from the command line, its text, and the folder.
     fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let scene = read_scene(&self.path, &borrowed(&self.replaced()))?;
         if scene.exchange().is_none() {
@@ -135,14 +136,14 @@ impl ExchangeCommand {
         Ok((scene, record, path))
     }
 
-    /// Overrides of the scene.
+    /// Returns the overrides of the scene.
     fn replaced(&self) -> Vec<(String, String)> {
         let mut all = self.changes.all();
         all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
         all
     }
 
-    /// Scene, record and path of an existing exchange.
+    /// Returns the scene, record and path of an existing exchange.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
@@ -196,7 +197,7 @@ impl ExchangeCommand {
     }
 }
 
-/// A number between 0 and 1.
+/// Parses a number between 0 and 1.
 fn probability(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| 0.0 < *number && *number < 1.0);
     number.ok_or_else(|| "expected a number between 0 and 1".to_owned())
@@ -221,11 +222,11 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     Err(Failure::of_audit(faults))
 }
 
-/// Cure for an exchange without a density of states.
+/// Advice for an exchange without a density of states.
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Columns shown besides the temperature or the window and the acceptance, if the scene has them.
+/// Optional columns of the table, in addition to the temperature or window and the acceptance.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),
@@ -235,7 +236,7 @@ const SHOWN: [(&str, &str); 6] = [
     ("pressure", "pressure"),
 ];
 
-/// The averages at all temperatures.
+/// Returns a table of the averages at all temperatures.
 fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
@@ -265,7 +266,7 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Positions of the minima of the free energies along a distance.
+/// Returns the distances at which the free energy and the potential of mean force are lowest.
 fn lowest(summary: &ExchangeSummary) -> Option<String> {
     let at = |of| MeanForcePoint::lowest(&summary.potential_of_mean_force, of).map(|point| digits(point.distance));
     let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);

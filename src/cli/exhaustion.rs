@@ -7,7 +7,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// The system's allocator. When memory is exhausted, it ends the program with a message.
+/// The system's allocator, except that it ends the program with a message when memory is exhausted.
 pub struct Reporting;
 
 // SAFETY: every call is forwarded to the system, and its result is returned unless it is null.
@@ -43,7 +43,7 @@ unsafe impl GlobalAlloc for Reporting {
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Smaller arrays are faster to keep `[bytes]`.
+        /// Minimum size of a large array `[bytes]`. Keeping smaller arrays is faster.
         const LARGE: libc::c_int = 4 << 20;
         // SAFETY: this sets two parameters of the allocator before there is a second thread.
         unsafe {
@@ -63,11 +63,11 @@ pub(super) fn report_full_files() {
     }
 }
 
-/// Allocates as much of the stack as the program needs. It would grow later, but if memory is exhausted then,
-/// the system ends the program with a signal.
-#[inline(never)] // else the room would be that of the caller, and what follows beyond it
+/// Allocates as much of the stack as the program needs. Otherwise the stack would grow later, and if memory
+/// were exhausted then, the system would end the program with a signal.
+#[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
 pub(super) fn take_stack() {
-    /// Reading a checkpoint needs 0.7 MB `[bytes]`.
+    /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.
     const NEEDED: usize = 3 << 19;
     std::hint::black_box(&mut [0_u8; NEEDED]);
 }

@@ -22,41 +22,41 @@ pub struct Failure {
     code: u8,
 }
 
-/// The simulation failed.
+/// Exit code of a failure with valid input.
 const FAILED: u8 = 1;
 /// Exit code of invalid input.
 const BAD_INPUT: u8 = 2;
 
 impl Failure {
-    /// A failure with valid input.
+    /// Returns a failure with valid input.
     pub fn failed(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, FAILED)
     }
 
-    /// Invalid input.
+    /// Returns a failure because of invalid input.
     pub fn bad_input(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, BAD_INPUT)
     }
 
-    /// Faults found by the audit.
+    /// Returns a failure because of faults found by the audit.
     pub fn of_audit(faults: &[String]) -> Self {
         let help = "the results cannot be trusted; carom should not do this: please report the scene";
         Self::failed(format!("the audit failed: {}", faults.join("; ")), Some(help))
     }
 
     fn new(message: impl Into<String>, help: Option<&str>, code: u8) -> Self {
-        // They contain user input and text from files.
+        // Messages contain user input and text from files.
         let message = printable(&message.into()).into_owned();
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
 
-    /// Message: the mistake or failure.
+    /// Returns the message, which describes the mistake or failure.
     #[must_use]
     pub fn message(&self) -> String {
         self.report.to_string()
     }
 
-    /// The cure, if there is one.
+    /// Returns the suggested solution, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<String> {
         self.report.help().map(|help| help.to_string())
@@ -64,13 +64,13 @@ impl Failure {
 
     /// Reports the failure on standard error, and returns the exit code.
     pub fn report(&self) -> u8 {
-        // If standard error is closed, there is still the exit code.
+        // If standard error is closed, the exit code still reports the failure.
         let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
         self.code
     }
 }
 
-/// The exit code if a file cannot be written: a badly chosen path, or a failure of the disk.
+/// Returns the exit code if a file cannot be written, because of a bad path or a failure of the disk.
 fn code_of(error: &io::Error) -> u8 {
     use io::ErrorKind::{
         InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
@@ -120,7 +120,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process is at the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // The cure for a damaged checkpoint differs from that of a run.
+            // The advice for a damaged checkpoint differs from the advice for a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }
@@ -156,7 +156,7 @@ impl From<RunError<OutputError>> for Failure {
         match error {
             RunError::Recorder(error) => error.into(),
             error => {
-                let cure = "continue with the program that started the run, which has the instrument";
+                let cure = "continue with the program that started the run, because it has the instrument";
                 Self::bad_input(error.to_string(), Some(cure))
             }
         }
@@ -181,7 +181,7 @@ impl From<ConvertError> for Failure {
     }
 }
 
-/// A message with its cure.
+/// Message with a suggested solution.
 #[derive(Debug)]
 struct Problem {
     message: String,

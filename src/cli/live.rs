@@ -9,20 +9,20 @@ use clap::Args;
 use super::failure::Failure;
 use super::{SceneArgs, borrowed};
 
-/// The WebAssembly module of the engine that was built into the program.
+/// The WebAssembly module of the engine, if it was built into the program.
 #[cfg(carries_module)]
 const CARRIED: Option<&[u8]> = Some(include_bytes!(env!("CAROM_MODULE")));
 #[cfg(not(carries_module))]
 const CARRIED: Option<&[u8]> = None;
 
-/// Path of the module from `web/build`, from the root of the sources.
+/// Path of the module made by `web/build`, relative to the root of the sources.
 const MODULE: &str = "web/carom.module";
 
 /// Writes a page that runs a scene in a browser: with plots, sliders and an editor
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The page is one file that needs no network. It carries the engine as WebAssembly, and has the bits of this program.
-That module is made by `web/build` in the folder of the sources; a program built with CAROM_MODULE=web/carom.module carries it.
+The page is a single file that needs no network. It contains the WebAssembly engine and computes the same bits as this program.
+The script `web/build` in the source folder makes the module; a program built with CAROM_MODULE=web/carom.module contains it.
 
 Example:
   carom live configs/maxwell.toml --out maxwell.html")]
@@ -32,8 +32,8 @@ pub struct Live {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "live.html")]
     out: PathBuf,
-    /// The engine as WebAssembly, made by web/build; searched for beside the program and the scene if not
-    /// given
+    /// The engine as WebAssembly, made by web/build; by default built in, or searched for near the program
+    /// and in the current folder
     #[arg(long, value_name = "FILE")]
     module: Option<PathBuf>,
     /// Replaces an existing file
@@ -87,7 +87,7 @@ impl Live {
     }
 }
 
-/// Beside the sources of the program, and in the present folder.
+/// Returns the paths where the module may be: below the folders of the program, and below the current folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

@@ -19,8 +19,8 @@ use super::{one_of, run, signals};
 /// Draws all frames of a run as a movie: MP4, GIF or APNG
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The ending of --out is the format. GIF opens everywhere and has 256 colours; APNG has all colours, opens in browsers and is large. MP4 is small
-and opens in players and slides; it is written by the program ffmpeg, which has to be installed.
+The file extension of --out selects the format. GIF opens everywhere and has 256 colours. APNG has all colours, opens in browsers and is large.
+MP4 is small and opens in players and slides; it needs the program ffmpeg, which must be installed.
 
 Examples:
   carom movie runs/hopper --out hopper.mp4
@@ -33,10 +33,10 @@ pub struct Movie {
     /// The file to write; .mp4, .gif or .apng
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Only these frames, both ends included; frames count from 0, and either end may be left out
+    /// Draws only these frames, both ends included; frames count from 0; either end is optional
     #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
     frames: Option<(u64, Option<u64>)>,
-    /// Use every N-th frame
+    /// Draws every N-th frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = run::count)]
     every: u64,
     /// Frames shown per second, 1 to 120
@@ -49,19 +49,19 @@ pub struct Movie {
     /// Pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = width_and_height)]
     size: (u32, u32),
-    /// Angle by which the camera moves around the scene from the first frame to the last, in degrees; 0 for a
+    /// Angle by which the camera turns around the scene from the first to the last frame, in degrees; 0 for a
     /// fixed camera. Flat scenes always have a fixed camera
     #[arg(long, value_name = "DEGREES", default_value = "30", allow_negative_numbers = true, value_parser = degrees)]
     turn: f64,
     #[command(flatten)]
     camera: Camera,
-    /// Middle of the picture: com, the centre of mass of all moving particles, or the id of a particle
+    /// Centre of the picture: com, the centre of mass of all moving particles, or the id of a particle
     #[arg(long, value_name = "com|ID", allow_negative_numbers = true, value_parser = follow)]
     follow: Option<Follow>,
     /// Replaces an existing file
     #[arg(long)]
     force: bool,
-    /// No progress
+    /// Shows no progress
     #[arg(long, short)]
     quiet: bool,
 }

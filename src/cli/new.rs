@@ -1,11 +1,11 @@
-//! `carom new`: template scenes. They are those of `configs/`, which the tests run.
+//! `carom new`: template scenes, most of them from `configs/`, which the tests run.
 
 use clap::Args;
 
 use super::failure::Failure;
 use super::{Choice, one_of};
 
-/// Templates: name and text of each.
+/// Returns the name and the text of each template.
 pub fn scenes() -> impl Iterator<Item = (&'static str, &'static str)> {
     SCENES.iter().map(|(kind, _, text)| (*kind, *text))
 }
@@ -14,7 +14,7 @@ pub fn scenes() -> impl Iterator<Item = (&'static str, &'static str)> {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
 pub struct New {
-    /// Kind of scene; without it, all kinds are listed
+    /// Kind of scene; by default, lists all kinds
     #[arg(value_parser = one_of(&SCENES))]
     kind: Option<&'static str>,
 }

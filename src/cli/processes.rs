@@ -1,4 +1,4 @@
-//! The processes that `carom run` was started in.
+//! Processes of a `carom run` that was started with MPI.
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use crate::run::Run;
 use super::failure::Failure;
 use super::signals;
 
-/// Rejects processes that were started with different arguments, and more processes than permitted.
+/// Rejects processes with different arguments, and more processes than permitted.
 pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
@@ -30,7 +30,7 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
 pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, transport) else { return Ok(()) };
     signals::watch();
-    // The first process receives the signals as well, and decides.
+    // The first process also receives the signals, and decides when the run ends.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

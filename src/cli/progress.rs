@@ -1,4 +1,4 @@
-//! Shows the progress of a run, as a bar on a terminal, otherwise in lines.
+//! Progress of a run: a bar on a terminal, lines elsewhere.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -11,14 +11,14 @@ use crate::run::{self, Stage};
 use crate::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Interval of lines, without a terminal.
+/// Interval between lines without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
-/// Interval of updates of the bar.
+/// Interval between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Resolution of the bar.
 const STEPS: u64 = 1000;
 
-/// A bar on a terminal, hidden elsewhere.
+/// Returns a bar that is shown on a terminal and hidden elsewhere.
 pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let is_shown = !is_quiet && std::io::stderr().is_terminal();
@@ -26,7 +26,7 @@ pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
     ProgressBar::with_draw_target(Some(steps), target).with_style(style)
 }
 
-/// Shows progress: a bar on a terminal, a line every few seconds elsewhere, always on standard error.
+/// Display of the progress on standard error: a bar on a terminal, otherwise a line every few seconds.
 pub struct Display {
     name: String,
     bar: ProgressBar,
@@ -39,7 +39,7 @@ pub struct Display {
     done: Rate,
 }
 
-/// The stage shown.
+/// The current stage.
 struct Begun {
     name: &'static str,
     since: Instant,
@@ -103,9 +103,10 @@ struct Rate {
     memory: f64,
 }
 
-/// Half a second, so that the number can be read on the bar.
+/// Averaging time of the event rate `[s]`. With half a second, the number on the bar is readable.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// The speed of a run that settles changes slowly, that of a set of tasks with each task.
+/// Averaging time of the completed part `[s]`. The speed of a settling run changes slowly; the speed of a set
+/// of tasks changes with each task.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -113,7 +114,7 @@ impl Display {
         Self::named(scene.name().to_owned(), is_quiet)
     }
 
-    /// For a task with this name.
+    /// Returns a display for a task with this name.
     pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
         let now = Instant::now();
@@ -121,7 +122,7 @@ impl Display {
         Self { name, bar, is_quiet, shown: None, stage: None, events, done }
     }
 
-    /// Shows the progress, if it is time to.
+    /// Shows the progress if the interval since the last update has passed.
     pub fn show(&mut self, progress: impl Into<State>) {
         let progress = progress.into();
         if self.is_quiet {
@@ -137,7 +138,7 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // Few items are averaged over the whole time.
+        // Rates of other items are averages over the whole stage, since there are few of them.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
@@ -161,8 +162,8 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// The time at which the stage shown began. A smaller fraction than before indicates a new stage, even
-    /// with the same name.
+    /// Returns the time at which the current stage began. A fraction smaller than the previous one indicates
+    /// a new stage, even with the same name.
     fn began(&mut self, progress: &State, now: Instant) -> Instant {
         let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
         let since = same.map_or(now, |it| it.since);
@@ -196,7 +197,7 @@ impl Rate {
     }
 }
 
-/// Remaining time at the present speed.
+/// Returns the remaining time at the present speed, as text.
 fn left(fraction: f64, per_second: f64) -> String {
     if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();

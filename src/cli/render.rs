@@ -19,16 +19,16 @@ Examples:
 pub struct Render {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
-    /// Simulated time; the nearest frame is drawn, or the last one if not given
+    /// Simulated time of the frame; draws the nearest frame, by default the last
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     time: Option<f64>,
-    /// The file to write; picture.png in the folder of the run if not given
+    /// The file to write; by default picture.png in the folder of the run
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Quantity shown by colours
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
     colour: ColourBy,
-    /// Pixels across and down; if not given, the part of 1600x1200 that fits the scene
+    /// Pixels across and down; by default the part of 1600x1200 that fits the scene
     #[arg(long, value_name = "WxH", value_parser = width_and_height)]
     size: Option<(u32, u32)>,
     #[command(flatten)]
@@ -56,7 +56,7 @@ pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
 /// Extensions of other picture formats.
 const OTHER_FORMATS: [&str; 9] = ["bmp", "gif", "jpeg", "jpg", "pdf", "svg", "tif", "tiff", "webp"];
 
-/// Rejects the name of a picture in another format.
+/// Rejects a file name with the extension of another picture format.
 fn refuse_other_format(out: &Path) -> Result<(), Failure> {
     let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     match extension {

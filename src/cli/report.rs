@@ -13,14 +13,14 @@ use super::failure::Failure;
 /// Writes a page about a run for a browser: results, audit, plots and the moving particles
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The page is one file that needs no network: send it, or keep it with the data.
+The page is a single file that needs no network. It can be sent or archived.
 
 Example:
   carom report runs/hopper --out hopper.html")]
 pub struct Report {
     /// The folder of a run, or of a replica exchange
     run: PathBuf,
-    /// The file to write; report.html in the folder of the run if not given
+    /// The file to write; by default report.html in the folder of the run
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replaces an existing file
@@ -50,7 +50,7 @@ impl Report {
         super::print(&format!("{}\n", out.display()))
     }
 
-    /// The file to write, by default one of Carom's own.
+    /// Returns the file to write. The default file must not be a link.
     fn place(&self, default: PathBuf) -> Result<PathBuf, Failure> {
         if let Some(out) = &self.out {
             return Ok(out.clone());
@@ -59,7 +59,7 @@ impl Report {
         Ok(default)
     }
 
-    /// The page of a replica exchange, which already exists under its own name.
+    /// Writes the page of a replica exchange, by default to the name that the exchange uses for it.
     fn of_exchange(&self) -> Result<(), Failure> {
         let page = report::exchange_page(&self.run)?;
         let out = self.place(report::exchange_page_in(&self.run))?;

@@ -26,18 +26,18 @@ use super::{processes, signals};
 /// Simulates a scene
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once. Either way, and after a
-crash or a power cut, it can be resumed from its last checkpoint, to the same bits. A folder that holds a run is refused, unless --force
-is given: that run stays as it is until the new one is complete. One that is interrupted or fails stays beside it, in the folder
-replacement within: --resume goes on with it.
+Ctrl-C or SIGTERM ends the run early, with files complete up to that time. A second signal ends it at once. In both cases, and
+after a crash or a power cut, --resume continues the run from its last checkpoint, with identical bits. A folder that contains
+a run is refused without --force. With --force, the old run stays unchanged until the new run is complete. A new run that is
+interrupted or fails stays in the subfolder replacement, and --resume continues it.
 
 Examples:
   carom run configs/hopper.toml
   carom run configs/hard_sphere_fluid.toml --seed 7 --until-events 1e6 --out runs/seven
   carom run configs/bouncing_ball.toml --set space.z.restitution=0.9 --set output.contacts=true
-  carom run next.toml --from runs/fluid                 starts from the end of that run
-  carom run --resume runs/hopper                        goes on to the end that was planned
-  carom run --resume runs/hopper --until-time 160       goes on to another end, also if it was over")]
+  carom run next.toml --from runs/fluid                 starts from the end of the run in runs/fluid
+  carom run --resume runs/hopper                        continues to the planned end
+  carom run --resume runs/hopper --until-time 160       continues to another end, even if the run was complete")]
 pub struct Run {
     /// The scene, a TOML file
     #[arg(required_unless_present = "resume", conflicts_with = "resume")]
@@ -47,24 +47,24 @@ pub struct Run {
     /// Continues the run in this folder from its last checkpoint
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "seed", "overrides", "from"])]
     resume: Option<PathBuf>,
-    /// The folder of the results; runs/NAME if not given, where NAME is that of the scene
+    /// The folder of the results; by default runs/NAME, where NAME is the name of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Measures for this simulated time instead of the scene's
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = duration)]
     until_time: Option<f64>,
-    /// Measures for this many physical events instead of the scene's; with --until-time, until whichever
-    /// comes first
+    /// Measures for this number of physical events instead of the scene's; with --until-time, the first
+    /// limit ends the run
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Number of threads instead of the scene's, with the same bits as on one; auto uses one per core, but at
-    /// most one per 250000 particles
+    /// Number of threads instead of the scene's; does not change the results. auto uses one thread per core,
+    /// but at most one per 250000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
-    /// Replaces the run in the folder once the new one is complete; also allows more than 10 GB, or a tenth
+    /// Replaces the run in the folder once the new run is complete; also allows more than 10 GB, or a tenth
     /// of the free disk space
     #[arg(long)]
     force: bool,
@@ -86,7 +86,7 @@ pub fn duration(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An integer, also written as `1e6` or `1_000_000`.
+/// Parses a positive integer, such as `20000`, `1e6` or `1_000_000`.
 pub fn count(text: &str) -> Result<u64, String> {
     let plain = text.replace('_', "");
     let whole = |x: &f64| x.fract() == 0.0 && (1.0..=9.007_199_254_740_992e15).contains(x);
@@ -118,7 +118,7 @@ impl Run {
         }
     }
 
-    /// The run before its first step.
+    /// Prepares the run up to its first step.
     fn ready(&self) -> Result<Ready, Failure> {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
@@ -128,7 +128,7 @@ impl Run {
         }
     }
 
-    /// A new run.
+    /// Prepares a new run.
     fn begin(&self, file: &Path) -> Result<Ready, Failure> {
         let mut scene = self.changes.load(file)?;
         super::refuse_exchange(
@@ -161,7 +161,7 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::without_start(scene)), folder, display })
     }
 
-    /// A run continued from its last checkpoint.
+    /// Prepares a run that continues from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
         let (folder, checkpoint) =
             Folder::resume_with(path, self.limit(), &[]).map_err(|error| not_a_run(path, error))?;
@@ -171,7 +171,7 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::resume(checkpoint)), folder, display })
     }
 
-    /// The command that resumes the run in a folder.
+    /// Returns the command that resumes the run in a folder.
     fn again(&self, folder: &Path) -> Again {
         Again::new("run --resume", folder)
             .option("threads", self.threads)
@@ -186,7 +186,7 @@ impl Run {
         }
     }
 
-    /// Largest permitted size of the files. A run that will write more needs --force.
+    /// Returns the maximum permitted size of the files. A run that will write more needs `--force`.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -195,14 +195,14 @@ impl Run {
         super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 
-    /// Limit that replaces the scene's.
+    /// Returns the limit that replaces the limit of the scene.
     fn limit(&self) -> Option<Limit> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
     }
 }
 
-/// Why a run cannot be resumed. If the folder holds no run, names its content.
+/// Returns the reason why a run cannot be resumed. If the folder contains an exchange or a sweep, names it.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
@@ -246,7 +246,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
-                // The other processes have no information about it.
+                // The other processes have no information about the failure.
                 Failure::from(error).report();
                 transport.abort("the run ends here")
             }
@@ -281,7 +281,7 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// Message about an old run that was not replaced.
+/// Returns a message about an old run that was not replaced, or an empty text.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();

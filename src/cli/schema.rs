@@ -8,11 +8,11 @@ const HELP: &str = "\
 Example:
   carom schema > scene.schema.json
 
-and, as the first line of a scene beside it,
+First line of a scene in the same folder:
 
   #:schema scene.schema.json
 
-Editors with Taplo (Even Better TOML in VS Code) then complete, explain and check its keys.";
+Editors with Taplo (Even Better TOML in VS Code) then complete, explain and check the keys.";
 
 /// Prints the JSON Schema of scene files, for completion and checks in editors
 #[derive(Debug, Args)]

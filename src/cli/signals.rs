@@ -10,16 +10,17 @@ static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 /// Whether the work checks for signals.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Work that leaves no files is ended if it has not checked for a signal within this time.
+/// Time within which work that leaves no files must check for a signal; otherwise it is ended.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The first signal ends the work in good order, the second one immediately. Before the work has begun, the
-/// first one also ends it immediately.
+/// Installs the signal handler. The first signal ends the work in good order, the second signal ends it
+/// immediately. Before the work has begun, the first signal also ends it immediately.
 pub fn watch() {
     listen(|| {});
 }
 
-/// Ends work that leaves no files soon after the first signal, whether it checks or not.
+/// Installs a signal handler for work that leaves no files. The first signal ends the work soon, even if the
+/// work does not check for signals.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);
@@ -31,7 +32,7 @@ pub fn watch_without_traces() {
 }
 
 fn listen(then: fn()) {
-    // Without a handler, a signal ends the program by default.
+    // If the handler cannot be installed, a signal ends the program by default.
     let _ = ctrlc::set_handler(move || {
         let is_working = IS_ASKED.load(Ordering::Relaxed);
         if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {

@@ -25,32 +25,32 @@ use display::Display;
 /// Runs a scene for all combinations of values
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Each combination is a run in a folder of its own, with all files of a run. sweep.csv has a row for each run, sweep-mean.csv one for each
-state point, with means over its seeds (measured stages have rows of their own in both), and sweep.html plots every quantity against the value that varies,
-with links to a page of each run, run.html. What is there is not run
-again: the same command goes on where it stopped, to the same bits, and takes further values and seeds.
+Each combination is a run in its own folder, with all files of a run. sweep.csv has a row for each run. sweep-mean.csv has a row for
+each state point, with means over its seeds. In both tables, measured stages have their own rows. sweep.html plots every quantity
+against the varied value, and links to a page of each run, run.html. Existing runs are not repeated: the same command resumes an
+interrupted sweep, with identical bits, and accepts further values and seeds.
 
-VALUES are a list, 0.1,0.2; whole numbers, 1..5; a range with a number of values, 0.05..0.49/12; or one with even ratios, 0.01..10/7/log.
-Keys that change together stand in one --vary, separated by `;`. The last --vary changes fastest; of `seed` means are taken.
+VALUES are a list, 0.1,0.2; integers, 1..5; a range with a number of values, 0.05..0.49/12; or a logarithmic range, 0.01..10/7/log.
+Keys that change together are in one --vary, separated by `;`. The last --vary changes fastest. Means are taken over `seed`.
 
 Examples:
   carom sweep fluid.toml --vary fill.0.packing_fraction=0.05..0.49/12 --vary seed=1..3
   carom sweep fluid.toml --vary 'fill.0.packing_fraction=0.1,0.4; run.until_events=1e5,4e5' --set run.equilibration_events=20000
-  carom sweep study.toml                     scene = \"fluid.toml\", vary = [\"seed=1..3\"] and, if wanted, set = [\"run.until_time=10\"]
-  carom sweep runs/fluid-sweep               goes on with the sweep in this folder
+  carom sweep study.toml                     scene = \"fluid.toml\", vary = [\"seed=1..3\"] and, optionally, set = [\"run.until_time=10\"]
+  carom sweep runs/fluid-sweep               continues the sweep in this folder
   carom sweep study.toml --array $SLURM_ARRAY_TASK_ID/12     one task of a job array")]
 pub struct SweepCommand {
-    /// A scene with --vary, the file of a sweep, or the folder of one
+    /// A scene with --vary, a sweep file, or the folder of a sweep
     path: PathBuf,
-    /// A key of the scene and its values; may be given several times for all combinations
+    /// A key of the scene and its values; may be repeated to run all combinations
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     axes: Vec<Axis>,
     #[command(flatten)]
     changes: Changes,
-    /// Number of runs at the same time; as many as there are processors if not given
+    /// Number of runs at the same time; by default the number of processors
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// The folder of the sweep; runs/NAME-sweep if not given, where NAME is that of the file
+    /// The folder of the sweep; by default runs/NAME-sweep, where NAME is the name of the file
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Runs only the K-th of every N points
@@ -59,7 +59,7 @@ pub struct SweepCommand {
     /// Wall time between two checkpoints of a run, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Allows more than 10 GB, or a tenth of the free disk space
+    /// Allows output of more than 10 GB, or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -100,7 +100,7 @@ impl SweepCommand {
         self.end(&sweep, &folder, &fates?)
     }
 
-    /// The sweep and its folder.
+    /// Returns the sweep and its folder.
     fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
         let changes = self.changes.all();
         if !self.axes.is_empty() {
@@ -129,13 +129,13 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // The file of a sweep inside its folder continues there.
+        // A sweep file inside the folder of its sweep continues the sweep in that folder.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// Checks a sweep before anything is created.
+    /// Checks a sweep before any file is created.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
         let scene = sweep.check()?;
         super::refuse_exchange(
@@ -148,7 +148,7 @@ impl SweepCommand {
         super::refuse_large("sweep", sweep.expected_bytes(&scene), path, "longer intervals in [output]").map(drop)
     }
 
-    /// Writes tables and page, and prints the verdict.
+    /// Writes the tables and the pages, and prints the verdict.
     fn end(&self, sweep: &Sweep, folder: &SweepFolder, fates: &[(usize, Fate)]) -> Result<(), Failure> {
         let results = Results::read(folder, sweep);
         folder.write_tables(sweep, &results)?;
@@ -197,7 +197,7 @@ impl SweepCommand {
         Ok(())
     }
 
-    /// The command that resumes the sweep in a folder.
+    /// Returns the command that resumes the sweep in a folder.
     fn again(&self, folder: &Path) -> Again {
         let share = self.share.map(|Share { number, of }| format!("{number}/{of}"));
         Again::new("sweep", folder)
@@ -208,24 +208,24 @@ impl SweepCommand {
     }
 }
 
-/// Whether a folder contains runs of a sweep.
+/// Returns whether a folder contains runs of a sweep.
 fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     let is_there =
         |name: &str| crate::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 
-/// The folder of the sweep with this file.
+/// Returns the default folder of a sweep with this file.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
 }
 
-/// Maximum number of columns that are printed.
+/// Maximum numbers of printed columns and rows.
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// The means of the measured quantities, as many as fit on a terminal.
+/// Returns a table of the means of the measured quantities, as many as fit on a terminal.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();
@@ -249,7 +249,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // A quantity conserved by each run may differ from run to run.
+            // A quantity that is conserved in each run may differ between runs.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
@@ -268,7 +268,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Deviations of a quantity from published values, one line for each source.
+/// Returns the deviations of a quantity from published values, one line for each source.
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {

@@ -5,29 +5,29 @@ use std::io::{self, IsTerminal};
 use terminal_size::{Width, terminal_size_of};
 use textwrap::{Options, WordSeparator, WordSplitter, wrap};
 
-/// Columns of the terminal of standard output; `None` for a file or a pipe.
+/// Returns the number of columns of the terminal of standard output, or `None` for a file or a pipe.
 fn width() -> Option<usize> {
     let stdout = io::stdout();
     let is_terminal = stdout.is_terminal();
     terminal_size_of(stdout).filter(|_| is_terminal).map(|(Width(columns), _)| usize::from(columns))
 }
 
-/// Wraps a report at the width of the terminal. Words longer than a line stay whole.
+/// Wraps a report at the width of the terminal. Words longer than a line are not broken.
 pub fn fitted(text: &str) -> String {
     width().map_or_else(|| text.to_owned(), |width| wrapped(text, width))
 }
 
-/// Lines of a table with cells flush right. A table that is wider than the terminal is divided into several, one below the other. Each repeats the first
-/// `keys` columns, which identify the rows.
+/// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into
+/// several tables, one below the other. Each repeats the first `keys` columns, which identify the rows.
 pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
 
-/// Narrowest supported terminal.
+/// Minimum supported width of a terminal.
 const NARROWEST: usize = 20;
 
-/// Breaks long lines between words. Continuation lines are indented to the second column, which two spaces
-/// separate from the first.
+/// Breaks long lines between words. Continuation lines are indented to the second column, which is separated
+/// from the first column by at least two spaces.
 fn wrapped(text: &str, width: usize) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {

@@ -12,7 +12,7 @@ use super::signals;
 /// Measures known state points and compares the results
 #[derive(Debug, Args)]
 #[command(after_help = "\
-A quantity passes if it is off by no more than four of its standard errors and an allowance, whose reason stands below the table: the
+A quantity passes if its deviation is at most four standard errors plus an allowance. The table's notes give the reason: the
 effect of a finite number of particles, an approximation of the theory, or round-off. The default takes about a minute.
 
 Examples:
@@ -20,15 +20,15 @@ Examples:
   carom validate hard_spheres
   carom validate --long --seed 2")]
 pub struct Validate {
-    /// Only points whose names contain this
+    /// Selects the points whose names contain this text
     filter: Option<String>,
-    /// Lists what would be measured
+    /// Lists the points without measuring them
     #[arg(long)]
     list: bool,
-    /// More particles, more events, more points: a quarter of an hour
+    /// More particles, events and points; takes a quarter of an hour
     #[arg(long, conflicts_with = "brief")]
     long: bool,
-    /// Fewer events at fewer points: seconds
+    /// Fewer events at fewer points; takes seconds
     #[arg(long)]
     brief: bool,
     /// Seed of the random numbers that draw velocities
@@ -128,7 +128,7 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Sources and reasons, numbered in the order of their first use.
+/// Sources and reasons, in the order of their first use.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,
@@ -136,7 +136,7 @@ struct Notes {
 }
 
 impl Notes {
-    /// The number of a comparison's source, and the letter of its allowance.
+    /// Returns the short name of a comparison's source, with the number of the reason for its allowance.
     fn refer(&mut self, comparison: &Comparison) -> String {
         if !self.sources.contains(&comparison.source) {
             self.sources.push(comparison.source);

@@ -23,12 +23,12 @@ use super::progress::Display;
 use super::run::count;
 use super::signals;
 
-/// Proves a range of events of a run, and compares its files with those of a replay
+/// Proves a range of events of a run, and compares its files with the files of a replay
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Replays the events and holds each against the paper's Algorithm 1, asked over all pairs, walls and features of surfaces,
+Replays the events and checks each against the paper's Algorithm 1, over all pairs, walls and features of surfaces,
 without the engine's cells, predictions or memory. The cost of an event grows with the number of particles.
-Of a folder, the whole run is simulated once more into a temporary folder, and its files are compared byte by byte.
+For the folder of a run, also repeats the whole run in a temporary folder, and compares the files byte by byte.
 
 Examples:
   carom verify configs/hopper.toml
@@ -40,13 +40,13 @@ pub struct Verify {
     run: PathBuf,
     #[command(flatten)]
     changes: Changes,
-    /// Proves this many physical events, or all events up to the end of the run if there are fewer
+    /// Proves this number of physical events, or all events up to the end of a shorter run
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count, default_value = "1e5")]
     events: u64,
-    /// Only replays this many events first; the pair states at their end are taken from the engine
+    /// First replays this number of events without proof; the pair states then come from the engine
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     from_events: Option<u64>,
-    /// Does not compare the files of the run, which takes as long as the run itself
+    /// Skips the comparison of the files, which takes as long as the run itself
     #[arg(long)]
     no_files: bool,
     /// No progress, only the final table
@@ -71,7 +71,7 @@ impl Verify {
         proof.verdict
     }
 
-    /// The scene, and the recorded results if it is a folder.
+    /// Loads the scene, and the recorded results if the path is a folder.
     fn load(&self) -> Result<(Scene, Option<Recorded>), Failure> {
         if !self.run.is_dir() {
             return Ok((self.changes.load(&self.run)?, None));
@@ -86,7 +86,7 @@ impl Verify {
     }
 }
 
-/// The scene and the recorded results of a run.
+/// Loads the scene and the recorded results of a run.
 fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     let file = Folder::scene_of(run);
     if !file.exists() {
@@ -112,18 +112,19 @@ pub enum VerifyStep<'a> {
 /// Result of a proof.
 #[derive(Debug)]
 pub struct Proof {
-    /// Its certificate.
+    /// Certificate of the proof.
     pub certificate: Certificate,
-    /// Comparison of the files with those of a replay; `None` if not requested.
+    /// Comparison of the files with the files of a replay; `None` if not requested.
     pub files: Option<Comparison>,
     /// The printed table.
     pub table: String,
-    /// Why the proof failed, if it did.
+    /// The failure, if the proof or the comparison failed.
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves a range of the physical events of the run in a folder: the number of events to skip first, if any,
-/// and the number to prove. With `has_files` it also repeats the run and compares its files.
+/// Proves a range of the physical events of the run in a folder. The range is the number of events to skip
+/// first, if any, and the number of events to prove. With `has_files`, also repeats the run and compares its
+/// files.
 ///
 /// # Errors
 /// [`Failure`] if nothing can be proven, or the files cannot be compared.
@@ -198,7 +199,7 @@ impl From<CompareError> for Failure {
 /// Maximum number of files named in a line.
 const MOST_NAMES: usize = 5;
 
-/// Table of the files that equal those of the replay.
+/// Returns a table of the comparison of the files with the files of the replay.
 fn files_table(files: &Comparison) -> String {
     let mut lines = Lines::default();
     lines.title("files compared with a replay");
@@ -226,7 +227,7 @@ fn files_table(files: &Comparison) -> String {
     lines.text()
 }
 
-/// Names, or the first few and the number of the others.
+/// Returns all names, or the first few and the number of the others.
 fn several(names: &[String], count: usize) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match count {
@@ -283,7 +284,7 @@ impl Recorded {
         Ok(Self { path, summary, end })
     }
 
-    /// A scene with another seed or other particles does not belong to the run.
+    /// Refuses a scene whose seed or number of particles differs from the run.
     fn refuse_other(&self, scene: &Scene) -> Result<(), Failure> {
         let numbers = [
             ("seed", scene.seed(), self.summary.seed),
@@ -344,7 +345,7 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
         ("velocities and energies", margins.outcome),
         ("flights", margins.flight),
     ] {
-        lines.pair(name, &format!("at most {:.1} % of what round-off explains", 100.0 * margin));
+        lines.pair(name, &format!("at most {:.1} % of the round-off bound", 100.0 * margin));
     }
     lines.title("verdict");
     lines.line(&words(certificate));
@@ -412,7 +413,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         End::Driven => {
-            let help = "leave it out: moving surfaces and changing gravity can be proven";
+            let help = "leave it out: runs with moving surfaces and changing gravity can be proven";
             Err(Failure::bad_input("only runs without heat, growth and shear from outside can be proven", Some(help)))
         }
         End::OpenStages => {
@@ -426,7 +427,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
     }
 }
 
-/// A violation in words, with the name of its surface.
+/// Returns a violation in words, with the name of its surface.
 fn message(violation: &Violation, surfaces: &[String]) -> String {
     let surface = match violation.fault.contact() {
         Some(Contact::Surface { surface, .. }) => surfaces.get(surface as usize),

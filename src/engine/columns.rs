@@ -29,7 +29,7 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// The order in which the particle with the old number `old[0]` comes first.
+    /// The order in which new particle `i` is old particle `old[i]`.
     pub fn of(old: Vec<u32>, count: usize) -> Self {
         let mut new = vec![NO_PARTICLE; count];
         for (&old, number) in old.iter().zip(0..) {

@@ -191,7 +191,7 @@ impl EventCounts {
         2 * self.core - self.core_static
     }
 
-    /// Event counts since earlier ones. The deepest overlap is that of the whole time.
+    /// Difference between these event counts and `earlier` ones. The deepest overlap is still that of the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;

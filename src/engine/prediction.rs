@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
-    /// A surface, whose index is stored in place of the partner's event count.
+    /// A surface, whose index is stored instead of the partner's event count.
     Surface,
 }
 
@@ -140,7 +140,7 @@ impl Prediction {
     }
 }
 
-/// Stored in place of the index of a surface: the search for contacts with moving surfaces must be continued.
+/// Stored instead of the index of a surface: the search for contacts with moving surfaces is not complete.
 pub(super) const SEARCH: u32 = u32::MAX;
 
 /// Bits in the tie orders of surface contacts and transitions that are not used by pairs, because there are

@@ -1,5 +1,5 @@
-//! Pairs that are predicted one by one, because they accelerate relative to each other or meet in several
-//! images of a small box. SIMD lanes find those that can meet at all before the earliest contact so far.
+//! SIMD filter of pairs that must be predicted one by one, because they accelerate relative to each other or
+//! meet in several images of a small box. It skips pairs that cannot meet before the earliest contact so far.
 
 use super::batch::{Batch, dot, minimum_image};
 use super::images::{FLOW, GRADIENT};

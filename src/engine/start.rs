@@ -47,7 +47,7 @@ impl Simulation {
     /// [`Run`](crate::run::Run). The length of the run, measurements and output are not.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that rescales velocities, a
+    /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a
     /// barostat, or replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;

@@ -125,7 +125,7 @@ impl Populations {
         self.levels = merged;
     }
 
-    /// The populations of all levels at a temperature, given by its index, in ascending order.
+    /// Populations of all levels at the temperature with index `place`, in ascending order of energy.
     pub fn at(&self, place: usize) -> Vec<Population> {
         let nothing = Estimate { mean: 0.0, standard_error: None };
         let population = |level: &Level| Population {

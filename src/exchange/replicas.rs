@@ -116,8 +116,8 @@ pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Attempts between two frames: those in the interval of the scene, or enough that the frames of all
-/// temperatures fit.
+/// Number of attempts between two frames. It follows from the frame interval of the scene. Without one, it keeps
+/// the frames of all temperatures within the size limit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {

@@ -35,7 +35,7 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Keeps rows and frames as text, and a checkpoint after every so many requests.
+/// Keeps rows and frames as text, and a checkpoint after every `every` requests.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,

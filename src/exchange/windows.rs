@@ -1,4 +1,4 @@
-//! Windows of a distance: how replicas reach them, and when neighbours are swapped.
+//! Umbrella windows along a distance: how replicas reach their windows, and when neighbouring windows swap.
 
 use super::error::Unprepared;
 use super::replicas::Exchange;

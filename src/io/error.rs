@@ -116,7 +116,7 @@ impl OutputError {
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
-            Self::Occupied(_) => "choose another folder with --out, or remove it",
+            Self::Occupied(_) => "remove the folder, or choose another one with --out",
             Self::Unfinished(_) => {
                 "continue it with `carom run --resume DIR`; or choose another folder with --out, or replace it with --force"
             }
@@ -134,7 +134,7 @@ impl OutputError {
             }
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
-            Self::Instrument(_) => "continue with the program that started the run, which has the instrument",
+            Self::Instrument(_) => "continue with the program that started the run, because it has the instrument",
             Self::Convert(error) => return error.cure(),
             Self::Input { .. } => "choose another place with --out",
             Self::NotFolder(_) => "choose another folder with --out",

@@ -44,7 +44,7 @@ use crate::run::{Recorder, RunState, Stage};
 pub(super) const SUMMARY: &str = "summary.json";
 /// The old summary of a run that continues, until there is a new one.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
-/// The scene as it was run.
+/// The scene of the run.
 pub(super) const SCENE: &str = "scene.toml";
 /// The particles that a program has given to the scene, which then refers to this file.
 pub(super) const PARTICLES: &str = "particles.xyz";

@@ -10,7 +10,7 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// Creates an empty file in place of an existing one, so that no link or second name redirects its bytes.
+/// Replaces an existing file by an empty one, so that no link or second name redirects its bytes.
 ///
 /// # Errors
 /// System errors, also if a folder exists at the path.

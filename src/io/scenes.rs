@@ -113,7 +113,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
         let problem = "the run was interrupted before its end, or could not continue";
         return refused(
             problem.to_owned(),
-            format!("{}, to another end with --until-time or --until-events", resume()),
+            format!("{}; for another end, add --until-time or --until-events", resume()),
         );
     }
     if let Err(error) = checkpoint.go_to_end() {

@@ -9,7 +9,7 @@ const SAME: f64 = 1e-9;
 /// Weights of a multicanonical ensemble. A configuration with the potential energy `U` has the probability
 /// density `exp(-w(U))`, where `w(E)` depends on the energy alone.
 ///
-/// `w` is linear between its nodes. Outside of them it is that of a canonical ensemble: below with the slope
+/// `w` is linear between its nodes. Below the first node and above the last it is linear, as in a canonical ensemble: below with the slope
 /// `1 / T` of one temperature, above with that of another. If `w` is the logarithm of the density of states
 /// at the nodes, all energies between them are visited equally often.
 ///

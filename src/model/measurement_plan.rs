@@ -248,7 +248,7 @@ pub struct Flow {
     /// The axis that the plane is normal to: `x`, `y` or `z`.
     #[schemars(extend("enum" = AXES))]
     pub axis: Option<String>,
-    /// The normal of a plane in another direction, of any length, in place of `axis`.
+    /// Normal of a plane in any direction, instead of `axis`. Its length does not matter.
     pub normal: Option<[f64; 3]>,
     /// Its coordinate along that `[length]`.
     pub at: f64,

@@ -100,7 +100,7 @@ impl RunPlan {
         self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
     }
 
-    /// Gravity of the stages that have one, the measurement last.
+    /// Gravitational acceleration of each stage that sets one. The measurement comes last.
     pub fn gravities(&self) -> impl Iterator<Item = Vector> + '_ {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }

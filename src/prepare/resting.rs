@@ -113,7 +113,7 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     });
 }
 
-/// Records a particle in contact with something on the side opposite to the normal, if it is at rest there.
+/// Records a particle that rests on `ground`. `normal` points from the ground to the particle.
 fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
     let particle = &scene.particles[number];
     let species = &scene.species[particle.species.0 as usize];

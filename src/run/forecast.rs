@@ -35,7 +35,7 @@ pub struct Burden {
     pub seconds: f64,
 }
 
-/// Reasons why a run of a scene takes longer than its events, by orders of magnitude.
+/// Reasons why a run takes orders of magnitude longer than its collisions alone.
 ///
 /// Rates follow from Enskog's kinetic theory at the initial speeds. Particles at rest give no rate.
 #[must_use]

@@ -69,10 +69,10 @@ pub enum SceneErrorKind {
     )]
     Overlap { first: u32, second: u32, distance: f64, contact: f64 },
     /// A particle that overlaps a wall.
-    #[error("particle {particle} reaches {depth} through the {side} wall of {axis}")]
+    #[error("particle {particle} extends {depth} beyond the {side} wall of {axis}")]
     InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
     /// A particle that overlaps a surface other than a wall of the box.
-    #[error("particle {particle} reaches {depth} through surface `{surface}`")]
+    #[error("particle {particle} extends {depth} beyond surface `{surface}`")]
     InSurface { particle: u32, surface: String, depth: f64 },
     /// A bond to a particle that does not exist.
     #[error("there is no particle {id}, expected an id below {particles}")]
@@ -168,7 +168,7 @@ impl SceneErrorKind {
             Self::NoRoom { .. } => Some(
                 "placed one by one, particles jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D; dense random starts \
                  need a fully periodic box with one fill and nothing else in it: use that, or a lattice; `as_many_as_fit = true` in the \
-                 [[fill]] goes on with those that found a place"
+                 [[fill]] continues with the particles that found a place"
                     .to_owned(),
             ),
             Self::Jammed { .. } => Some(

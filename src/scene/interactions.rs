@@ -98,7 +98,7 @@ impl<'a> Interactions<'a> {
             return refuse(
                 ConfigPath::entry("interaction", index),
                 format!("more than {MOST_KINDS} interactions"),
-                "at most so many in a scene",
+                "at most that number in a scene",
             );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());

@@ -15,15 +15,15 @@ use crate::scene::read_text;
 use crate::scene::source::Source;
 
 const HEADER: &str = "\
-# The scene of this run as it was run: with the values of the command line, with absolute paths, and with the checksums of the files that it reads.
+# The scene of this run, with the values of the command line, absolute paths, and the checksums of its input files.
 ";
 
 impl Scene {
     /// TOML from which this scene can be read again, wherever it is stored.
     ///
-    /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and
-    /// the limits of the run are the scene's, relative paths of coordinate files and runs become absolute,
-    /// and these get the checksums of the files read. Comments are lost.
+    /// The scene was read from `path` with `overrides`. The TOML contains the overrides, and the name and limits of
+    /// the scene. Relative paths of coordinate files and runs become absolute, and each path gets the checksum of
+    /// its file. Comments are lost.
     ///
     /// # Errors
     /// The errors of [`Scene::from_file_with`], if the file has changed.

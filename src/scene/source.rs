@@ -119,7 +119,7 @@ impl Source {
             let key_range = this.start..this.start + this.key.len();
             let result = match keys.first() {
                 Some(first) if is_started && BEFORE_START.contains(first) => {
-                    Err("particles, bonds and time are those of the run that it starts from".to_owned())
+                    Err("particles, bonds and time come from the run in [start]".to_owned())
                 }
                 _ => set(document.get_mut(), &keys, this.parsed(), &key_range),
             };

@@ -17,7 +17,7 @@ const LONGEST_LIST: usize = 28;
 /// well: `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
-/// Last words of keys that are also measured in runs with a barostat.
+/// Last words of keys that are also the names of quantities measured in runs with a barostat.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
 /// Names of keys: their last words followed by indices of entries, if these differ; otherwise the whole keys,

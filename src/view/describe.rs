@@ -152,7 +152,9 @@ fn potential(potential: &Potential) -> String {
             let size = digits(energies[1].abs());
             format!("hard core {innermost} with a square {what} of {size} up to {}", digits(radii[0]))
         }
-        (false, false, 1) => format!("penetrable spheres of {innermost} that cost {} to enter", digits(energies[1])),
+        (false, false, 1) => {
+            format!("penetrable spheres of diameter {innermost}; an overlap costs the energy {}", digits(energies[1]))
+        }
         _ => {
             let range = energies.iter().copied().filter(|energy| energy.is_finite());
             let lowest = digits(range.clone().fold(f64::INFINITY, f64::min));
@@ -313,7 +315,7 @@ pub fn start(scene: &Scene) -> Option<String> {
     let checkpoint = Path::new(&run.checkpoint.path);
     let folder = checkpoint.parent().unwrap_or(checkpoint).display();
     let engine = match run.differences() {
-        [] => "its engine goes on, to the same bits as one longer run".to_owned(),
+        [] => "its engine continues, with the same bits as one longer run".to_owned(),
         differences => format!("a new engine begins there, because these differ: {}", differences.join(", ")),
     };
     Some(format!("the end of {folder}, at t = {}; {engine}", digits(scene.start_time)))

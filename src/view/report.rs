@@ -169,7 +169,7 @@ fn verdict(faults: &[String]) -> &'static str {
 
 fn scene(inputs: &Inputs) -> String {
     match &inputs.scene_text {
-        Some(text) => scene_text("the run can be made again, bit for bit", text),
+        Some(text) => scene_text("the run can be repeated bit for bit", text),
         None => "<p>The scene of this run was not kept.</p>\n".to_owned(),
     }
 }

@@ -85,7 +85,7 @@ impl Surfaces {
         self.skins.iter().map(pose).collect()
     }
 
-    /// Surfaces with boxes around all their positions at some times.
+    /// Sets the bounding box of each moving surface so that it holds the surface at all given times.
     pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
         for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
             let boxes = times.clone().map(|time| skin.bounds_at(time));

@@ -16,8 +16,8 @@ mod surfaces;
 
 use surfaces::{motions, surfaces};
 
-/// Number of events compared in each scene. Differences from rounding grow by a factor of about ten with each
-/// collision of a particle (mean free path divided by radius). With at least eight particles and forty
+/// Number of events compared in each scene. Each collision of a particle multiplies differences from rounding by
+/// about ten, the mean free path divided by the radius. With at least eight particles and forty
 /// events, a particle has about ten collisions.
 const EVENTS: usize = 40;
 

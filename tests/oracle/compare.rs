@@ -1,8 +1,8 @@
 //! Compares an answer of a detection function with the oracle.
 //!
-//! The answer must be the oracle's for the exact overlap function. If the input is within its own rounding of
-//! the boundary between two verdicts, it may be the oracle's for a witness: another polynomial inside the
-//! boxes of [`Overlap::rounding`].
+//! The answer must equal the answer of the oracle for the exact overlap function. If the input is within its own rounding of
+//! the boundary between two verdicts, it may equal the answer of the oracle for a witness: another polynomial
+//! inside the boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};

@@ -77,8 +77,8 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
                 continue;
             }
             let deviation = deviation(measured, expected);
-            // Of 80 seeds of a pair, two were beyond 3 and one beyond 4, with means of zero within 0.1 to 0.2
-            // and standard deviations of 0.9.
+            // For 80 seeds of a pair of particles, two deviations were above 3 standard errors and one above 4. The mean
+            // deviations were zero within 0.1 to 0.2, and their standard deviations 0.9.
             assert!(deviation.abs() < 4.0, "{name} at {t}: {measured:?}, expected {expected}");
             largest = largest.max(deviation.abs());
         }

@@ -138,7 +138,7 @@ fn check_page(place: &Place, folder: &str) {
     {
         assert!(page.contains(word), "{word}");
     }
-    // Results of instruments are those of the exchange, or rejected.
+    // A file of measurements that does not belong to the exchange is rejected.
     let measured = place.path().join(folder).join("measurements.json");
     std::fs::write(&measured, place.read(&format!("{folder}/measurements.json")).replacen("radial", "lateral", 1))
         .unwrap();

@@ -218,7 +218,11 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
     run(&place, &["runs/c/scene.toml", "--out", "runs/d"]);
     assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
     let output = place.carom(&["check", "runs/c/scene.toml"]);
-    assert!(words(&output).contains("its engine goes on, to the same bits as one longer run"), "{}", words(&output));
+    assert!(
+        words(&output).contains("its engine continues, with the same bits as one longer run"),
+        "{}",
+        words(&output)
+    );
     assert_eq!(code(&place.carom(&["report", "runs/c"])), 0);
 }
 
@@ -326,11 +330,11 @@ fn what_nothing_can_start_from_is_refused() {
     let start = "[start]\nfrom = \"runs/a\"\n";
     let check = ["check", "bad.toml"];
     next(format!("{CHAINS}{CHAIN}{start}{}", run_until("0.5")));
-    refused(&place, &check, &["chain[0]", "expected none: particles and bonds are those of the run"]);
+    refused(&place, &check, &["chain[0]", "expected none: particles and bonds come from the run"]);
     next(format!("start_time = 3.0\n{start}{}", run_until("0.5")));
     refused(&place, &check, &["start_time", "time continues"]);
     let set = ["check", "scene.toml", "--from", "runs/a", "--set", "chain.0.count=3"];
-    refused(&place, &set, &["chain.0.count", "particles, bonds and time are those of the run that it starts from"]);
+    refused(&place, &set, &["chain.0.count", "particles, bonds and time come from the run in [start]"]);
     next(format!("{}{}", CHAINS.replace("bead", "other"), run_until("0.5")));
     refused(
         &place,

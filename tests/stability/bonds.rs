@@ -153,7 +153,7 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
         let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));
     }
-    // One floating-point number away there is.
+    // If the bond is short of its full length by a rounding error, there is enough energy.
     for short_by in [2.0 * f64::EPSILON, 1e-12, 1e-9] {
         assert_eq!(end(short_by, Some(1e-3)), Ok(Reason::Events));
         assert!(end(short_by, None).unwrap_err().arrest().unwrap().time < 1e-3);

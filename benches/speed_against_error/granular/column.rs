@@ -16,7 +16,7 @@ pub const SHEET: &str = "granular_column";
 pub const EXPLANATION: &str = "### A column at rest
 
 Ten grains, each 0.1 above the one below it, fall on a floor at gravity 1 with a restitution of 0.5. At t = 30 they should lie on each
-other, at heights 0.5, 1.5, ... The error is the largest of a height.";
+other, at heights 0.5, 1.5, ... The error is the largest error of a height.";
 
 const GRAINS: usize = 10;
 const TIME: f64 = 30.0;

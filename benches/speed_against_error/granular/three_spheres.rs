@@ -15,9 +15,9 @@ pub const SHEET: &str = "granular_three_spheres";
 
 pub const EXPLANATION: &str = "### Three spheres on a line
 
-Elastic spheres on a line that meet twice; positions at t = 10 are known exactly. In `configs/elastic_spheres_1d.toml`, here in units of
-the diameter, the first two overlap by 0.02 at the start and approach: the stable rule lets them meet at once. The other start leaves a
-gap of 0.02 instead.";
+Elastic spheres on a line collide twice; their positions at t = 10 are known exactly. In `configs/elastic_spheres_1d.toml`, here in units of
+the diameter, the first two overlap by 0.02 at the start and approach each other. The stable rule lets them collide at once. The other start
+has a gap of 0.02 instead.";
 
 pub const VALID: &str = "three spheres: valid start";
 pub const OVERLAPPED: &str = "three spheres: overlapped start";

@@ -248,7 +248,7 @@ class Frame:
 
         is_flat = self.size == 0.0
         if is_flat.any() and not (is_flat[2] and not is_flat[:2].any()):
-            raise ValueError("freud has boxes of three dimensions, and of two that are x and y")
+            raise ValueError("freud has boxes in three dimensions, and in two only along x and y")
         x, y, z = self.size
         box = Box(Lx=x, Ly=y, Lz=z, xy=self.displacement / y, is2D=bool(is_flat[2]))
         box.periodic = tuple(bool(axis) for axis in self.periodic)

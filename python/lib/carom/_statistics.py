@@ -71,6 +71,6 @@ def mean_and_error(series: ArrayLike, unit: str = "1") -> Observable:
         raise ValueError(f"series: expected an array of the shape (m,) with at least one value, found {array.shape}")
     if np.ma.is_masked(series) or not np.isfinite(array).all():
         at = int(np.argmin(np.isfinite(np.ma.filled(np.ma.asarray(series, dtype=float), np.nan))))
-        raise ValueError(f"series: expected finite numbers, found none at the place {at}: leave it out, or begin behind it")
+        raise ValueError(f"series: the value at index {at} is not finite: remove it, or start after it")
     mean, error, verdict = _carom.mean_and_error(array.astype(np.float64).tobytes())
     return Observable(mean, error, unit, is_stationary(verdict), verdict == "constant")

@@ -185,9 +185,10 @@ impl Instrument for BondOrder {
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
         // The number of particles that have neighbours varies.
-        let normalisation = Normalisation::of("part of the particles with neighbours in the bin, over all samples")
-            .by("samples", "1", self.curve.most())
-            .by("bin_width", "1", 1.0 / self.bins as f64);
+        let normalisation =
+            Normalisation::of("fraction of the particles with neighbours that are in the bin, over all samples")
+                .by("samples", "1", self.curve.most())
+                .by("bin_width", "1", 1.0 / self.bins as f64);
         let method = format!(
             "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
         );

@@ -59,7 +59,7 @@ pub trait Instrument {
     /// Takes a sample of the particles at the requested time.
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription);
 
-    /// Takes the particles at the end of the measurement, also when it is interrupted.
+    /// Called with the particles at the end of the measurement, even if it was interrupted.
     ///
     /// By default it takes the requested sample if it is due now; your own method must do the same. A
     /// checkpoint is written before this call, so a run that continues from it has not seen this end.

@@ -26,7 +26,7 @@ pub enum InstrumentError {
         name: String,
     },
     /// The run started without an instrument that is now registered.
-    #[error("the run began without the instrument `{name}`, expected only those that it began with")]
+    #[error("the run began without the instrument `{name}`, expected only the instruments registered at its start")]
     NotInCheckpoint {
         /// Its name.
         name: String,

@@ -136,7 +136,7 @@ pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
     measured.numbers.iter().find(|number| number.name == name).unwrap()
 }
 
-/// Mean and standard error of a number that has both.
+/// Mean and standard error of a number. Both must be there.
 pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {
     let number = number(measured, name);
     (number.mean.unwrap(), number.standard_error.unwrap())

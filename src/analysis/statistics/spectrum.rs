@@ -88,19 +88,19 @@ struct Part {
 }
 
 /// The spectral density at frequency zero of a series of deviations from its mean; `None` if the series
-/// contains motion that is too slow for its length.
+/// contains correlations too long for its length.
 ///
 /// The periodogram at the lower half of the frequencies is modelled as a sum of
 /// - white noise, `1`;
-/// - relaxations `exp(-k / t)` with about a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 -
+/// - relaxations `exp(-k / t)` with about a dozen relaxation times `t`, up to a twelfth of the series, `(1 - r)^2 / (1 -
 ///   2 r cos w + r^2)` with `r = exp(-1 / t)`;
 /// - the difference of a quantity between the ends of each interval, which cancels from one interval to the
 ///   next, `1 - cos w`;
-/// - if the likelihood increases enough, differences of quantities that last longer, `2 (1 - cos w) S(w)`. A
+/// - if the likelihood increases enough, increments of a quantity with longer correlations, `2 (1 - cos w) S(w)`. A
 ///   single relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one `S = (1 - r^2)^3 / ((1 +
 ///   r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so does the
 ///   momentum that goes to and fro between two walls. The sum of `n` differences is the difference between
-///   both ends, so the variance of the mean is `2 / n^2` of that of the quantity.
+///   both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
 ///
 /// with the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a
 /// periodogram are independent and exponentially distributed about the spectral density. Each step multiplies

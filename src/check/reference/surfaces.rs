@@ -170,8 +170,8 @@ impl Feature {
         }
     }
 
-    /// How far the foot of a motion lies inside the sides of the feature, if it has sides; for a face, also
-    /// the height above it.
+    /// Distances by which the projection of the particle onto the feature lies inside the sides of the feature, if
+    /// it has sides. For a face, also the height above it.
     pub fn extents(&self, motion: &Motion) -> Option<Extents> {
         let Motion { position, velocity, acceleration, .. } = *motion;
         let along = |direction: &Vector, from: &Vector| {

@@ -255,8 +255,8 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // The depth of a pair that is leaving, or how far it will still come back, from the turning point
-        // that the event missed by round-off.
+        // Round-off may put an event of a separating pair slightly before or after the turning point of its gap.
+        // This is the difference between the gap at the event and at the turning point.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });

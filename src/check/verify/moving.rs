@@ -207,7 +207,7 @@ pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// Largest displacement of a particle along each axis in some time, in the frame of a surface. `seen` is its
+/// Upper bound on the displacement of a particle along each axis in a given time, in the frame of a surface. `seen` is its
 /// current state in that frame `[length]`.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;

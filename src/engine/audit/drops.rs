@@ -134,7 +134,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
     let late = (dice.power(-11.5, -0.3) * passing.distance / passing.speed).min(0.7 * passing.deepens_for);
     let due = passing.time + late;
     if !due.is_finite() || engine.schedule.queue.span() < due {
-        return Err("contact beyond the queue");
+        return Err("contact later than the range of the queue");
     }
     if engine.counts.totals.in_invalid_state > 0 {
         return Err("invalid before");
@@ -234,6 +234,6 @@ fn a_contact_that_is_passed_over_is_found() {
     println!("left out: {left_out:?}\nby decade of depth: found, not found within round-off, not found beyond");
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
-    // A bound that explains everything would find nothing.
+    // If round-off explained every overlap, the test could not fail.
     assert!(within < judged, "{within} of {judged}");
 }

@@ -25,7 +25,7 @@ pub struct Held {
     /// The number of the domain that owns it.
     pub owner: u8,
     /// Digest of all its steps in this window and of their results, predictions included; 0 before the first
-    /// step. Equal states before a window with equal digests are equal after it.
+    /// step. If two states are equal before a window and their digests are equal, they are equal after it.
     pub digest: u64,
 }
 

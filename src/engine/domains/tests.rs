@@ -311,8 +311,8 @@ fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
-/// After a hundred steps or a window, compares owned particles with a single engine, and copies with their
-/// owners. Returns the number of comparisons.
+/// Compares domains with a single engine after every hundred steps and after each window: owned particles with
+/// the particles of that engine, and copies with their originals. Returns the number of comparisons.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);

@@ -169,7 +169,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a position that rounding has put beyond a sliding side back inside. Velocities are different
+    /// Moves a position back into the box if rounding put it beyond a sliding side. Velocities are different
     /// beyond.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {

@@ -95,7 +95,7 @@ impl ConvertError {
     pub fn cure(&self) -> Option<&'static str> {
         match self {
             Self::Exists(_) => Some("choose another name with --out, or replace it with --force"),
-            Self::Foreign(_) => Some("choose another name with --out, or remove it"),
+            Self::Foreign(_) => Some("remove it, or choose another name with --out"),
             Self::Surface { .. } => Some("repair the file, or move it out of the folder `surfaces`"),
             Self::Source(_) => Some("choose another name with --out"),
             Self::Compressed(_) => Some("leave .gz or .zst out, or convert to xyz"),

@@ -108,13 +108,13 @@ fn is_same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Rejects a folder in place of a file, the reverse, and a folder with other files than those of the format.
+/// Rejects a folder where a file is expected, the reverse, and a folder with files of another format.
 fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     let foreign = foreign_in(path, format).map_err(ConvertError::write(path))?;
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// Path of something at the target that is not a conversion to this format: a folder in place of a file, the
+/// Path of something at the target that is not a conversion to this format: a folder instead of a file, the
 /// reverse, or a foreign file in a folder.
 ///
 /// # Errors

@@ -25,12 +25,12 @@ pub(super) fn parse_start(
         ("bond", file.bond.len()),
     ];
     if let Some((table, _)) = tables.iter().find(|(_, count)| *count > 0) {
-        let expected = "none: particles and bonds are those of the run that [start] names, so leave out all [[particle]], [[file]], [[chain]], \
+        let expected = "none: particles and bonds come from the run in [start], so remove all [[particle]], [[file]], [[chain]], \
                         [[fill]], [[mesh]] and [[bond]]";
         return refuse(ConfigPath::entry(table, 0), "given", expected);
     }
     if let Some(given) = given {
-        let expected = "none: particles are those of the run that [start] names, so leave one of the two out";
+        let expected = "none: the particles come from the run in [start], so remove either them or [start]";
         return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
     if file.start_time.is_some() {

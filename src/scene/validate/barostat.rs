@@ -65,7 +65,7 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     let (mut is_found, mut is_changed) = (false, false);
     for phase in phases(scene) {
         if is_changed && phase.growth.is_some() {
-            let expected = "no growth, or growth before the first stage with a barostat: the packing fraction that it begins with is not known";
+            let expected = "no growth, or growth before the first stage with a barostat: after it the packing fraction is not known in advance";
             return refuse(phase.at.key("grow"), "given after a stage with a barostat", expected);
         }
         let Some(barostat) = phase.barostat else { continue };
@@ -91,18 +91,18 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
             "in a box with open sides or walls",
             "a box that is periodic along each axis that is not flat",
         ),
-        (!scene.surfaces.is_empty(), "with surfaces", "none beside a [[surface]], which stays where it is"),
-        (has_static, "with static particles", "none beside static particles, which stay where they are"),
-        (falls, "with gravity", "none beside gravity: what falls along a periodic axis has no equilibrium"),
+        (!scene.surfaces.is_empty(), "with surfaces", "none together with a [[surface]], which stays where it is"),
+        (has_static, "with static particles", "none together with static particles, which stay where they are"),
+        (falls, "with gravity", "none together with gravity: what falls along a periodic axis has no equilibrium"),
         (
             scene.shear_rate.is_some(),
             "in a sheared box",
-            "none beside space.shear_rate: what is sheared has no equilibrium",
+            "none together with space.shear_rate: what is sheared has no equilibrium",
         ),
         (
             scene.contact_time.is_some(),
             "with the TC model",
-            "none beside dynamics.contact_time: contacts have to be elastic",
+            "none together with dynamics.contact_time: contacts have to be elastic",
         ),
         (
             !scene.has_elastic_pairs(),
@@ -162,7 +162,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {
-        let expected = "none beside a barostat: the places of regions do not change with the box";
+        let expected = "none together with a barostat: the places of regions do not change with the box";
         return refuse(root.key("output").key("count"), "given", expected);
     }
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {

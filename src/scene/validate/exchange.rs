@@ -43,12 +43,12 @@ impl SceneParts {
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
         for (count, key) in events {
             if let Some(count) = count {
-                let expected = "none beside [exchange], whose replicas are swapped at even times: give until_time and equilibration_time";
+                let expected = "none together with [exchange], whose replicas are swapped at even times: give until_time and equilibration_time";
                 return refuse(run.key(key), count, expected);
             }
         }
         if self.run.until_stationary {
-            let expected = "none beside [exchange]: give equilibration_time";
+            let expected = "none together with [exchange]: give equilibration_time";
             return refuse(run.key("equilibration"), "\"auto\"", expected);
         }
         for (time, at) in [
@@ -93,15 +93,15 @@ impl SceneParts {
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
-            let expected = "none beside [exchange]: prepare the particles with `carom run`, and start from the end of that run, start.from";
+            let expected = "none together with [exchange]: prepare the particles with `carom run`, and start from the end of that run, start.from";
             return refuse(ConfigPath::entry("stage", 0), "given", expected);
         }
         if self.run.thermostat.is_some() {
-            let expected = "none beside [exchange], which has temperatures and a rate of its own";
+            let expected = "none together with [exchange], which has temperatures and a rate of its own";
             return refuse(root.key("run").key("thermostat"), "given", expected);
         }
         if self.run.barostat.is_some() {
-            let expected = "none beside [exchange], whose replicas all have the volume of the scene";
+            let expected = "none together with [exchange], whose replicas all have the volume of the scene";
             return refuse(root.key("run").key("barostat"), "given", expected);
         }
         if self.run.threads != Threads::default() {
@@ -120,13 +120,14 @@ impl SceneParts {
             (!output.regions.is_empty(), "count"),
         ] {
             if is_given {
-                let expected = "none beside [exchange], which has a row for each attempt to swap, and trajectories";
+                let expected =
+                    "none together with [exchange], which has a row for each attempt to swap, and trajectories";
                 return refuse(at.key(key), "given", expected);
             }
         }
         if let Some(format) = output.formats.first().map(|format| Format::name(*format)) {
             let expected =
-                format!("none beside [exchange]: `carom convert DIR/trajectory-1.xyz --to {format}` does it");
+                format!("none together with [exchange]: `carom convert DIR/trajectory-1.xyz --to {format}` does it");
             return refuse(at.key("formats"), "given", expected);
         }
         if self.allow_invalid_start {
@@ -144,10 +145,10 @@ impl SceneParts {
         let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
         let mut all = asked(plan).map(|(key, ..)| key).chain(others);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
-            let expected = "none beside an ensemble other than \"canonical\": measure it in that one";
+            let expected = "none together with an ensemble other than \"canonical\": measure it in that one";
             return all.next().map(|key| (key, expected));
         }
-        let expected = "none beside [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
+        let expected = "none together with [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
                         bond_order and profile; others with `carom run` at one temperature, with an Andersen thermostat in [run]";
         all.find(|key| !AT_ONE_TIME.contains(key)).map(|key| (key, expected))
     }
@@ -278,12 +279,12 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
 /// Checks that a surface conserves the energy of particles.
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
-        let expected = "none beside [exchange]: what a surface moves has no equilibrium";
+        let expected = "none together with [exchange]: what a surface moves has no equilibrium";
         return refuse(at.key("motion"), "given", expected);
     }
     match surface.law {
         SurfaceLaw::Thermal { temperature } => {
-            let expected = "none beside [exchange], whose replicas have temperatures of their own";
+            let expected = "none together with [exchange], whose replicas have temperatures of their own";
             refuse(at.key("temperature"), shortest(temperature), expected)
         }
         SurfaceLaw::Reflecting { restitution } if restitution < 1.0 => {
@@ -297,7 +298,7 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
 /// `wall` is the config path of its keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
-        let expected = "none beside [exchange], whose replicas have temperatures of their own";
+        let expected = "none together with [exchange], whose replicas have temperatures of their own";
         return refuse(wall.key("temperature"), shortest(temperature), expected);
     }
     match face {

@@ -260,7 +260,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 );
             }
             GrowthTarget::PackingFraction(target) if target > densest(scene) => {
-                let expected = format!("at most {:.4}, the densest packing that there is", densest(scene));
+                let expected = format!("at most {:.4}, the density of the densest packing", densest(scene));
                 return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,

@@ -189,14 +189,14 @@ mod tests {
         let walls = Surfaces::of_parts((&walled, &none, 0.0), &[], &[], "");
         assert!(check(0.5, &walls).is_ok());
         let refused = check(0.25, &walls).unwrap_err();
-        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through the lower wall of x");
+        assert_eq!(refused.kind().to_string(), "particle 1 extends 0.25 beyond the lower wall of x");
 
         let plane = SurfaceShape::Plane { point: Vector::x(), normal: Vector::x() };
         let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting { restitution: 1.0 });
         let plane = Surfaces::of_parts((&Space::periodic_cube(5.0), &none, 0.0), &[plane], &[], "");
         assert!(check(1.5, &plane).is_ok());
         let refused = check(1.25, &plane).unwrap_err();
-        assert_eq!(refused.kind().to_string(), "particle 1 reaches 0.25 through surface `slope`");
+        assert_eq!(refused.kind().to_string(), "particle 1 extends 0.25 beyond surface `slope`");
         assert!(refused.to_string().contains("particle"), "{refused}");
     }
 }

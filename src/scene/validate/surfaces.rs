@@ -243,8 +243,10 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     let room = MOST_PERIODS * space.size[k];
     let (lowest, highest) = (space.lower[k] - room, space.upper()[k] + room);
     let Some(end) = ends.into_iter().find(|end| !(lowest..=highest).contains(end)) else { return Ok(()) };
-    let expected =
-        format!("{lowest} to {highest}, {MOST_PERIODS} periods around the box, which is periodic along {}", AXES[k]);
+    let expected = format!(
+        "{lowest} to {highest}, at most {MOST_PERIODS} periods outside the box, which is periodic along {}",
+        AXES[k]
+    );
     refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 

@@ -54,7 +54,8 @@ fn a_scene_without_a_file_is_kept_in_the_folder() {
     assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
     SweepFolder::open(&path, &again).unwrap();
     assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
-    // The same sweep, whether its scene is a text or the file in the folder. Another text is another sweep.
+    // A sweep is the same whether its scene is given as text or read from the folder. A different text makes a
+    // different sweep.
     SweepFolder::open(&path, &sweep).unwrap();
     assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
     let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();

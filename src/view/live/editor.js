@@ -4,18 +4,20 @@
 /** A pause of typing after which the text is checked, in milliseconds. */
 const EDITOR_PAUSE = 250;
 
-/** A pause of typing after which completions are looked for, in milliseconds. */
+/** A pause of typing after which completions are offered, in milliseconds. */
 const EDITOR_OFFERS = 70;
 
-/** Time after which an answer of the worker is not waited for any more, in milliseconds. */
+/** Longest time that the editor waits for an answer of the worker, in milliseconds. */
 const EDITOR_PATIENCE = 4000;
 
-/** A text with changes, keys as `--set` has them. */
+/** Returns a text with changes, whose keys are written as for `--set`. */
 function changedText(text, changes) {
   return Object.entries(changes ?? {}).reduce((changed, [path, value]) => new Toml(changed).with(path, value), text);
 }
 
-/** Line, column and length of a range of bytes of the text in UTF-8; columns and lines count from 1. */
+/**
+ * Returns the line, column and length of a byte range of the text in UTF-8. Lines and columns count from 1.
+ */
 function bytePlace(text, offset, length) {
   const bytes = new TextEncoder().encode(text);
   const letters = (from, to) => new TextDecoder().decode(bytes.subarray(from, to));
@@ -109,7 +111,7 @@ class LiveEditor {
     this.pause = setTimeout(() => this.settle(kind), EDITOR_PAUSE);
   }
 
-  /** Work that may wait until nobody types. */
+  /** Does the work that can wait for a pause of typing. */
   settle(kind) {
     this.editor.paint();
     if (!kind?.startsWith("slider")) {
@@ -118,7 +120,7 @@ class LiveEditor {
     this.check();
   }
 
-  /** Words of the buttons. */
+  /** Updates the note and the buttons. */
   state() {
     const isOther = this.editor.text !== this.runs;
     this.note.textContent = isOther ? "not running yet" : "";
@@ -126,7 +128,7 @@ class LiveEditor {
     this.revert.hidden = this.editor.text === this.own;
   }
 
-  /** Asks the program what it says of the text, one question at a time. */
+  /** Checks the text with the engine, one request at a time. */
   async check() {
     if (this.isAsking) {
       this.isStale = true;
@@ -144,7 +146,7 @@ class LiveEditor {
     this.tell(answer);
   }
 
-  /** An error with its line and cure; none if there is none. */
+  /** Shows an error with its line and its remedy, or clears the message if there is no error. */
   tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
@@ -171,7 +173,7 @@ class LiveEditor {
     }
   }
 
-  /** Runs the text, if nothing is wrong with it: what runs now goes on otherwise. */
+  /** Runs the text if it has no error. Otherwise the present simulation continues. */
   async start() {
     const { text } = this.editor;
     this.offers.close();
@@ -188,19 +190,19 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A text that is not running yet has further changes.
+    // A text with other changes that do not run yet must be started as a whole.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }
 
-  /** Whether the text that runs and this one differ in the value of a key alone. */
+  /** Returns whether the running text and the present text differ only in the value of a key. */
   isOnly(key) {
     const plain = (text) => new Toml(text).with(key, "0");
     const waiting = this.waiting?.changes ?? {};
     return this.waiting?.text === undefined && plain(changedText(this.runs, waiting)) === plain(this.editor.text);
   }
 
-  /** One change at a time goes to the worker; of those that wait, the last one counts. */
+  /** Queues a change. The worker gets one change at a time, and the last value of a waiting change counts. */
   queue(wanted) {
     const changes = wanted.changes && this.waiting?.changes ? { ...this.waiting.changes, ...wanted.changes } : wanted.changes;
     this.waiting = { ...wanted, changes };
@@ -233,7 +235,10 @@ class LiveEditor {
     this.send();
   }
 
-  /** A scene has begun, or goes on with other keys: the text says so, whoever changed it. */
+  /**
+   * Updates the text when a scene has started or continues with other values, whatever the origin of the
+   * change.
+   */
   began() {
     const { text, changes } = this.live;
     this.runs = changedText(text, changes);
@@ -247,7 +252,7 @@ class LiveEditor {
   }
 
   refused(message) {
-    // If the run cannot continue with another value, it may start with it.
+    // If the run cannot continue with another value, the scene is started again with this value.
     if (this.sent?.changes && !this.waiting) {
       this.waiting = { text: this.editor.text };
     } else {
@@ -265,7 +270,10 @@ class LiveEditor {
     }
   }
 
-  /** The scene of the link with which the page was opened. It is text and nothing else, whoever made the link. */
+  /**
+   * Reads the scene from the link with which the page was opened. The content of a link is only text,
+   * whatever its origin.
+   */
   async read() {
     if (location.hash === this.hash) {
       return;
@@ -312,7 +320,7 @@ class LiveEditor {
     field.select();
   }
 
-  /** The present text; the state of now if somebody moved particles. */
+  /** Saves the present text, or the present state if particles were moved by hand. */
   async download() {
     const { text, error } = this.live.isKicked ? await this.live.ask({ kind: "scene" }) : this.editor;
     if (error) {

@@ -1,11 +1,11 @@
-// Completion: what may stand at the caret, and the list that offers it.
+// Completion: the valid words at the caret, and the list that offers them.
 
-/** Longest list that is shown. */
+/** Maximum number of offers in the list. */
 const COMPLETION_LENGTH = 60;
 
 const bare = (word) => word.replace(/^["']|["']$/g, "");
 
-/** Offers whose word begins with what is there, then those that contain it. */
+/** Returns the offers whose word begins with the text `there`, then the offers whose word contains it. */
 function fitting(offers, there) {
   const wanted = bare(there).toLowerCase();
   const rank = ({ word }) => {
@@ -18,7 +18,7 @@ function fitting(offers, there) {
   return kept.length === 1 && kept[0].word === there ? [] : kept;
 }
 
-/** A key with the beginning of its value; `caret` is where one writes on. */
+/** Returns a key with the beginning of its value. `caret` is the position at which typing continues. */
 function keyInsertion({ word, type, standard }) {
   const [open, close] = { array: ["[", "]"], object: ["{ ", " }"] }[type] ?? (type === "string" && !standard ? ['"', '"'] : ["", ""]);
   const written = `${word} = ${open}`;
@@ -26,12 +26,13 @@ function keyInsertion({ word, type, standard }) {
 }
 
 /**
- * What may stand at a caret: {start, end, there, offers: [{word, about, detail, insert, caret}]}: the text from start to end is replaced by `insert`.
- * Undefined in comments and where nothing is known.
+ * Returns the completions at a caret: `{start, end, there, offers: [{word, about, detail, insert, caret}]}`.
+ * The text from `start` to `end` is replaced by `insert`. Returns undefined in comments and where no
+ * completion is known.
  */
 function completions(toml, caret, schema) {
   const { text } = toml;
-  // Tables before the caret are known from the whole text.
+  // The tables before the caret are taken from the whole text.
   const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
   const part = new Toml(before.slice(table.start));
@@ -132,7 +133,10 @@ class CompletionList {
     return !this.box.hidden;
   }
 
-  /** Opens, follows or closes after a change; `isAsked` when the reader asks for it by key. */
+  /**
+   * Opens, updates or closes the list after a change. `isAsked` is true if the user requested the list with a
+   * key.
+   */
   update(isAsked) {
     const { area } = this.editor;
     const found = area.selectionStart === area.selectionEnd ? completions(this.editor.toml, area.selectionStart, this.schema) : undefined;
@@ -186,7 +190,7 @@ class CompletionList {
     this.editor.area.removeAttribute("aria-controls");
   }
 
-  /** Whether the list took the key. */
+  /** Handles a key. Returns whether the list used it. */
   key(event) {
     if (!this.isOpen) {
       return false;

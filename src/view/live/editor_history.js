@@ -1,14 +1,15 @@
-// Undo and redo of the editor, for changes by keys, completion or a slider.
+// Undo and redo in the editor, for changes by typing, completion or a slider.
 
-/** Changes kept. */
+/** Number of changes that are kept. */
 const HISTORY_LENGTH = 500;
 
-/** Typing pauses longer than this begin a step of their own, in milliseconds. */
+/** A pause longer than this starts a new undo step, in milliseconds. */
 const HISTORY_PAUSE = 1200;
 
 /**
- * What differs between two texts: {at, removed, inserted}; undefined if nothing does. `caret` is where it stands behind what was written:
- * it tells which of two equal letters is the new one.
+ * Returns the difference between two texts, `{at, removed, inserted}`, or undefined if they are equal.
+ * `caret` is the position of the caret after the inserted text. It decides which of two equal letters is the
+ * new one.
  */
 function textChange(before, after, caret = Infinity) {
   if (before === after) {
@@ -27,7 +28,7 @@ function textChange(before, after, caret = Infinity) {
   return { at, removed: before.slice(at, before.length - tail), inserted: after.slice(at, after.length - tail) };
 }
 
-/** The steps of a text, as changes. */
+/** The undo steps of a text, stored as changes. */
 class TextHistory {
   constructor(text) {
     this.text = text;
@@ -36,7 +37,7 @@ class TextHistory {
     this.last = -Infinity;
   }
 
-  /** Notes that the text is another one now, and returns the change. `kind` names those that may become one step. */
+  /** Records a new text and returns the change. Successive changes of the same `kind` may become one step. */
   note(text, kind, caret, now = performance.now()) {
     const change = textChange(this.text, text, caret);
     if (!change) {
@@ -68,12 +69,12 @@ class TextHistory {
     return true;
   }
 
-  /** The text before the last step. */
+  /** Returns the text before a step. */
   before({ at, removed, inserted }) {
     return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
   }
 
-  /** {text, caret} of the step before, or undefined. */
+  /** Undoes the last step. Returns `{text, caret}`, or undefined if there is no step. */
   undo() {
     if (this.place === 0) {
       return undefined;
@@ -84,7 +85,7 @@ class TextHistory {
     return { text: this.text, caret: step.at + step.removed.length };
   }
 
-  /** {text, caret} of the step that was undone last, or undefined. */
+  /** Repeats the step that was undone last. Returns `{text, caret}`, or undefined if there is none. */
   redo() {
     if (this.place === this.steps.length) {
       return undefined;

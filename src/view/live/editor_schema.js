@@ -1,11 +1,14 @@
-// What may stand at a position in a scene, from its JSON Schema.
+// The keys, values and headers that are valid at a position in a scene, from the JSON Schema of scenes.
 
-/** Keys whose value is a name that the scene gives elsewhere: the arrays of tables that have these names. */
+/**
+ * Keys whose value is a name defined elsewhere in the scene, each with the array of tables that defines the
+ * name.
+ */
 const SCHEMA_NAMES = { species: "species", bond: "interaction", interaction: "interaction" };
 
 const quoted = (word) => JSON.stringify(word);
 
-/** A number or word of the schema as TOML has it. */
+/** Returns a number or word of the schema in TOML. */
 const schemaValue = (value) => (typeof value === "object" ? "" : typeof value === "string" ? quoted(value) : String(value));
 
 class SceneSchema {
@@ -13,7 +16,7 @@ class SceneSchema {
     this.schema = schema;
   }
 
-  /** The schemas that a value at a path may follow: several where a scene may have one form or another. */
+  /** Returns the schemas for a value at a path. There are several if the schema allows alternative forms. */
   at(path) {
     let nodes = this.forms(this.schema);
     for (const step of path) {
@@ -28,11 +31,14 @@ class SceneSchema {
 
   forms(node) {
     const choices = node.anyOf ?? node.oneOf;
-    // Conditions on keys alone are not alternatives.
+    // Choices that only set conditions on keys are not alternative forms.
     return choices?.some(({ type, enum: words }) => type ?? words) ? choices.flatMap((choice) => this.forms(choice)) : [node];
   }
 
-  /** Keys of a table that are not there yet and fit to what is: {word, about, standard, type}; `toml` is the scene. */
+  /**
+   * Returns the keys that can be added to a table: `{word, about, standard, type, isRequired}`. Keys that
+   * exist already or that conflict with existing values are left out. `toml` is the scene.
+   */
   keys(path, toml) {
     const place = path.join(".");
     const prefix = place === "" ? "" : `${place}.`;
@@ -50,7 +56,7 @@ class SceneSchema {
     return offers.sort((one, other) => Number(other.isRequired) - Number(one.isRequired));
   }
 
-  /** Keys that do not go with a value of another key, such as the `lambda` of a hard sphere. */
+  /** Returns the keys that conflict with the value of another key, such as the `lambda` of a hard sphere. */
   barred(node, get) {
     const keys = new Set();
     for (const { if: condition, then } of node.allOf ?? []) {
@@ -69,7 +75,7 @@ class SceneSchema {
     return types[0] ?? "";
   }
 
-  /** Values that may stand at a path: words, truth values, and names that the scene gives. */
+  /** Returns the values to offer at a path: words, truth values, and names defined in the scene. */
   values(path, toml) {
     const offers = [];
     for (const node of this.at(path)) {
@@ -92,7 +98,7 @@ class SceneSchema {
     return offers;
   }
 
-  /** Headers that a scene may have: {word, about, isArray}, such as `measure.flow`. */
+  /** Returns the headers that a scene may have, such as `measure.flow`: `{word, about, isArray}`. */
   headers(toml) {
     const offers = [];
     const walk = (node, path) => {
@@ -113,7 +119,7 @@ class SceneSchema {
     return offers;
   }
 
-  /** Description of the key or value at a path. */
+  /** Returns the description of the key or value at a path. */
   about(path) {
     const nodes = this.at(path);
     return nodes.find(({ description }) => description)?.description ?? "";

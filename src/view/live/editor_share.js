@@ -1,14 +1,14 @@
 // A scene in the fragment of a link: deflated, in base64url. A browser does not send the fragment to the
 // server.
 
-/** Longest text that a link may unfold to, in bytes. */
+/** Maximum size of the text in a link after decompression, in bytes. */
 const SHARE_LIMIT = 1 << 20;
 
 const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // An error here also appears in the reader.
+  // An error here is also reported by the reader.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];
@@ -34,7 +34,7 @@ async function shareThrough(bytes, stream, limit = Infinity) {
   return joined;
 }
 
-/** The fragment that carries a text, without the number sign. */
+/** Returns the fragment that contains a text, without the number sign. */
 async function shareFragment(text) {
   const packed = await shareThrough(new TextEncoder().encode(text), new CompressionStream("deflate-raw"));
   let letters = "";
@@ -44,7 +44,10 @@ async function shareFragment(text) {
   return SHARE_KEY + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
-/** The text that a fragment carries; undefined if it carries none. Rejects what is damaged or too long. */
+/**
+ * Returns the text that a fragment contains, or undefined if it contains none. Rejects damaged or too long
+ * fragments.
+ */
 async function sharedText(fragment) {
   const found = fragment.replace(/^#/, "");
   if (!found.startsWith(SHARE_KEY)) {

@@ -1,22 +1,25 @@
 // Sliders for the values that a scene declares adjustable, or that a user would probably vary. A slider
 // changes the text of the scene.
 
-/** Most sliders that are made for a scene that names none. */
+/** Maximum number of sliders for a scene that names none. */
 const SLIDER_COUNT = 7;
 
-/** Steps of a logarithmic slider. */
+/** Number of steps of a logarithmic slider. */
 const SLIDER_STEPS = 200;
 
-/** Axes of a scene that are flat. */
+/** Returns the number of flat axes of a scene. */
 const flatAxes = (toml) => ["x", "y", "z"].filter((axis) => toml.get(`space.${axis}`) === "flat").length;
 
-/** Largest packing fraction that an arrangement reaches in a short time. */
+/** Returns the largest packing fraction that an arrangement reaches in a short time. */
 function densest(toml, index) {
   const isRandom = toml.get(`fill.${index}.arrangement`) === "random";
   return [isRandom ? 0.55 : 0.7, isRandom ? 0.65 : 0.88, 0.95][flatAxes(toml)] ?? 0.5;
 }
 
-/** From nothing to a few times the present value; the first round number above it. */
+/**
+ * Returns the upper end of a slider: `factor` times the present value, rounded up to one significant digit.
+ * The upper end is 1 for a value of 0.
+ */
 function above(value, factor = 4) {
   const most = Math.abs(value) * factor || 1;
   const unit = 10 ** Math.floor(Math.log10(most));
@@ -24,8 +27,9 @@ function above(value, factor = 4) {
 }
 
 /**
- * Keys that one likes to vary, the first ones first. `fits` finds them; `range` is {from, to, scale} about the present value;
- * `isLive` if a running simulation takes the change on.
+ * Keys that users often vary, in order of priority. `fits` matches the path of the key. `range` returns
+ * `{from, to, scale}` around the present value. `isLive` is true if a running simulation can continue with
+ * the change.
  */
 const SLIDER_RULES = [
   {
@@ -50,7 +54,7 @@ const SLIDER_RULES = [
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 
-/** Value of a path on a slider: a number, or the length of a vector. */
+/** Returns the value of a path for a slider: a number, or the length of a vector. */
 function sliderValue(toml, path) {
   const value = toml.get(path);
   if (typeof value === "number") {
@@ -68,7 +72,10 @@ function sliderVector(toml, path) {
   return parts;
 }
 
-/** A value as the scene has it. A vector keeps its direction; one of no length points along the last axis downwards. */
+/**
+ * Returns a value as written in the scene. A vector keeps its direction. A vector of zero length takes the
+ * last direction of the slider, or points down along the last axis.
+ */
 function sliderText(toml, slider, value) {
   const parts = sliderVector(toml, slider.key);
   if (parts.length === 0) {
@@ -80,7 +87,10 @@ function sliderText(toml, slider, value) {
   return `[${direction.map((part) => tomlNumber(Number((part * value).toPrecision(6)) + 0)).join(", ")}]`;
 }
 
-/** Whom a key is about, where there are several of its kind. */
+/**
+ * Returns the name of the object to which a key belongs, or an empty text if the object is the only one of
+ * its kind. A key of `space` returns its axis and side.
+ */
 function sliderOwner(toml, path) {
   const [table, index] = path.split(".");
   if (table === "space") {
@@ -95,7 +105,10 @@ function sliderOwner(toml, path) {
   return named.find((name) => typeof name === "string" && name !== "") ?? index;
 }
 
-/** Contacts that nothing is said of are elastic: that is the first thing to change. */
+/**
+ * Returns sliders for interactions without a restitution. Their contacts are elastic, and the restitution is
+ * the first value to vary.
+ */
 function absentRestitution(toml) {
   const order = SLIDER_RULES.findIndex(({ fits }) => fits.test("interaction.0.restitution"));
   const found = [];
@@ -111,13 +124,13 @@ function absentRestitution(toml) {
   return found;
 }
 
-/** Sliders of a scene that names none, from its text. */
+/** Returns sliders for a scene that names none, derived from its text. */
 function derivedSliders(toml) {
   const found = [];
   SLIDER_RULES.forEach((rule, order) => {
     for (const { path: steps } of toml.entries.values()) {
       const path = steps.join(".");
-      // The numbers of a vector belong to it.
+      // The components of a vector get no sliders of their own.
       if (typeof steps.at(-1) === "number") {
         continue;
       }
@@ -136,7 +149,7 @@ function derivedSliders(toml) {
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
-/** Sliders that a scene names: [{key, label, from, to, scale, unit}]. */
+/** Returns the sliders that a scene names: `[{key, label, from, to, scale, unit}]`. */
 function namedSliders(sliders, schema) {
   const isOwn = ({ key, from, to }) => typeof key === "string" && Number.isFinite(from) && Number.isFinite(to) && from < to;
   return sliders.filter(isOwn).map((slider) => {
@@ -148,7 +161,7 @@ function namedSliders(sliders, schema) {
   });
 }
 
-/** Places of a slider, and values without needless digits. */
+/** Converts between the positions of a slider and values without needless digits. */
 class SliderScale {
   constructor({ from, to, scale, isInteger }) {
     Object.assign(this, { from, to, isLog: scale === "log", isInteger });
@@ -173,7 +186,10 @@ class SliderScale {
   }
 }
 
-/** The sliders of a page. `moved(slider, written)` gets a function that writes the value for a text. */
+/**
+ * The sliders of a page. They call `moved(slider, written)`, where `written` returns the new value as written
+ * in a given text.
+ */
 class SliderSet {
   constructor(container, named, moved, schema) {
     this.container = container;
@@ -184,7 +200,7 @@ class SliderSet {
     this.first = new Map();
   }
 
-  /** Shows the values of a text; other sliders if it is another scene. */
+  /** Shows the values of a text. Builds new sliders if the text has other keys or labels. */
   follow(toml) {
     const sliders = this.named?.length > 0 ? namedSliders(this.named, this.schema) : derivedSliders(toml);
     const keys = JSON.stringify(sliders.map(({ key, label }) => [key, label]));
@@ -201,7 +217,7 @@ class SliderSet {
     }
   }
 
-  /** The values of now are those that a reset goes back to. */
+  /** Clears the reset values, so that the next values shown become the reset values. */
   settle() {
     this.first.clear();
     this.keys = "";

@@ -1,9 +1,9 @@
-// A text area with line numbers, syntax colours, and a mark at errors.
+// A text area with line numbers, syntax colours and error marks.
 
-/** Spaces that the tabulator key stands for. */
+/** Spaces that the tab key inserts. */
 const EDITOR_INDENT = "    ";
 
-/** Pieces of each line: [[kind, from, to], ...]; pieces over several lines are cut. */
+/** Returns the pieces of each line, `[[kind, from, to], ...]`. Pieces that span several lines are split. */
 function linePieces(text, tokens) {
   const lines = text.split("\n");
   const pieces = lines.map(() => []);
@@ -25,7 +25,7 @@ function linePieces(text, tokens) {
   return lines.map((words, index) => ({ words, pieces: pieces[index] }));
 }
 
-/** Words in which code stands between grave accents, as nodes. */
+/** Returns the nodes for a text in which code is enclosed in backticks. */
 function proseNodes(words) {
   return words.split(/`([^`]+)`/).map((part, index) => {
     const node = document.createElement(index % 2 ? "code" : "span");
@@ -79,7 +79,7 @@ class TextEditor {
       }
     });
     area.addEventListener("keydown", (event) => this.key(event));
-    // The area is as large as its text: it scrolls with the window, never by itself.
+    // The area is as large as its text, so it scrolls only with the window.
     area.addEventListener("scroll", () => area.scrollTo(0, 0));
     new ResizeObserver(() => this.remark()).observe(this.colours);
   }
@@ -88,7 +88,7 @@ class TextEditor {
     return this.area.value;
   }
 
-  /** Another text as a whole. `kind` joins changes of one slider into one step. */
+  /** Replaces the whole text. Successive changes of one slider have the same `kind` and become one step. */
   write(text, kind) {
     if (text === this.text) {
       return;
@@ -98,7 +98,7 @@ class TextEditor {
     this.noted(kind);
   }
 
-  /** Replaces a range, as one step, with the caret behind. */
+  /** Replaces a range in one step. The caret is then after the inserted text by default. */
   replace(start, end, insert, caret = start + insert.length) {
     this.area.setRangeText(insert, start, end, "end");
     this.area.setSelectionRange(caret, caret);
@@ -132,7 +132,7 @@ class TextEditor {
       event.preventDefault();
       this.travel(letter === "z" && !event.shiftKey);
     } else if (event.key === "Escape") {
-      // The next tab key leaves the text, as everywhere else on the page.
+      // The next tab key moves the focus out of the text, as everywhere else on the page.
       this.isLeaving = true;
       return;
     } else if (event.key === "Tab" && !isCommand && !event.altKey && !this.isLeaving) {
@@ -147,7 +147,7 @@ class TextEditor {
     this.isLeaving = false;
   }
 
-  /** Moves the lines of the selection in or out; without one it writes spaces. */
+  /** Indents or unindents the selected lines. Without a selection it inserts spaces. */
   indent(isOut) {
     const { selectionStart: start, selectionEnd: end } = this.area;
     if (start === end && !isOut) {
@@ -163,7 +163,7 @@ class TextEditor {
     }
   }
 
-  /** Content of the text. */
+  /** The parsed text. */
   get toml() {
     if (this.read?.text !== this.text) {
       this.read = new Toml(this.text);
@@ -171,12 +171,15 @@ class TextEditor {
     return this.read;
   }
 
-  /** Colours of the whole text; only lines that have changed are made. */
+  /** Colours the whole text. Only changed lines are rebuilt. */
   paint() {
     this.lay(0, this.lines.length, linePieces(this.text, this.toml.tokens));
   }
 
-  /** Colours of the tables that a change touches; the others are as they were, except where quotes or brackets are open, until `paint`. */
+  /**
+   * Colours the tables that a change touches. The other tables keep their colours, which can be wrong until
+   * `paint` if quotes or brackets are open.
+   */
   touch({ at, removed, inserted }) {
     const isHead = ({ pieces: [first] }) => first?.[0] === "table";
     let [line, start] = [0, 0];
@@ -201,7 +204,7 @@ class TextEditor {
     this.lay(line, tail + 1, linePieces(part, new Toml(part).tokens));
   }
 
-  /** Puts lines in the place of those from one to another. */
+  /** Replaces the lines from index `from` to before index `to`. */
   lay(from, to, lines) {
     const isSame = (one, other) => one.words === other.words && one.pieces.length === other.pieces.length
       && one.pieces.every(([kind, start, end], k) => other.pieces[k][0] === kind && other.pieces[k][1] === start && other.pieces[k][2] === end);
@@ -221,7 +224,7 @@ class TextEditor {
     }
     this.colours.insertBefore(rows, next);
     this.lines.splice(from, to - from, ...lines);
-    // Rows have no width of their own, so laying out one does not require the others.
+    // Rows have no width of their own, so the layout of a row does not depend on the others.
     const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
     this.colours.style.minWidth = `${widest + 2}ch`;
     if (this.lines.length !== this.numbered) {
@@ -246,7 +249,10 @@ class TextEditor {
     return row;
   }
 
-  /** Marks a line, and the letters from a column on if it is known; both count from 1. Without a line the mark goes. */
+  /**
+   * Marks a line, and the letters from a column on if the column is known. Lines and columns count from 1.
+   * Without a line the mark is removed.
+   */
   mark(line, column, length) {
     this.marked = line ? { line, column, length } : undefined;
     this.remark();
@@ -275,7 +281,7 @@ class TextEditor {
     this.layers.prepend(this.wrong);
   }
 
-  /** The letters of a row from one column to another. */
+  /** Returns the range of letters of a row between two columns. */
   range(row, from, to) {
     const range = document.createRange();
     const walker = document.createTreeWalker(row, NodeFilter.SHOW_TEXT);
@@ -300,7 +306,7 @@ class TextEditor {
     return range;
   }
 
-  /** Where a place of the text is on the screen. */
+  /** Returns the position on the screen of a position in the text. */
   box(at) {
     const before = this.text.slice(0, at);
     const row = this.colours.children[before.split("\n").length - 1];
@@ -311,7 +317,7 @@ class TextEditor {
     return { left: letter.left || line.left, top: line.top, bottom: line.bottom };
   }
 
-  /** Puts a box below a place of the text, or above it where there is no room. */
+  /** Places a box below a position in the text, or above it if there is no room. */
   put(box, at) {
     const [place, frame] = [this.box(at), this.overlay.getBoundingClientRect()];
     const left = Math.min(place.left - frame.left, frame.width - box.offsetWidth - 4);
@@ -320,7 +326,7 @@ class TextEditor {
     box.style.top = `${isBelow ? place.bottom - frame.top + 2 : place.top - frame.top - box.offsetHeight - 2}px`;
   }
 
-  /** Scrolls so that a place of the text is seen. */
+  /** Scrolls until a position in the text is visible. */
   reveal(at) {
     const [{ left, top, bottom }, frame] = [this.box(at), this.window.getBoundingClientRect()];
     const margin = bottom - top;
@@ -337,7 +343,7 @@ class TextEditor {
     }
   }
 
-  /** Puts the caret on a line (and column), and shows it. */
+  /** Moves the caret to a line and column, and scrolls to it. */
   jump(line, column = 1) {
     const lines = this.text.split("\n").slice(0, line - 1);
     const at = Math.min(lines.reduce((sum, words) => sum + words.length + 1, 0) + column - 1, this.text.length);

@@ -1,7 +1,7 @@
 // Reads TOML for the editor: the kind of each character, the position of each value, and the path in the
 // scene at a position in the text. It accepts any text; the engine reports errors.
 
-/** Kind of a piece, by its first character; words begin with any other. */
+/** Kind of a piece by its first character. Words begin with any other character. */
 const TOML_KINDS = {
   " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
   "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
@@ -18,13 +18,13 @@ const TOML_PIECES = {
 
 const TOML_NUMBER = /^[+-]?(?:inf|nan|\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d[\d_]*)?|0x[\da-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
 
-/** The line of a header, as far as scenes have them. */
+/** The line of a header, limited to the forms that occur in scenes. */
 const TOML_HEADER = /\[\[?[A-Za-z_][\w-]*(?:\.[\w-]+)*\]\]?[ \t]*(?:#[^\n]*)?(?:\n|$)/y;
 
-/** Deeper than any scene; what is nested deeper is one value. */
+/** Maximum nesting depth, larger than in any scene. Deeper content is read as one value. */
 const TOML_DEPTH = 32;
 
-/** A word of a value: number, string or truth value of the text; undefined if it is none. */
+/** Returns the number, string or truth value that a word stands for, or undefined if it is none of them. */
 function tomlScalar(raw) {
   if (TOML_NUMBER.test(raw)) {
     const plain = raw.replaceAll("_", "");
@@ -48,7 +48,7 @@ function tomlScalar(raw) {
   return undefined;
 }
 
-/** A number as TOML has it: a float keeps its point. */
+/** Returns a number in TOML. A float keeps its decimal point. */
 function tomlNumber(value, isInteger = false) {
   if (!Number.isFinite(value)) {
     return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
@@ -60,10 +60,14 @@ function tomlNumber(value, isInteger = false) {
 /** The pieces, tables and values of a text. */
 class Toml {
   /**
-   * `tokens`: [kind, start, end] in order, of kinds comment, table, key, string, number, constant and error.
-   * `tables`: {at, isArray, start, end, last}: its path with indices, the header from start to end; `last` is the end of the last entry below it.
-   * `place`: {path, role} at the end of the text: in which table or value, and whether a key, value or header is expected there.
-   * `entries`: by path such as "fill.0.temperature": {path, keyStart, start, end, value}: the value stands from start to end.
+   * `tokens`: `[kind, start, end]` in order. The kinds are comment, table, key, string, number, constant and
+   * error.
+   * `tables`: `{at, isArray, start, end, last}`. `at` is the path with indices. The header extends from
+   * `start` to `end`. `last` is the end of the last entry below the header.
+   * `place`: `{path, role}` at the end of the text. `path` is the enclosing table or value. `role` tells
+   * whether a key, value or header is expected.
+   * `entries`: `{path, keyStart, start, end, value}` by path, such as "fill.0.temperature". The value extends
+   * from `start` to `end`.
    */
   constructor(text) {
     this.text = text;
@@ -79,7 +83,7 @@ class Toml {
     }
   }
 
-  /** The next piece, without spaces; `kind` is empty at the end. */
+  /** Reads the next piece and skips spaces. `kind` is empty at the end. */
   next() {
     do {
       this.start = this.at;
@@ -102,7 +106,7 @@ class Toml {
     this.tokens.push([kind, start, end]);
   }
 
-  /** A mark that two brackets may have made is read as its first half. */
+  /** Splits a mark of two brackets and keeps the first bracket as the present piece. */
   half() {
     if (this.kind === "mark" && this.piece.length === 2) {
       this.piece = this.piece[0];
@@ -126,7 +130,7 @@ class Toml {
     }
   }
 
-  /** To the end of the line, where only a comment may stand. */
+  /** Reads to the end of the line, where only a comment is valid. */
   rest() {
     while (this.kind && this.kind !== "newline" && !this.isHeader()) {
       this.token(this.kind === "comment" ? "comment" : "error");
@@ -134,7 +138,7 @@ class Toml {
     }
   }
 
-  /** Keys with points between them, as an array. */
+  /** Returns keys separated by points as an array. */
   keys(kind) {
     const keys = [];
     const first = this.start;
@@ -169,7 +173,7 @@ class Toml {
     this.tables.push({ at: this.resolved(keys, isArray), isArray, start, end, last: end });
   }
 
-  /** Keys of a header with the indices of the arrays of tables they lead into. */
+  /** Returns the path of a header: its keys with the indices in the arrays of tables. */
   resolved(keys, isArray) {
     const path = [];
     keys.forEach((key, depth) => {
@@ -186,7 +190,7 @@ class Toml {
     return path;
   }
 
-  /** `key = value`, on a line or inside of braces. */
+  /** Reads `key = value` on a line or inside braces. */
   pair(prefix, depth) {
     const { keys, first } = this.keys("key");
     if (keys.length === 0) {
@@ -230,7 +234,10 @@ class Toml {
     this.entries.set(path.join("."), { path, keyStart, start, end, value });
   }
 
-  /** Past what separates elements, where lines may end; false at the end of the text. What comes there has a place of its own. */
+  /**
+   * Skips separators, line ends and comments between elements. Returns false at the end of the text. `place`
+   * returns the place of the next element.
+   */
   between(place) {
     if (this.kind) {
       this.place = place();
@@ -266,7 +273,10 @@ class Toml {
     return this.text.length;
   }
 
-  /** Whether a header begins here, inside of brackets or braces that are not closed: the rest is still readable. */
+  /**
+   * Returns whether a header begins here inside brackets or braces that are not closed. The rest of the text
+   * can then still be read.
+   */
   isHeader() {
     TOML_HEADER.lastIndex = this.start;
     return TOML_HEADER.test(this.text) && /(?:^|\n)[ \t]*$/.test(this.text.slice(Math.max(0, this.start - 80), this.start));
@@ -289,17 +299,17 @@ class Toml {
     return this.text.length;
   }
 
-  /** The entry of a path such as `fill.0.temperature` or `species.disk.mass`. */
+  /** Returns the entry of a path such as `fill.0.temperature` or `species.disk.mass`. */
   find(path) {
     return this.entries.get(path) ?? this.entries.get(this.numbered(path));
   }
 
-  /** Scalar at a path, or undefined. */
+  /** Returns the scalar at a path, or undefined. */
   get(path) {
     return this.find(path)?.value;
   }
 
-  /** A path with the numbers of entries in place of their names. */
+  /** Returns a path with the indices of entries instead of their names. */
   numbered(path) {
     const steps = [];
     for (const step of path.split(".")) {
@@ -313,12 +323,15 @@ class Toml {
     return steps.join(".");
   }
 
-  /** How many tables an array of tables has. */
+  /** Returns the number of tables in an array of tables. */
   count(name) {
     return (this.counts.get(name) ?? -1) + 1;
   }
 
-  /** The change that gives a path a value, in TOML: {start, end, insert}; undefined if there is no table for it. */
+  /**
+   * Returns the change that sets a path to a value written in TOML, `{start, end, insert}`, or undefined if
+   * there is no table for it.
+   */
   edit(path, value) {
     const found = this.find(path);
     if (found) {
@@ -344,19 +357,22 @@ class Toml {
     return undefined;
   }
 
-  /** A line of its own behind the last entry of a table; before the first table, for a key of the scene itself. */
+  /**
+   * Returns the change that adds a line after the last entry of a table. A first key of the scene itself goes
+   * before the first table.
+   */
   insertion(table, line) {
     if (table.last > 0) {
       const end = this.text.indexOf("\n", table.last);
       const start = end < 0 ? this.text.length : end;
       return { start, end: start, insert: `\n${line}` };
     }
-    // After the comment at the start of a scene.
+    // The line follows the comment at the start of the scene.
     const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
     return { start: lines, end: lines, insert: `${line}\n` };
   }
 
-  /** The text with the change of `edit`; the same text if there is none. */
+  /** Returns the text with the change of `edit`, or the same text if there is no change. */
   with(path, value) {
     const change = this.edit(path, value);
     return change ? this.text.slice(0, change.start) + change.insert + this.text.slice(change.end) : this.text;

@@ -1,14 +1,17 @@
-// The engine in JavaScript: an instance of the module, with the calls of web/engine/src/lib.rs under the same
-// names.
+// The engine in JavaScript: an instance of the module. The calls have the same names as in
+// web/engine/src/lib.rs.
 
-/** Numbers before the positions, and where each is. */
+/** Number of values before the positions. */
 const HEADER = 24;
 
 const ENDS = ["events", "time", "idle", "failed", "end"];
 
-/** A simulation. A trap of the module, such as the end of memory, is an error of JavaScript: the instance cannot be used any more. */
+/**
+ * A simulation. A trap of the module, such as the end of memory, throws a JavaScript error. The instance
+ * cannot be used afterwards.
+ */
 class Engine {
-  /** Of a module that is compiled, or of its bytes. */
+  /** Creates an engine from a compiled module or from its bytes. */
   static async of(module) {
     const made = await WebAssembly.instantiate(module, {});
     return new Engine((made.instance ?? made).exports);
@@ -33,7 +36,7 @@ class Engine {
     return this.message;
   }
 
-  /** Gives scenes a file that they may name. */
+  /** Adds a file that scenes may name. */
   bring(name, content) {
     const letters = new TextEncoder().encode(name);
     const at = this.calls.room(letters.length + content.length);
@@ -44,29 +47,34 @@ class Engine {
   }
 
   /**
-   * Starts a scene from its text, with other values `{"fill.0.temperature": "2"}`: what there is in it, or an error with its line, its cure, and its
-   * offset and length in bytes.
+   * Starts a scene from its text, with changed values such as `{"fill.0.temperature": "2"}`. Returns the
+   * content of the scene, or an error with its line, its remedy, and its offset and length in bytes.
    */
   start(text, changes = {}) {
     return this.ask(this.calls.start, { text, changes });
   }
 
-  /** An error as that of `start`, or nothing; the simulation stays. */
+  /** Returns an error like that of `start`, or nothing. The simulation is unchanged. */
   check(text, changes = {}) {
     return this.ask(this.calls.check, { text, changes });
   }
 
-  /** Goes on from the present positions and velocities with another scene: what there is in it, or an error, and the simulation goes on as it was. */
+  /**
+   * Continues from the present positions and velocities with another scene. Returns the content of the scene,
+   * or an error. After an error the simulation continues unchanged.
+   */
   change(text, changes = {}) {
     return this.ask(this.calls.change, { text, changes });
   }
 
-  /** Runs on for events, or until a time; one of ENDS. */
+  /** Runs for a number of events or until a time. Returns one of ENDS. */
   advance(events, time = Infinity) {
     return ENDS[this.calls.advance(events, time)];
   }
 
-  /** The state now; positions, velocities and images are views that hold until the next call. */
+  /**
+   * Returns the present state. Positions, velocities and images are views that are valid until the next call.
+   */
   look() {
     const count = this.calls.look();
     const { buffer } = this.calls.memory;
@@ -84,24 +92,27 @@ class Engine {
     };
   }
 
-  /** Puts a particle elsewhere, or gives it another velocity; null leaves it. An error, or an empty text. */
+  /**
+   * Sets the position or velocity of a particle. A null leaves the value unchanged. Returns an error, or an
+   * empty text.
+   */
   set(id, position, velocity) {
     return this.ask(this.calls.set, { id, position, velocity }).error ?? "";
   }
 
-  /** The next events: time, kind, particles a and b (null for a wall), place of a. */
+  /** Returns the next events: time, kind, particles a and b (null for a wall), and the position of a. */
   upcoming(count) {
     this.calls.upcoming(count);
     return this.message;
   }
 
-  /** Where the surfaces are: as the poses of a recording's frame. */
+  /** Returns the poses of the surfaces, in the form of a recording's frame. */
   poses() {
     this.calls.poses();
     return this.message;
   }
 
-  /** The text with the present positions and velocities in place of those it begins with, or an error. */
+  /** Returns the text with the present positions and velocities instead of the initial ones, or an error. */
   scene(text) {
     return this.ask(this.calls.scene, { text });
   }

@@ -1,21 +1,23 @@
-/** How often numbers beside the picture change `[ms]`. */
+/** Interval between updates of the numbers beside the picture `[ms]`. */
 const READING = 250;
 
-/** How often what stands beside the picture hears of a frame while it runs `[ms]`. */
+/** Interval at which the displays beside the picture get a frame while the simulation runs `[ms]`. */
 const BESIDE = 100;
 
-/** A picture that takes longer is a slow one `[ms]`. */
+/** Drawing time above which a picture counts as slow `[ms]`. */
 const SLOW = 60;
 
-/** The events that are looked ahead for announcements. */
+/** Number of future events that are requested for announcements. */
 const AHEAD = 400;
 
-/** Starts the graphics while the worker unpacks the engine, because the first picture of a page waits for them. */
+/**
+ * Starts the graphics while the worker unpacks the engine, because the first picture of a page needs them.
+ */
 function wakeGraphics() {
   document.createElement("canvas").getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
 }
 
-/** A scene that runs: what the page shows of it and does to it. */
+/** A running scene: its display on the page and the actions of the user. */
 class Live {
   constructor() {
     this.scene = JSON.parse(document.getElementById("scene").textContent);
@@ -56,7 +58,7 @@ class Live {
       try {
         handler(value);
       } catch (error) {
-        // An error beside the picture does not stop it.
+        // An error in a display beside the picture does not stop the picture.
         console.error(error);
       }
     }
@@ -89,7 +91,7 @@ class Live {
     }
   }
 
-  /** Takes a message of the worker. */
+  /** Handles a message of the worker. */
   hear(message) {
     const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);
@@ -98,7 +100,7 @@ class Live {
     }
   }
 
-  /** A scene that has started, or goes on with other numbers. */
+  /** Handles a scene that has started, or that continues with other values. */
   begin({ head, text, changes, isChange }) {
     const isLike = (keys) => this.head !== undefined && JSON.stringify(keys.map((key) => head[key])) === JSON.stringify(keys.map((key) => this.head[key]));
     const isSameView = isChange || isLike(["lower", "size", "flat", "view", "up", "isUpsideDown"]);
@@ -129,7 +131,7 @@ class Live {
     return parts.join(" · ");
   }
 
-  /** A picture of the worker. */
+  /** Handles a picture of the worker. */
   receive(frame) {
     this.isAsked = false;
     if (!frame.positions || frame.positions.length !== 3 * (this.head?.moving.length ?? -1)) {
@@ -155,7 +157,7 @@ class Live {
     this.isDue = true;
   }
 
-  /** The first picture of a scene: it starts to move at its natural speed. */
+  /** Handles the first picture of a scene. The scene starts at its natural speed. */
   first(frame) {
     this.isNew = false;
     liveElement("message").hidden = true;
@@ -260,7 +262,9 @@ class Live {
     this.redraw();
   }
 
-  /** Draws before the browser shows the page the next time; with another picture of the worker, if it is wanted. */
+  /**
+   * Requests a drawing before the next repaint of the browser, with a new picture of the worker if `isFresh`.
+   */
   redraw(isFresh = false) {
     this.isDue = true;
     this.isWanted ||= isFresh;
@@ -304,7 +308,7 @@ class Live {
     }
   }
 
-  /** Numbers beside the picture. */
+  /** Updates the numbers beside the picture. */
   read(frame) {
     const { events, rate, stage, isLate, pace } = frame;
     const parts = [`${liveNumber(events)} ${events === 1 ? "event" : "events"}`];
@@ -325,7 +329,7 @@ class Live {
     }
   }
 
-  /** Says when the engine does not answer for long, and offers to start again. */
+  /** Shows a message if the engine has not answered for a long time, and offers to start again. */
   watch() {
     const seconds = Math.floor(this.worker.silence() / 1000);
     if (seconds > 0 && seconds !== this.silence) {
@@ -340,7 +344,7 @@ class Live {
     this.silence = seconds;
   }
 
-  /** Ends a worker that does not answer, and starts the scene in another one. */
+  /** Ends a worker that does not answer, and starts the scene in a new worker. */
   renew() {
     this.isAsked = false;
     this.hand.forget();

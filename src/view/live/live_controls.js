@@ -28,7 +28,7 @@ class LiveControls {
     });
   }
 
-  /** Takes over what is chosen. */
+  /** Applies the choices of the user. */
   choose() {
     const { picture } = this.live;
     picture.choices = {
@@ -47,7 +47,7 @@ class LiveControls {
     this.live.redraw(true);
   }
 
-  /** Offers the choices that the particles of a scene have. */
+  /** Shows the choices that apply to the particles of a scene. */
   offer(head, hasMesh) {
     const isFew = head.moving.length + head.fixed.length <= MOST_SHADED;
     liveElement("static-choice").hidden = !hasMesh;
@@ -60,7 +60,7 @@ class LiveControls {
     this.choose();
   }
 
-  /** Shadows are not for slow graphics, unless one asks for them. */
+  /** Counts a slow picture. After three of them it turns shadows off, unless the user has set the choice. */
   slow() {
     this.slowPictures += 1;
     if (this.slowPictures > 2 && !this.hasChosenShadows && liveElement("shadows").checked) {
@@ -89,7 +89,7 @@ class LiveControls {
     this.live.redraw();
   }
 
-  /** Keys of the whole page, unless one types. */
+  /** Handles keys for the whole page, except while the user types. */
   key(event) {
     const { target } = event;
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || isTypedInto(target)) {
@@ -141,7 +141,7 @@ class LiveControls {
   }
 }
 
-/** Elements that take keys themselves. */
+/** Returns whether an element handles keys itself. */
 function isTypedInto(target) {
   const isElement = target instanceof HTMLElement;
   return isElement && (target.isContentEditable || /^(TEXTAREA|SELECT)$/.test(target.tagName) || (target.tagName === "INPUT" && target.type !== "checkbox"));

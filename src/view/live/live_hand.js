@@ -1,4 +1,4 @@
-/** The last part of a drag that decides how fast the particle is let go `[ms]`. */
+/** Length of the last part of a drag, which sets the velocity of the released particle `[ms]`. */
 const FLICK = 80;
 
 /** Drags particles in the plane of the screen, and flicks them. */
@@ -10,7 +10,10 @@ class Hand {
     this.listen(live.picture.canvas);
   }
 
-  /** Pointers that hold a particle are not for the camera, which hears of them later. */
+  /**
+   * Listens to the pointer. The listeners of the camera are added later, so a pointer that holds a particle
+   * does not reach them.
+   */
   listen(canvas) {
     canvas.addEventListener("pointerdown", (event) => {
       if (this.grab(event)) {
@@ -44,7 +47,7 @@ class Hand {
     }, { passive: false });
   }
 
-  /** A particle under the pointer, by its index; -1 for none. */
+  /** Sets the particle under the pointer by its index; -1 for none. */
   hover(index) {
     if (this.over !== index) {
       this.over = index;
@@ -53,7 +56,7 @@ class Hand {
     }
   }
 
-  /** A pointer that goes down: whether it takes hold of a particle. */
+  /** Handles a pressed pointer. Returns whether it grabs a particle. */
   grab(event) {
     const { picture } = this.live;
     if (!this.isOn || event.button !== 0 || event.shiftKey || !picture.frame) {
@@ -89,14 +92,16 @@ class Hand {
     this.put(index, this.held, [0, 0, 0]);
   }
 
-  /** Keeps a particle where it is held, while all others move. */
+  /** Keeps the held particle in place while all others move. */
   hold() {
     if (this.index >= 0 && this.isMoved) {
       this.put(this.index, this.held, [0, 0, 0]);
     }
   }
 
-  /** Lets go: with the velocity of the pointer, in the simulated time that goes by while it runs. */
+  /**
+   * Releases the particle with the velocity of the pointer, converted to simulated time at the present speed.
+   */
   release(event) {
     const { live, index } = this;
     this.index = -1;
@@ -111,7 +116,10 @@ class Hand {
     }
   }
 
-  /** Moves a particle, by its index among those that move; waits for the answer to the last time. */
+  /**
+   * Moves a particle by its index among the moving particles. The request waits for the answer to the
+   * previous one.
+   */
   put(index, position, velocity) {
     const { live } = this;
     const id = live.head.moving[index];
@@ -140,7 +148,7 @@ class Hand {
     this.ask();
   }
 
-  /** A worker is gone that does not answer. */
+  /** Drops open requests when a worker that did not answer has been ended. */
   forget() {
     this.wanted = undefined;
     this.isAsking = false;

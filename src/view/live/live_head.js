@@ -1,11 +1,11 @@
-// A description of the engine in the terms of the renderer and of the camera.
+// Converts a scene description of the engine to the form of the renderer and the camera.
 
 const liveElement = (id) => document.getElementById(`live-${id}`);
 
 /** Radius of a bond relative to the smaller of its two ends, as in the player of reports. */
 const BOND_RADIUS = 0.36;
 
-/** Particles of a scene as the renderer takes them. */
+/** Returns the particles of a scene in the form of the renderer. */
 function liveParticles(head) {
   const { moving, fixed, fixedPositions, species, particles, bonds, flat, periodic, surfaces } = head;
   const ids = [...moving, ...fixed];
@@ -27,10 +27,13 @@ function liveParticles(head) {
   };
 }
 
-/** The speeds that one can choose, simulated time per second: 1, 2 and 5 times powers of ten. */
+/** Available speeds in simulated time per second: 1, 2 and 5 times powers of ten. */
 const liveSpeeds = [...Array(10).keys()].flatMap((k) => [1, 2, 5].map((digit) => digit * 10 ** (k - 5)));
 
-/** A speed that looks natural: a gas in which particles go some diameters in a second, or a fall through the box in some seconds. */
+/**
+ * Returns a speed that looks natural. In a gas, particles move a few diameters per second. A fall through the
+ * box takes a few seconds.
+ */
 function liveNaturalSpeed(head, { velocities }) {
   const { moving, species, particles, gravity, size } = head;
   let squares = 0;

@@ -1,7 +1,7 @@
-/** Numbers of a line: its ends, its widths at both in pixels, and its ink. */
+/** Count of numbers per line: its two ends, its width at each end in pixels, and its colour. */
 const LINE = 9;
 
-/** Lines in the picture of a renderer, over what is opaque. */
+/** Lines in the picture of a renderer, drawn over the opaque objects. */
 class Lines {
   constructor(renderer) {
     const { gl } = renderer;
@@ -30,7 +30,7 @@ class Lines {
     this.count = 0;
   }
 
-  /** A line between two points in tables of coordinates. */
+  /** Adds a line between two points in tables of coordinates. */
   add([from, a], [to, b], [first, last], [red, green, blue], opacity) {
     if (this.numbers.length < LINE * (this.count + 1)) {
       this.room(2 * this.count + 1);
@@ -67,7 +67,7 @@ class Lines {
   }
 }
 
-/** Positions that a trail has, one each picture. */
+/** Number of positions in a trail, one per picture. */
 const TRAIL = 150;
 
 /** Trails of some particles: their last positions. */
@@ -84,7 +84,7 @@ class Trails {
     this.time = undefined;
   }
 
-  /** Follows so many particles, evenly chosen, or those around one that was chosen by hand. */
+  /** Follows `count` evenly chosen particles. A particle chosen by hand replaces the first of them. */
   follow(count, chosen) {
     const { length } = this.head.moving;
     const number = Math.min(count, length);
@@ -96,7 +96,7 @@ class Trails {
     this.clear();
   }
 
-  /** Takes the positions of a picture. */
+  /** Adds the positions of a picture to the trails. */
   note({ time, positions }) {
     if (this.indices.length === 0 || time === this.time) {
       return;
@@ -109,7 +109,7 @@ class Trails {
     this.length = Math.min(this.length + 1, TRAIL);
   }
 
-  /** Lines between positions that follow each other, except across a periodic side; older ones are fainter. */
+  /** Adds lines between successive positions, except across a periodic side. Older lines are fainter. */
   write(lines, colours, width) {
     const { head, places } = this;
     const isJump = (a, b) => [0, 1, 2].some((k) => head.periodic[k] && Math.abs(places[a + k] - places[b + k]) > head.size[k] / 2);
@@ -125,10 +125,10 @@ class Trails {
   }
 }
 
-/** The most arrows in a picture. */
+/** Maximum number of arrows in a picture. */
 const ARROWS = 6000;
 
-/** Arrows of the velocities: so long that the root mean square is as long as some diameters of a particle. */
+/** Adds arrows for the velocities. An arrow at the root-mean-square speed has the length `length`. */
 function writeArrows(lines, { positions, velocities }, { length, pixel, ink, limit }) {
   const count = positions.length / 3;
   const stride = Math.ceil(count / ARROWS);

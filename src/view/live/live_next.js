@@ -1,17 +1,23 @@
-/** Wall time before an event at which it is announced `[s]`, and how long it is shown when it has happened `[ms]`. */
+/**
+ * Shortest and longest wall time between an announcement and its event `[s]`, and the time for which an
+ * announcement stays after the event `[ms]`.
+ */
 const NOTICE = [0.5, 2.2];
 const AFTERWARDS = 700;
 
-/** Wall time between events that are announced, where there are many `[s]`. */
+/** Minimum wall time between announced events if there are many `[s]`. */
 const APART = 0.35;
 
-/** Fewer events than these within the notice are announced even if they are close. */
+/** If fewer events than this lie within the notice, they are announced even if they are close in time. */
 const SPARSE = 8;
 
-/** Announcements at the same time. */
+/** Maximum number of simultaneous announcements. */
 const ANNOUNCED = 3;
 
-/** How far a particle goes in slow motion in a second, in radii, and how long it takes to the next event at most `[s]`. */
+/**
+ * Distance that a particle moves per second in slow motion, in radii, and the longest wait for the next event
+ * `[s]`.
+ */
 const SLOW_WAY = 0.5;
 const SLOW_WAIT = 1.4;
 
@@ -19,7 +25,7 @@ const EVENT_WORDS = {
   core: "contact", capture: "capture", release: "escape", bounce: "bounce", wall: "wall", thermostat: "kick",
 };
 
-/** Announces the next events in slow motion: which particles meet, and in how much time. */
+/** Announces the next events in slow motion: the particles that meet, and the time until then. */
 class Announcer {
   constructor(live) {
     this.live = live;
@@ -29,7 +35,7 @@ class Announcer {
     this.colours = ["var(--c1)", "var(--c0)", "var(--c2)"];
   }
 
-  /** So slow that one sees each event, or back to the speed of before. */
+  /** Turns slow motion, in which each event can be seen, on or off. Off restores the previous speed. */
   turn(isOn) {
     const { live } = this;
     this.isOn = isOn;
@@ -45,7 +51,7 @@ class Announcer {
     live.redraw(true);
   }
 
-  /** Chooses the speed of slow motion again when an event has happened. */
+  /** Updates the speed of slow motion when an event has happened. */
   adapt(frame) {
     const { live } = this;
     if (this.adaptedAt !== frame.events) {
@@ -63,7 +69,10 @@ class Announcer {
     liveElement("next").hidden = true;
   }
 
-  /** A speed at which one sees events happen: the next one soon, or particles that move a little. */
+  /**
+   * Returns a speed at which events can be seen. The next event comes soon, or particles move a short
+   * distance.
+   */
   speed({ velocities, time, announced }, natural) {
     let squares = 0;
     for (let k = 0; k < velocities.length; k += 1) {
@@ -94,14 +103,14 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // If no shown particle has an event, the next event overall is announced.
+    // If no announcement is shown, the next event is announced without these conditions.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }
     this.write(time);
   }
 
-  /** Tells if both particles are within the picture. */
+  /** Returns whether both particles are within the picture. */
   isSeen({ a, b }) {
     const { picture } = this.live;
     return [a, b].every((id) => {
@@ -111,7 +120,7 @@ class Announcer {
     });
   }
 
-  /** Where a particle is: nothing for what is none. */
+  /** Returns the position of a particle, or undefined if the number is not that of a particle. */
   place(id) {
     const { picture, order } = this.live;
     const index = order?.get(id);
@@ -123,7 +132,7 @@ class Announcer {
     return [...fixedPositions.subarray(at, at + 3)];
   }
 
-  /** Particles that take part in an event. */
+  /** Returns the names of the particles in an event. */
   names({ a, b }) {
     const { head } = this.live;
     const ids = [...new Set([a, b])].filter((id) => id >= 0 && id < head.particles.length);

@@ -1,7 +1,7 @@
-/** How long a flash takes to fade to a third `[ms]`. */
+/** Time in which a flash fades to about a third `[ms]`. */
 const FADE = 110;
 
-/** Fewer particles than these are few. */
+/** Number of particles below which a scene has few particles. */
 const FEW = 60;
 
 /** The picture: particles, trails, arrows and flashes, seen by a camera. */
@@ -18,7 +18,7 @@ class Picture {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** Takes over the particles of a scene; the camera stays where it is if only the scene's numbers have changed. */
+  /** Loads the particles of a scene. The camera is unchanged if only the values of the scene have changed. */
   begin(head, isSame) {
     this.head = head;
     this.particles = liveParticles(head);
@@ -43,11 +43,11 @@ class Picture {
     this.renderer.setColours(speciesColours(this.head.species, this.scheme.fixed), scaleColours());
   }
 
-  /** Makes the camera of a scene when its first positions are there. */
+  /** Sets up the camera of a scene when its first positions are available. */
   aim(frame) {
     if (!this.isSameView) {
-      // The object is kept, because pointers steer it; another box of the same scene keeps the viewing
-      // direction.
+      // The camera object is kept because pointers steer it. A direction set by the user is also kept if
+      // the upward axis is the same.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -69,7 +69,7 @@ class Picture {
     this.camera.reach = 1.2 * reach + 2 * this.camera.margin;
   }
 
-  /** Takes a picture of the worker; the last one is given back. */
+  /** Takes a picture of the worker and returns the previous one. */
   take(frame, now) {
     const last = this.frame;
     this.frame = frame;
@@ -83,7 +83,10 @@ class Picture {
     return last;
   }
 
-  /** Flashes fade, and contacts light them; where much flashes all the time, flashes are weaker or absent. */
+  /**
+   * Fades the flashes and lights those of new contacts. Flashes are weaker or absent if a large fraction of
+   * the particles flashes continually.
+   */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
     const spent = time === this.fadedTime ? 0 : Math.min(now - (this.fadedAt ?? now), 100);
@@ -95,7 +98,7 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // With few particles two are a large fraction, but not for long.
+    // With few particles, the two of a contact are a large fraction, but only briefly. The mean is smoothed.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];
@@ -111,7 +114,7 @@ class Picture {
     this.renderer.load({ positions, tones, flashes, range: [0, 1], scale: [0, 1], box: head, displacement, growth, poses });
   }
 
-  /** Puts the particle that was chosen by hand among those with trails. */
+  /** Adds a particle chosen by hand to the particles with trails. */
   choose(index) {
     this.chosen = index;
     this.follow(this.trailCount);
@@ -154,14 +157,20 @@ class Picture {
     return this.trails.indices.length === 1 ? [PALETTE[3]] : [PALETTE[3], PALETTE[4], PALETTE[2], PALETTE[5], PALETTE[1], PALETTE[0]];
   }
 
-  /** Height of the picture at a distance of 1, in pixels of the page, and the axes of the camera. */
+  /**
+   * Returns the axes and position of the camera, and the pixels of the page per unit of length at a distance
+   * of 1.
+   */
   sight() {
     const { right, above, back } = this.camera.axes();
     const eye = add(this.camera.target, scaled(back, this.camera.distance));
     return { right, above, back, eye, focus: this.canvas.clientHeight / (2 * SLOPE) };
   }
 
-  /** Where a point is seen, from the upper left of the picture, and how long a unit of length is there `[pixels]`. */
+  /**
+   * Returns the position of a point in the picture, from the upper left, and the size of a unit of length
+   * there `[pixels]`.
+   */
   project(point, { right, above, back, eye, focus } = this.sight()) {
     const way = subtract(point, eye);
     const depth = -dot(way, back);
@@ -173,7 +182,10 @@ class Picture {
     return [...this.frame.positions.subarray(3 * index, 3 * index + 3)];
   }
 
-  /** The nearest particle under a place of the picture, by its index among those that move; -1 if there is none. */
+  /**
+   * Returns the nearest particle at a position in the picture, by its index among the moving particles, or -1
+   * if there is none.
+   */
   pick(x, y) {
     const sight = this.sight();
     let [found, nearest] = [-1, Infinity];
@@ -187,7 +199,10 @@ class Picture {
     return found;
   }
 
-  /** The point in the plane of the screen through another point that is seen at a place of the picture. */
+  /**
+   * Returns the point that appears at a position in the picture and lies in the plane through the point
+   * `through`, parallel to the screen.
+   */
   unproject(x, y, through) {
     const { right, above, back, eye, focus } = this.sight();
     const depth = -dot(subtract(through, eye), back);

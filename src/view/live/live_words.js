@@ -1,4 +1,4 @@
-// Words and numbers below and on top of the picture.
+// Text and numbers below and on top of the picture.
 
 const COUNT_WORDS = {
   core: "contacts of cores", capture: "captures", release: "escapes", bounce: "bounces inside a well", bond: "bonds", wall: "walls", thermostat: "thermostat",
@@ -6,7 +6,7 @@ const COUNT_WORDS = {
 
 const liveNumber = (x) => Math.round(x).toLocaleString("en").replaceAll(",", "\u202f");
 
-/** A rate with two digits: 4.6 million, 310 000, 12. */
+/** Returns a rate with two digits: 4.6 million, 310 000, 12. */
 function liveRate(rate) {
   if (rate >= 1e6) {
     return `${(rate / 1e6).toFixed(1)} million`;
@@ -15,10 +15,10 @@ function liveRate(rate) {
   return liveNumber(Math.round(rate / unit) * unit);
 }
 
-/** A time with as many digits as one can read while it runs at a speed. */
+/** Returns a time with as many digits as are readable at a speed. */
 const liveTime = (time, speed) => time.toFixed(Math.max(0, Math.min(9, Math.ceil(1 - Math.log10(speed)))));
 
-/** The key of the colours. */
+/** Shows the legend of the colours. */
 function liveScale(live) {
   const { head, picture } = live;
   const parts = document.createDocumentFragment();
@@ -47,7 +47,7 @@ function liveScale(live) {
 
 const liveShort = (x) => String(Number(x.toPrecision(2)));
 
-/** Counts of events by kind. */
+/** Shows the counts of events by kind. */
 function liveCounts({ counts = {}, events }) {
   const list = document.createDocumentFragment();
   const all = Object.entries(counts).filter(([, count]) => count > 0);

@@ -1,7 +1,10 @@
 /** Wall time without an answer after which the page offers to start again `[ms]`. */
 const PATIENCE = 3000;
 
-/** The worker with the engine, seen from the page: messages by their kind, answers to questions, and a new worker when one does not answer. */
+/**
+ * The page's connection to the worker that runs the engine. It passes messages on, matches answers to
+ * questions, and replaces a worker that does not answer.
+ */
 class LiveWorker {
   constructor(files, hear) {
     this.files = files;
@@ -49,7 +52,7 @@ class LiveWorker {
     });
   }
 
-  /** Whether an answer is long due `[ms]`; 0 if none is. */
+  /** Returns the time without an answer if it exceeds `PATIENCE` `[ms]`, else 0. */
   silence() {
     const silence = this.askedAt === undefined ? 0 : performance.now() - this.askedAt;
     return silence > PATIENCE ? silence : 0;

@@ -1,4 +1,4 @@
-/** Observables of a simulation that runs, from states that it is shown one after the other. */
+/** Observables of a running simulation, computed from successive states. */
 class Observables {
   constructor(head) {
     this.head = head;
@@ -8,7 +8,7 @@ class Observables {
     this.begin();
   }
 
-  /** Forgets all samples. */
+  /** Discards all samples. */
   begin() {
     const { system, offered } = this;
     const has = (name) => offered.includes(name);
@@ -27,12 +27,15 @@ class Observables {
     this.paths = has("positions") ? new Paths(system) : undefined;
   }
 
-  /** The observables that results are asked for; all of them if none are named. */
+  /** Selects the observables to report. If no names are given, all of them are reported. */
   want(names) {
     this.wanted = names;
   }
 
-  /** Takes a state: time, positions, velocities and images of all particles by id, kinetic and potential energy, virial, counts of events, stage. */
+  /**
+   * Samples a state: time, positions, velocities and images of all particles by id, kinetic and potential
+   * energy, virial, event counts and stage.
+   */
   sample(state) {
     const { time } = state;
     if (this.time !== undefined && time < this.time) {
@@ -61,7 +64,7 @@ class Observables {
     this.countEvents(time, state);
   }
 
-  /** Notices what the head does not say: a box that is sheared or open, and particles that grow. */
+  /** Detects properties that the head does not describe: a sheared or open box, and growing particles. */
   learn({ displacement, scale = 1, positions }) {
     const { system } = this;
     const isSheared = Boolean(displacement) && !system.isSheared;
@@ -108,7 +111,10 @@ class Observables {
     );
   }
 
-  /** Results that are wanted, in arrays of its own; always what is offered, what to show first, the time and the marks. */
+  /**
+   * Returns the selected results in newly allocated arrays. The offered observables, the ones to show first,
+   * the time and the marks are always included.
+   */
   results() {
     const { offered, shown, time, marks, system } = this;
     const results = { offered, shown, time, marks: [...marks], count: system.count };
@@ -137,8 +143,8 @@ class Observables {
 
   energyResults() {
     const [t, kinetic, potential] = this.energy.read();
-    // Hard particles without gravity have only kinetic energy. The potential energy of weight is measured
-    // from the start.
+    // Hard particles without gravity have only kinetic energy. Gravitational potential energy is relative to
+    // its initial value.
     const hasPotential = potential.some((value) => value !== 0);
     const zero = this.system.isHeavy ? potential[0] : 0;
     const relative = potential.map((value) => value - zero);
@@ -146,7 +152,7 @@ class Observables {
     return hasPotential ? { t, kinetic, potential: relative, total, isRelative: this.system.isHeavy } : { t, kinetic };
   }
 
-  /** Numbers of events by kind, or their rates, where there are many particles. */
+  /** Returns the numbers of events by kind or, for more than `FEW` particles, their rates. */
   eventResults() {
     const [t, ...counts] = this.counts.read();
     const last = t.length - 1;
@@ -164,7 +170,10 @@ class Observables {
   }
 }
 
-/** The planes below which particles are counted: those of the scene that are across gravity, or one above the lowest tenth of the box. */
+/**
+ * Returns the planes below which particles are counted: up to four planes of the scene that are perpendicular
+ * to gravity. Without any, uses one plane above the lowest tenth of the box.
+ */
 function planesOf(system) {
   const { fall, gravity, lower, size, head } = system;
   const sign = Math.sign(gravity[fall]);
@@ -174,7 +183,7 @@ function planesOf(system) {
   return planes.length > 0 ? planes : [{ name: "in the lowest tenth", axis: fall, at, sign }];
 }
 
-/** Coordinates and velocities of a few particles over the last time. */
+/** Coordinates and velocities of a few particles over the most recent samples. */
 class Paths {
   constructor(system) {
     this.system = system;
@@ -193,7 +202,10 @@ class Paths {
     this.series.add(time, values);
   }
 
-  /** Positions along the axis on which they move most; another one has to be half as much again before it is taken. */
+  /**
+   * Returns positions along the axis with the largest motion. Another axis replaces the current one only if
+   * its range is more than 1.5 times as large.
+   */
   results() {
     const { system } = this;
     const [t, ...columns] = this.series.read();

@@ -1,21 +1,23 @@
-/** Particles that are followed at most, and times from which on. */
+/** Maximum numbers of tracer particles and of time origins. */
 const MOST_TRACERS = 1000;
 const MOST_ORIGINS = 16;
 
-/** Origins for short times, and samples between two of them. */
+/** Number of origins for short lag times, and number of samples between two of them. */
 const YOUNG_ORIGINS = 8;
 const YOUNG_STRIDE = 4;
 
-/** Bins of times for each power of ten, and the powers. */
+/** Lag-time bins per decade, and the range of decades. */
 const LAGS_PER_DECADE = 48;
 const DECADES = [-12, 12];
 const LAG_BINS = LAGS_PER_DECADE * (DECADES[1] - DECADES[0]);
 
 /**
- * Mean squared displacement and velocity autocorrelation from several origins, by species, along the axes on which particles can go on for ever.
+ * Mean squared displacement and velocity autocorrelation, averaged over several time origins. Both are
+ * computed by species, along the axes on which particles can move without bound.
  *
- * Displacements and velocities are relative to the centre of mass where its velocity is conserved; its part in each, m / M, is made up for. Origins of the
- * earlier part of the time go, as sums do.
+ * On axes where the velocity of the centre of mass is conserved, displacements and velocities are relative to
+ * the centre of mass. A factor corrects for the share m / M of each particle in the motion of the centre of
+ * mass. Origins of the earlier part of the run are dropped together with their sums.
  */
 class Displacement {
   constructor(system) {
@@ -47,7 +49,7 @@ class Displacement {
     this.shortest = Infinity;
   }
 
-  /** Unwrapped positions, or velocities, of the tracers along the free axes. */
+  /** Returns unwrapped positions, or velocities, of the tracers along the free axes. */
   frame(numbers, images) {
     const { system, tracers, axes } = this;
     const { totalMass, size } = system;
@@ -63,7 +65,7 @@ class Displacement {
     return out;
   }
 
-  /** Sum of a component over all that move, by mass. */
+  /** Returns the mass-weighted sum of a component over all moving particles. */
   moment(k, numbers, images) {
     const { moving, masses, size } = this.system;
     const edge = images ? size[k] : 0;
@@ -126,7 +128,7 @@ class Displacement {
     });
   }
 
-  /** Mean squared displacement and velocity autocorrelation of each species by time. */
+  /** Returns the mean squared displacement and velocity autocorrelation of each species by lag time. */
   results() {
     const { sums, columns, names } = this;
     const bins = Array.from({ length: LAG_BINS }, (_, bin) => bin * columns).filter((first) => sums.total(first) > 0);
@@ -139,9 +141,10 @@ class Displacement {
   }
 
   /**
-   * The diffusion coefficient, the slope by 2 d; NaN where those of shorter and longer times differ by more than a tenth.
+   * Returns the diffusion coefficient: the slope divided by 2 d. Returns NaN if the slopes at shorter and
+   * longer lag times differ by a tenth or more.
    *
-   * Of times longer than a third of those so far there are few origins.
+   * Lag times longer than a third of the longest one are excluded, because they have few origins.
    */
   slope(t, values) {
     const last = t[t.length - 1];
@@ -160,14 +163,14 @@ class Displacement {
   }
 }
 
-/** Slope of the line that fits best. */
+/** Returns the slope of the least-squares line. */
 function fittedSlope(x, y) {
   const [a, b] = [x, y].map((list) => list.reduce((sum, value) => sum + value, 0) / list.length);
   const square = x.reduce((sum, value) => sum + (value - a) ** 2, 0);
   return x.reduce((sum, value, k) => sum + (value - a) * (y[k] - b), 0) / square;
 }
 
-/** Sum of the squares of differences. */
+/** Returns the sum of squared differences. */
 function squares(a, b, from, to) {
   let sum = 0;
   for (let k = from; k < to; k += 1) {

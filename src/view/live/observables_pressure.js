@@ -1,11 +1,13 @@
-/** Intervals that a series of pressures has at most. */
+/** Maximum number of intervals in a pressure series. */
 const MOST_INTERVALS = 120;
 
 /**
- * The pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J over the pair events of a time t.
+ * The pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J
+ * over the pair events of a time t.
  *
- * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). So it is the pressure of `carom run`, where the integral of T is exact; here it is that of
- * straight lines between samples.
+ * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). This is the same pressure as in `carom run`,
+ * except for the time integral of T: `carom run` integrates T exactly, whereas this class interpolates
+ * linearly between samples.
  */
 class Pressure {
   constructor(system) {
@@ -26,7 +28,7 @@ class Pressure {
     this.series.add(time, [virial, this.integral]);
   }
 
-  /** The mean between two points of the series. */
+  /** Returns the mean pressure between two points of the series. */
   between([times, virials, integrals], from, to) {
     const { dimensions, count, volume } = this.system;
     const collisional = (virials[to] - virials[from]) / dimensions;
@@ -48,7 +50,10 @@ class Pressure {
     return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half]], from: times[0], expected };
   }
 
-  /** Standard error of the mean of values, from blocks of eight or so. */
+  /**
+   * Returns the standard error of the mean of values, from up to eight blocks. Returns NaN for fewer than
+   * four blocks.
+   */
   static scatter(values) {
     const number = Math.min(8, values.length);
     const blocks = Array.from({ length: number }, (_, k) => {
@@ -60,7 +65,10 @@ class Pressure {
     return number < 4 ? NaN : Math.sqrt(square / (number * (number - 1)));
   }
 
-  /** Compressibility factor of a fluid of hard rods, disks or spheres at a packing fraction; NaN where no fluid is. */
+  /**
+   * Returns the compressibility factor of a fluid of hard rods, disks or spheres at a packing fraction.
+   * Returns NaN at packing fractions where the fluid is not stable.
+   */
   static compressibility(fraction, dimensions) {
     if (dimensions === 1) {
       // L. Tonks, Phys. Rev. 50, 955 (1936).
@@ -74,7 +82,10 @@ class Pressure {
     return fraction < 0.494 ? (1 + fraction + fraction ** 2 - fraction ** 3) / (1 - fraction) ** 3 : NaN;
   }
 
-  /** Pressure that the theory of hard spheres expects: of one elastic species, whose temperature nothing changes. */
+  /**
+   * Returns the theoretical pressure of hard spheres. It applies to a single elastic species at constant
+   * temperature; otherwise the result is NaN.
+   */
   expected(counts, radial) {
     const { head, moving, count, dimensions, volume } = this.system;
     const species = new Set(Array.from(moving, (id) => head.particles[id]));
@@ -94,7 +105,10 @@ class Pressure {
   }
 }
 
-/** Samples between which there are means: intervals of about equal time, because samples may be much closer to each other. */
+/**
+ * Returns the indices of the samples that bound the averaging intervals. The intervals have about equal
+ * durations, because samples may be much closer together.
+ */
 function intervalsOf(times) {
   const last = times.length - 1;
   const shortest = (0.999 * (times[last] - times[0])) / MOST_INTERVALS;
@@ -107,7 +121,7 @@ function intervalsOf(times) {
   return ends.reverse();
 }
 
-/** Whether pairs come as close as a diameter and not closer. */
+/** Returns whether the closest pairs are one diameter apart and not closer. */
 function hasContactAt(radial, diameter) {
   if (!radial) {
     return false;

@@ -1,15 +1,17 @@
-/** Distances between two particles that are looked at in one sample: a millisecond or so. */
+/** Number of pair distances after which a sample stops, for a cost of about a millisecond. */
 const MOST_DISTANCES = 80_000;
 
-/** Bins to the largest distance, about. */
+/** Approximate number of bins up to the largest distance. */
 const RADIAL_BINS = 160;
 
 /**
- * The number of points that are expected within a distance, spread evenly over the room that a box leaves to the centres of particles.
+ * Expected number of points within a distance, for a uniform distribution over the region of the box that is
+ * accessible to the centres of particles.
  *
- * The separation s of two points has the density prod_k (1 - |s_k| / L_k) / V along axes that are not periodic, and 1 / V within half a period along those
- * that are. Its mean over the directions is a polynomial in r up to the shortest edge, with the means of |u_x|, |u_x u_y| and |u_x u_y u_z| over the sphere
- * or the circle. Walls keep centres half a diameter away.
+ * The separation s of two points has the density prod_k (1 - |s_k| / L_k) / V along axes that are not
+ * periodic, and 1 / V within half a period along periodic axes. Its mean over the directions is a polynomial
+ * in r up to the shortest edge, with the means of |u_x|, |u_x u_y| and |u_x u_y u_z| over the sphere or the
+ * circle. Walls keep centres half a diameter away.
  */
 class Room {
   constructor(system, diameter) {
@@ -30,7 +32,7 @@ class Room {
     }
   }
 
-  /** The probability that two points are further apart than `from` and not further than `to`. */
+  /** Returns the probability that the distance of two points is larger than `from` and at most `to`. */
   probability(from, to) {
     const { PI } = Math;
     const surface = [0, 2, 2 * PI, 4 * PI][this.dimensions];
@@ -45,10 +47,12 @@ class Room {
 }
 
 /**
- * g(r) = n(r) / n_ideal(r): pairs in a bin over those that are expected without correlations, averaged over the later part of the time.
+ * g(r) = n(r) / n_ideal(r): the number of pairs in a bin divided by the number expected without correlations,
+ * averaged over the later part of the run.
  *
- * A sample takes some of the particles as centres, the next ones in turn, and looks at all their neighbours, so that its cost is bounded. Two species that move
- * have three curves; more than two count as one.
+ * Each sample takes some of the particles as centres and evaluates all their neighbours. The next sample
+ * continues with the next particles, so the cost per sample is bounded. Two moving species have three curves;
+ * more than two are treated as one.
  */
 class RadialDistribution {
   constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES, scale = 1 } = {}) {
@@ -73,7 +77,7 @@ class RadialDistribution {
     if (!Number.isFinite(this.cutoff)) {
       this.cutoff = reach;
     }
-    // A core ends between two bins.
+    // A bin boundary coincides with the core diameter.
     const core = Math.min(...diameters);
     const perCore = Math.max(8, Math.round((RADIAL_BINS * core) / this.cutoff));
     this.width = width ?? (core > 0 && core < this.cutoff ? core / perCore : this.cutoff / RADIAL_BINS);
@@ -103,7 +107,10 @@ class RadialDistribution {
     return Float64Array.from({ length: this.bins }, (_, k) => Math.sqrt(shell(rooms[0], k) * shell(rooms[1], k)));
   }
 
-  /** Cells half as long as the largest distance, or longer; a periodic axis with fewer than five has one. */
+  /**
+   * Sets up cells at least half as long as the largest distance. An axis with fewer than five such cells has
+   * a single cell.
+   */
   makeCells() {
     const { system, cutoff } = this;
     const most = Math.max(1, Math.floor((2 * system.count) ** (1 / system.dimensions)));
@@ -112,7 +119,7 @@ class RadialDistribution {
       const number = Math.min(Math.floor((2 * system.size[k]) / cutoff), most);
       this.cells[k] = number >= 5 ? number : 1;
     }
-    // How many cells away a neighbour may be.
+    // Largest distance of a neighbour, in cells.
     this.steps = this.cells.map((number, k) =>
       number === 1
         ? 0
@@ -126,7 +133,7 @@ class RadialDistribution {
     this.placeOf = new Uint32Array(system.count);
   }
 
-  /** Sorts the particles that move by cells. */
+  /** Sorts the moving particles by cell. */
   sort(positions) {
     const { system, cells, starts, cellOf, sorted, classOf, placeOf } = this;
     const { moving, lower, size, head } = system;
@@ -171,7 +178,7 @@ class RadialDistribution {
     }
   }
 
-  /** Counts the neighbours of a particle; how many distances that took. */
+  /** Counts the neighbours of a particle. Returns the number of distances evaluated. */
   around(place, cell) {
     const { cells, steps, starts } = this;
     const { periodic } = this.system;
@@ -201,7 +208,10 @@ class RadialDistribution {
     return distances;
   }
 
-  /** Counts those from one place to another that are near a particle; how many there are. */
+  /**
+   * Counts the particles in a range of places that are within the cutoff of a particle. Returns the number of
+   * particles in the range.
+   */
   count(place, first, end) {
     const { sorted, classOf, bins, periods } = this;
     const counts = this.sums.newer;

@@ -1,7 +1,10 @@
-/** Most points of a series over time. */
+/** Maximum number of points of a time series. */
 const MOST_POINTS = 2000;
 
-/** A series over time of bounded length: when it is full, every other point goes, and from then on as many less come. */
+/**
+ * A time series of bounded length. When it is full, every other point is removed and the sampling stride
+ * doubles.
+ */
 class TimeSeries {
   constructor(columns, most = MOST_POINTS) {
     this.most = most;
@@ -12,7 +15,7 @@ class TimeSeries {
     this.last = undefined;
   }
 
-  /** Takes note of values at a time; the last ones are always there. */
+  /** Adds values at a time. The last values are always retained. */
   add(time, values) {
     this.last = [time, ...values];
     if (this.passed % this.stride === 0) {
@@ -36,7 +39,7 @@ class TimeSeries {
     this.passed = this.length * this.stride;
   }
 
-  /** Times and values so far, each an array of its own. */
+  /** Returns times and values so far, each in a new array. */
   read() {
     const hasMore = this.length > 0 && this.last[0] > this.columns[0][this.length - 1];
     return this.columns.map((column, k) => {
@@ -50,7 +53,7 @@ class TimeSeries {
   }
 }
 
-/** The last points of a series over time, at full resolution. */
+/** The most recent points of a time series, at full resolution. */
 class RecentSeries {
   constructor(columns, most = MOST_POINTS) {
     this.most = most;
@@ -79,10 +82,10 @@ class RecentSeries {
 }
 
 /**
- * Sums over the later part of the time so far, so that what was before equilibrium is forgotten.
+ * Sums over the later part of the run, so that samples before equilibration are discarded.
  *
- * There are two windows, one after the other. When the newer one is twice as long as the older one, the older one goes: between a half and two thirds
- * of the time is left, and the sums over it go on growing.
+ * There are two consecutive windows. When the newer window is twice as long as the older one, the older one
+ * is dropped. Between a half and two thirds of the time so far then remains, and its sums continue to grow.
  */
 class LateSums {
   constructor(length) {
@@ -92,7 +95,7 @@ class LateSums {
     this.middle = undefined;
   }
 
-  /** Time of the next sample; true if older sums went. */
+  /** Registers the time of the next sample. Returns true if older sums were dropped. */
   turn(time) {
     if (this.from === undefined) {
       this.from = time;

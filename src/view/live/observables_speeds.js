@@ -1,18 +1,24 @@
-/** Bins of speeds, and the largest one in units of sqrt(T / m). */
+/** Number of speed bins, and the largest speed in units of sqrt(T / m). */
 const SPEED_BINS = 50;
 const FASTEST = 5;
 
-/** The density of the distribution of speeds in equilibrium, Maxwell's, in one to three dimensions, where a component of the velocity has the variance 1. */
+/**
+ * Returns the Maxwell density of speeds at equilibrium in one to three dimensions, for velocity components of
+ * variance 1.
+ */
 function maxwellDensity(x, dimensions) {
   const power = [0, Math.sqrt(2 / Math.PI), x, Math.sqrt(2 / Math.PI) * x * x][dimensions];
   return power * Math.exp(-0.5 * x * x);
 }
 
 /**
- * The distribution of speeds, now and averaged over the later part of the time, and the kinetic temperature.
+ * The current distribution of speeds, its average over the later part of the run, and the kinetic
+ * temperature.
  *
- * Speeds are relative to the centre of mass along the axes on which its velocity is conserved, and each is by the deviation of a component in equilibrium,
- * sqrt((1 - m / M) T / m) with the temperature of its own time: so masses that differ and gases that cool have one curve.
+ * Along the axes on which the velocity of the centre of mass is conserved, speeds are relative to the centre
+ * of mass. Each speed is divided by the standard deviation of a velocity component at equilibrium, sqrt((1 -
+ * m / M) T / m), with the temperature at the time of the sample. Particles of different masses and cooling
+ * gases therefore share one curve.
  */
 class Speeds {
   constructor(system) {
@@ -25,13 +31,13 @@ class Speeds {
     this.temperature = 0;
   }
 
-  /** The part of T / m that is the variance of a component, in the mean over the axes. */
+  /** Returns the variance of a velocity component as a fraction of T / m, averaged over the axes. */
   free(mass) {
     const { conserved, dimensions, totalMass, count } = this.system;
     return count < 2 ? 1 : 1 - (conserved.filter(Boolean).length / dimensions) * (mass / totalMass);
   }
 
-  /** Velocity of the centre of mass along the axes on which it is conserved. */
+  /** Returns the velocity of the centre of mass along the axes on which it is conserved. */
   drift(velocities) {
     const { conserved, moving, masses, totalMass, count } = this.system;
     let x = 0;
@@ -86,7 +92,10 @@ class Speeds {
     newer[SPEED_BINS] += count;
   }
 
-  /** Densities by speed, of one mass at the present temperature, or by reduced speed. */
+  /**
+   * Returns densities by speed at the current temperature if all particles have the same mass, otherwise by
+   * reduced speed.
+   */
   results() {
     const { system, sums } = this;
     const scale = system.hasOneMass ? this.scale : 1;

@@ -1,9 +1,13 @@
 /**
- * What is observed: the particles that move, the axes that are not flat, and which observables mean something.
+ * The observed system: the moving particles, the axes that are not flat, and which observables are
+ * meaningful.
  *
- * Of the head: species, particles, lower, size, periodic, flat, gravity (or the acceleration of species), surfaces; and where they are known `walls` (of each
- * axis whether its lower and its upper side is a wall; a side that is neither periodic nor flat is taken for one), `shearRate`, `conserved` (axes along which
- * the momentum is), `flows` ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed surface holds the particles) and `hardSpheres` (one species of elastic hard spheres and nothing else).
+ * The head provides species, particles, lower, size, periodic, flat, gravity (or the acceleration of species)
+ * and surfaces. It may also provide: `walls` (for each axis, whether its lower and its upper side is a wall;
+ * by default, a side that is neither periodic nor flat is a wall), `shearRate`, `conserved` (axes along which
+ * the momentum is conserved), `flows` ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed
+ * surface holds the particles) and `hardSpheres` (the scene has one species of elastic hard spheres and
+ * nothing else).
  */
 class ObservedSystem {
   constructor(head) {
@@ -40,7 +44,7 @@ class ObservedSystem {
     );
   }
 
-  /** Observables that mean nothing in a box that is sheared, or out of which particles fly. */
+  /** Records that the box is sheared or that particles leave it, which makes some observables meaningless. */
   limit(isSheared, isOpen) {
     this.isSheared ||= isSheared;
     this.isOpen ||= isOpen;
@@ -52,7 +56,7 @@ class ObservedSystem {
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
   }
 
-  /** Whether a particle is outside of the box. */
+  /** Returns whether any particle is outside the box. */
   hasEscaped(positions) {
     const closed = this.axes.filter((k) => !this.periodic[k]);
     return this.moving.some((id) =>
@@ -63,7 +67,7 @@ class ObservedSystem {
     );
   }
 
-  /** Number of walls of an axis. */
+  /** Returns the number of walls of an axis. */
   walls(axis) {
     if (this.periodic[axis] || this.flat[axis]) {
       return 0;
@@ -75,12 +79,12 @@ class ObservedSystem {
     return this.walls(axis) === 2;
   }
 
-  /** Number of components of the velocities that are free. */
+  /** Number of degrees of freedom of the velocities. */
   get freedom() {
     return Math.max(1, this.dimensions * this.count - this.conserved.filter(Boolean).length);
   }
 
-  /** Observables that mean something here, and which of them are shown first. */
+  /** Returns the observables that are meaningful for this system, and which of them are shown first. */
   offer() {
     const { count } = this;
     const few = count > 0 && count <= FEW;
@@ -107,13 +111,13 @@ class ObservedSystem {
   }
 }
 
-/** As many particles as are followed one by one. */
+/** Maximum number of particles that are followed individually. */
 const FEW = 12;
 
-/** A distribution over fewer particles than this is not worth looking at. */
+/** Minimum number of particles for a distribution to be meaningful. */
 const MANY = 20;
 
-/** Whether a list, or a table with a list, has anything in it. */
+/** Returns whether a list, or a table with a list, is non-empty. */
 function hasAny(surfaces) {
   return Array.isArray(surfaces) ? surfaces.length > 0 : Boolean(surfaces);
 }

@@ -1,10 +1,10 @@
-/** As many plots as are shown at once. */
+/** Maximum number of plots shown at once. */
 const MOST_PLOTS = 4;
 
-/** Shortest time between two drawings of a plot, in milliseconds. */
+/** Minimum time between two redraws, in milliseconds. */
 const PLOT_PAUSE = 100;
 
-/** The plots beside the picture: which there are, which are shown, and their common cursor. */
+/** The plots beside the picture: the available plots, the ones shown, and their common cursor. */
 class LivePlots {
   constructor(live) {
     this.live = live;
@@ -26,7 +26,10 @@ class LivePlots {
     }
   }
 
-  /** Asks the worker for what is shown; before that is known, for anything. */
+  /**
+   * Requests the observables of the plots shown from the worker. Before any plot is selected, requests the
+   * energy.
+   */
   ask() {
     const names = [...this.plots.keys()];
     this.live.send({ kind: "observe", names: names.length > 0 || this.chosen ? names : ["energy"] });
@@ -44,7 +47,7 @@ class LivePlots {
     }
   }
 
-  /** Draws one plot in each frame of the page, so that none of them takes long. */
+  /** Draws one plot per animation frame, so that no frame takes long. */
   draw(now) {
     const [name] = this.queue;
     const hasPaused = now - this.drawnAt >= PLOT_PAUSE || this.isDrawing;
@@ -68,7 +71,9 @@ class LivePlots {
     }
   }
 
-  /** Another scene has other plots; those that were chosen stay, as far as it has them. */
+  /**
+   * Updates the available plots for a new scene. Plots that the user chose are kept if the scene offers them.
+   */
   offer({ offered, shown }) {
     this.offered = offered;
     const kept = (this.chosen ?? []).filter((name) => offered.includes(name));
@@ -93,7 +98,7 @@ class LivePlots {
     this.show(this.chosen);
   }
 
-  /** Shows these plots, in the order in which they were chosen. */
+  /** Shows the named plots, in the order in which they were chosen. */
   show(names) {
     this.plots.forEach((plot, name) => {
       if (!names.includes(name)) {
@@ -113,7 +118,7 @@ class LivePlots {
     this.ask();
   }
 
-  /** Shows the time that a reader points at in one plot in all plots over time. */
+  /** Shows the time under the pointer in one plot in all other plots over time. */
   point(source, x) {
     if (source.isTime) {
       this.plots.forEach((plot) => plot !== source && plot.isTime && plot.cursor(x));

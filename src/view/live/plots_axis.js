@@ -1,14 +1,14 @@
-/** Digits of exponents. */
+/** Superscript digits for exponents. */
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** A number as it is read, from what a program writes. */
+/** Returns a number in readable form from the text of a JavaScript number. */
 function plainNumber(text) {
   const [digits, exponent] = text.split("e");
   const plain = digits.replace("-", "−");
   return exponent ? `${plain}×10${[...String(Number(exponent))].map((digit) => RAISED[digit]).join("")}` : plain;
 }
 
-/** A value with four digits. */
+/** Returns a value with four digits. */
 function plotValue(value) {
   if (!Number.isFinite(value)) {
     return "–";
@@ -17,7 +17,10 @@ function plotValue(value) {
   return plainNumber(size === 0 || (size >= 1e-3 && size < 1e6) ? String(Number(value.toPrecision(4))) : value.toExponential(3));
 }
 
-/** A linear or logarithmic axis between two places in pixels. It keeps its ends while what it shows fits and fills most of it. */
+/**
+ * A linear or logarithmic axis between two positions in pixels. The limits stay unchanged while the data fit
+ * and fill most of the axis.
+ */
 class PlotAxis {
   constructor() {
     this.low = NaN;
@@ -25,14 +28,20 @@ class PlotAxis {
     this.isLogarithmic = false;
   }
 
-  /** The step of a linear axis: 1, 2 or 5 times a power of ten, some `number` to the span. */
+  /**
+   * Returns the step of a linear axis: 1, 2 or 5 times a power of ten, for about `number` steps over the
+   * span.
+   */
   static step(span, number) {
     const raw = span / number;
     const power = 10 ** Math.floor(Math.log10(raw));
     return power * ([1, 2, 5, 10].find((factor) => factor * power >= raw * (1 - 1e-9)) ?? 10);
   }
 
-  /** Shows values from one to another; an end that is `kept` is there exactly, and beyond the upper one there is room to grow into, if it `grows`. */
+  /**
+   * Fits the axis to a range of values. A limit that is `kept` is used exactly. If the axis `grows`, it
+   * extends beyond the upper value.
+   */
   show([low, high], { isLogarithmic = false, kept = [false, false], grows = false, fills = 0.5 } = {}) {
     if (isLogarithmic !== this.isLogarithmic) {
       [this.low, this.high] = [NaN, NaN];
@@ -56,7 +65,7 @@ class PlotAxis {
     this.high = kept[1] ? most : grows ? Math.ceil((least + 1.25 * span) / step) * step : up;
   }
 
-  /** From one place to another. */
+  /** Places the axis between two positions in pixels. */
   between(from, to) {
     [this.from, this.to] = [from, to];
     this.factor = (to - from) / (this.high - this.low);
@@ -70,13 +79,13 @@ class PlotAxis {
     return this.from + ((this.isLogarithmic ? Math.log10(value) : value) - this.low) * this.factor;
   }
 
-  /** The value at a place. */
+  /** Returns the value at a position in pixels. */
   value(place) {
     const at = this.low + (place - this.from) / this.factor;
     return this.isLogarithmic ? 10 ** at : at;
   }
 
-  /** Values with ticks, and their labels. */
+  /** Returns the values of the ticks and their labels. */
   marks(number) {
     return this.isLogarithmic ? this.decades() : this.steps(number);
   }

@@ -1,8 +1,9 @@
 /**
- * A plot of curves that grow, in the dress of the report's.
+ * A plot of growing curves, in the style of the report.
  *
- * Lines are {name, x, y, style}: "line", "thin", "dashes" (theory), "steps" (a histogram: y over even bins with centres x), "level" (across the plot).
- * `time` says that x is the simulated time: such plots share a cursor.
+ * Lines are {name, x, y, style}. The style is "line", "thin", "dashes" (theory), "steps" (a histogram: y over
+ * even bins with centres x) or "level" (across the plot). `time` indicates that x is the simulated time; such
+ * plots share a cursor.
  */
 class Plot {
   constructor(
@@ -105,13 +106,16 @@ class Plot {
     this.figure.remove();
   }
 
-  /** A reader points at a value of x, or at none. */
+  /** Moves the cursor to a value of x, or removes it if x is undefined. */
   point(x) {
     this.cursor(x);
     this.onCursor(x);
   }
 
-  /** Draws curves; `x` and `y` are ranges that are kept, `note` is written beside the title, `marks` are lines across. */
+  /**
+   * Draws curves. `x` and `y` are fixed ranges, `note` is written beside the title, and `marks` are lines
+   * across the plot.
+   */
   draw(content) {
     this.content = content;
     this.redraw();
@@ -141,7 +145,7 @@ class Plot {
     this.cursor(this.at);
   }
 
-  /** Fits an axis to what is drawn, but for theory and levels, which may be cut. */
+  /** Fits an axis to the curves, except theory and levels, which may be clipped. */
   range(k, kept, grows) {
     const isLogarithmic = this.isLogarithmic[k];
     let [low, high] = [Infinity, -Infinity];
@@ -226,7 +230,7 @@ class Plot {
     this.legend.replaceChildren(...this.values.map(({ item }) => item));
   }
 
-  /** Shows the values at x in the legend, with a line across; without x, the last ones. */
+  /** Shows the values at x in the legend, with a line across the plot. Without x, shows the last values. */
   cursor(x) {
     this.at = x;
     const isThere = x !== undefined && this.lines.length > 0 && this.axes[0].hasPlace(x);
@@ -255,7 +259,7 @@ class Plot {
     this.tell(isIn ? x : undefined);
   }
 
-  /** Dots on the curves. */
+  /** Draws dots on the curves. */
   place(dots) {
     const circles = dots.map((dot) => {
       const [name, x, y] = dot.split("|");
@@ -266,7 +270,7 @@ class Plot {
     this.dots.replaceChildren(...circles);
   }
 
-  /** Writes x beside the hair. */
+  /** Writes x beside the cursor line. */
   tell(x) {
     this.words ??= drawn("text", { class: "hair" }, this.over);
     this.words.textContent = x === undefined ? "" : plotValue(x);
@@ -284,7 +288,10 @@ class Plot {
   }
 }
 
-/** The point of a curve at x, between two of its points on a straight line; nothing beyond its ends. */
+/**
+ * Returns the point of a curve at x, linearly interpolated. Returns an empty array beyond the ends of the
+ * curve.
+ */
 function valueAt({ x: values, y, style, isLoose }, x) {
   let [low, high] = [0, values.length - 1];
   if (isLoose || !(x >= values[low] && x <= values[high])) {

@@ -1,6 +1,6 @@
 const PLOT_SPACE = "http://www.w3.org/2000/svg";
 
-/** An element of a drawing. */
+/** Creates an SVG element. */
 function drawn(name, attributes = {}, parent = undefined) {
   const element = document.createElementNS(PLOT_SPACE, name);
   Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
@@ -8,7 +8,7 @@ function drawn(name, attributes = {}, parent = undefined) {
   return element;
 }
 
-/** An element of the page. */
+/** Creates an HTML element. */
 function made(name, className, parent, text) {
   const element = document.createElement(name);
   element.className = className;
@@ -19,10 +19,13 @@ function made(name, className, parent, text) {
   return element;
 }
 
-/** Room of a plot around its field in pixels, but for the labels at the left. */
+/** Margins around the plot area in pixels, except the left one, which depends on the labels. */
 const PLOT_EDGE = { top: 8, right: 12, bottom: 44 };
 
-/** Draws the axes of a plot with their grid, ticks and titles, where they have changed, and puts its field between them. */
+/**
+ * Draws the axes of a plot with their grid, ticks and titles if they have changed, and places the plot area
+ * between them.
+ */
 function drawPlotFrame(plot) {
   const { width, height, axes } = plot;
   const [x, y] = axes;

@@ -1,19 +1,19 @@
-/** From when on an average is. */
+/** Returns the note that gives the time range of an average. */
 const since = (from, to) => (from === undefined ? "" : `mean of t = ${plotValue(from)} to ${plotValue(to)}`);
 
 const line = (name, x, y, more = {}) => ({ name, x, y, style: "line", ...more });
 
-/** The change of a series over the last part of its time, by that time. */
+/** Returns the mean rate of change of a series over the last part of its time. */
 function lastRate(t, values, part = 0.25) {
   const last = t.length - 1;
   const first = t.findIndex((time) => time >= t[last] - part * (t[last] - t[0]));
   return last > first && first >= 0 ? (values[last] - values[first]) / (t[last] - t[first]) : NaN;
 }
 
-/** Points of a path in a phase portrait: every one of them is drawn. */
+/** Maximum number of points of a path in a phase portrait; each of them is drawn. */
 const PORTRAIT_POINTS = 800;
 
-/** The plots that there are: their words, and how what the worker observes becomes curves. */
+/** The available plots: their labels, and how results of the worker become curves. */
 const PLOT_KINDS = {
   speeds: {
     chip: "Speeds",
@@ -25,7 +25,7 @@ const PLOT_KINDS = {
     content({ speeds, time }) {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
       const highest = Math.max(...now, ...density);
-      // If all particles start with one speed, its peak would hide the rest: it is cut off.
+      // If all particles start with the same speed, the peak is clipped, because it would dwarf the rest.
       const peak =
         maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
       const lines = [

@@ -1,9 +1,10 @@
-/** A tenth of a pixel is enough; what is far outside stays near. */
+/** Rounds a position to a tenth of a pixel and limits positions far outside the plot. */
 const pixel = (place) => Math.round(Math.min(Math.max(place, -1e4), 1e4) * 10) / 10;
 
 /**
- * The path of a curve; of points that share a column of a pixel the first one, and the lowest, the highest and the last one where the curve leaves the way
- * between them.
+ * Returns the SVG path of a curve. Of the points within one pixel column, the path keeps the first one. It
+ * also keeps the lowest, the highest and the last one if the curve leaves the line from the first to the last
+ * by more than a pixel.
  */
 function curvePath({ x, y, isLoose }, [across, up]) {
   const parts = [];
@@ -42,7 +43,7 @@ function curvePath({ x, y, isLoose }, [across, up]) {
   return parts.join("");
 }
 
-/** The area of a histogram, or that between the curves `low` and `high`. */
+/** Returns the path of the area of a histogram, or of the area between the curves `low` and `high`. */
 function stepsPath({ x, y, low, high }, [across, up]) {
   const bottom = up.from;
   const place = (value) => pixel(up.hasPlace(value) ? up.place(value) : bottom);
@@ -59,7 +60,7 @@ function stepsPath({ x, y, low, high }, [across, up]) {
   return `M${edge(x[0] - half)} ${pixel(bottom)}${steps.join("")}V${pixel(bottom)}Z`;
 }
 
-/** Properties that a plot has from the style sheet of the page. */
+/** Style properties that the page style sheet gives a plot. */
 const SAVED = [
   "fill",
   "stroke",
@@ -72,7 +73,10 @@ const SAVED = [
   "font-variant-numeric",
 ];
 
-/** The plot as a drawing of its own, with its title and its legend; colours are those that it has on the page. */
+/**
+ * Returns the plot as a standalone drawing with its title and legend. Its colours are the computed colours on
+ * the page.
+ */
 function plotDrawing(plot) {
   const { svg, width, height, term } = plot;
   const named = (plot.values ?? []).map(({ name }) => plot.lines.find((line) => line.name === name)).filter(Boolean);

@@ -2,14 +2,14 @@
 // is that of `lzma-specification.txt` in the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes,
 // then one range-coded stream.
 
-/** Bits of a probability, and how fast it follows what it sees. */
+/** Number of bits of a probability, and its adaptation rate. */
 const LZMA_ONE = 11;
 const LZMA_FOLLOW = 5;
 
-/** Properties, size of the dictionary, and length of what is packed, which is known. */
+/** Length of the header: properties, dictionary size and unpacked length, which is known. */
 const LZMA_HEADER = 13;
 
-/** Where an array of probabilities begins for each decision of the format. */
+/** Offset of the probabilities of each kind of decision in the format. */
 const LZMA_TABLES = (() => {
   const sizes = {
     isMatch: 12 << 4, isRep: 12, isRepG0: 12, isRepG1: 12, isRepG2: 12, isRep0Long: 12 << 4,
@@ -24,7 +24,7 @@ const LZMA_TABLES = (() => {
   return { ...places, literals: end };
 })();
 
-/** The arithmetic decoder: bits, and numbers of several. */
+/** The range decoder, which decodes single bits and numbers of several bits. */
 class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
@@ -33,7 +33,7 @@ class RangeDecoder {
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
-  /** A bit of the probability at a place. */
+  /** Decodes a bit with the probability at an index. */
   bit(probabilities, place) {
     const { registers } = this;
     const probability = probabilities[place];
@@ -51,7 +51,7 @@ class RangeDecoder {
     return bit;
   }
 
-  /** Takes another byte in when the range has become small. */
+  /** Reads another byte when the range has become small. */
   fill() {
     const { registers } = this;
     if (registers[0] < 0x1000000) {
@@ -61,7 +61,7 @@ class RangeDecoder {
     }
   }
 
-  /** Bits of equal probability, the highest first. */
+  /** Decodes bits of equal probability, the highest first. */
   direct(count) {
     const { registers } = this;
     let value = 0;
@@ -75,7 +75,7 @@ class RangeDecoder {
     return value;
   }
 
-  /** Bits of a tree of probabilities, the highest first. */
+  /** Decodes bits with a tree of probabilities, the highest first. */
   tree(probabilities, place, count) {
     let node = 1;
     for (let k = 0; k < count; k += 1) {
@@ -84,7 +84,7 @@ class RangeDecoder {
     return node - (1 << count);
   }
 
-  /** The lowest first. */
+  /** Decodes bits with a tree of probabilities, the lowest first. */
   reverseTree(probabilities, place, count) {
     let [node, value] = [1, 0];
     for (let k = 0; k < count; k += 1) {
@@ -96,7 +96,7 @@ class RangeDecoder {
   }
 }
 
-/** Undoes LZMA: the bytes that were packed. */
+/** Decompresses LZMA data into the original bytes. */
 class Unpacker {
   constructor(packed) {
     const properties = packed[0];
@@ -130,8 +130,7 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // After a match, the byte that would have continued it serves as a hint, until the first bit that
-    // differs.
+    // After a match, the byte that would have continued it serves as a hint up to the first differing bit.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {
@@ -174,7 +173,7 @@ class Unpacker {
     this.copy(length + 2);
   }
 
-  /** Distances before a place go one on, and one is the first. */
+  /** Moves the distances before an index back by one and puts `distance` first. */
   moveToFront(place, distance) {
     for (let k = place; k > 0; k -= 1) {
       this.distances[k] = this.distances[k - 1];
@@ -182,7 +181,7 @@ class Unpacker {
     this.distances[0] = distance;
   }
 
-  /** Which of the last four distances is taken again; -1 for one byte at the last. */
+  /** Returns which of the last four distances is repeated, or -1 for a single byte at the last distance. */
   repeated(part) {
     const { coder, probabilities, state } = this;
     if (coder.bit(probabilities, LZMA_TABLES.isRepG0 + state) === 0) {
@@ -219,7 +218,7 @@ class Unpacker {
     return base + (coder.direct(bits - 4) << 4) + coder.reverseTree(probabilities, LZMA_TABLES.align, 4);
   }
 
-  /** Again what stands at the last distance, which may reach into the copy. */
+  /** Copies bytes from the last distance back. The source may overlap the copy. */
   copy(length) {
     const from = this.at - this.distances[0] - 1;
     if (from < 0 || this.at + length > this.out.length) {

@@ -1,14 +1,17 @@
-/** Wall time without a request for a picture after which the simulation waits: nobody looks `[ms]`. */
+/**
+ * Wall time without a request for a picture after which the simulation pauses; the page is then not visible
+ * `[ms]`.
+ */
 const UNSEEN = 400;
 
-/** Pause of a simulation that is where it should be, also when pictures take longer to draw `[ms]`. */
+/** Pause of a simulation that has reached its target time, also when pictures take longer to draw `[ms]`. */
 const REST = 8;
 
 /** Wall time between samples of the observables, and between their results `[ms]`. */
 const SAMPLE = 50;
 const RESULTS = 200;
 
-/** Bytes of letters. */
+/** Decodes base64 text into bytes. */
 function ofBase64(text) {
   return Uint8Array.fromBase64 ? Uint8Array.fromBase64(text) : Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }
@@ -18,7 +21,10 @@ async function gunzipped(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The simulation in its own thread: it hears what the page wants, runs in short slices between, and answers requests for pictures. */
+/**
+ * The simulation in its own thread. It receives messages from the page, runs in short slices between them,
+ * and answers requests for pictures.
+ */
 class Laboratory {
   constructor() {
     this.pace = new Pace();
@@ -42,7 +48,10 @@ class Laboratory {
     }
   }
 
-  /** After a trap nothing of an instance can be trusted: the next start has another one. */
+  /**
+   * Handles a trap of the engine. The state of the instance is then unreliable, so the next start uses a new
+   * instance.
+   */
   fail(error, number) {
     this.state = this.frames = this.head = undefined;
     this.isRunning = false;
@@ -86,7 +95,7 @@ class Laboratory {
     this.begin(this.engine.change(this.text, merged), this.text, merged, true);
   }
 
-  /** Takes over a scene that was started or changed. */
+  /** Switches to a scene that was started or changed. */
   begin(head, text, changes, isChange) {
     if (head.error) {
       this.post({ ...head, kind: "error" });
@@ -185,7 +194,10 @@ class Laboratory {
     this.wake();
   }
 
-  /** The next events; a copy of the simulation runs ahead for them, when most of those that it has met have happened. */
+  /**
+   * Returns the upcoming events. A copy of the simulation runs ahead to predict them. It runs again when
+   * fewer than a third of the requested number remain.
+   */
   announce(count) {
     if (count === 0) {
       return undefined;
@@ -200,7 +212,10 @@ class Laboratory {
     return list;
   }
 
-  /** Runs while the wanted time is ahead, for a slice at most; whether it is still ahead. */
+  /**
+   * Runs for at most one slice while the simulation is behind its target time. Returns whether it is still
+   * behind.
+   */
   run(began) {
     let now = began;
     while (this.isRunning && now - began < SLICE) {
@@ -225,7 +240,7 @@ class Laboratory {
     return this.isRunning;
   }
 
-  /** Takes over where the engine came back, and why. */
+  /** Updates the state after the engine returns, and handles the reason for the return. */
   reach(end) {
     this.state = this.engine.look();
     if (end === "failed" || end === "idle" || end === "end") {
@@ -237,7 +252,10 @@ class Laboratory {
     }
   }
 
-  /** Simulated time at which the observables are to be sampled next: even steps, some twenty in a second of wall time. */
+  /**
+   * Returns the simulated time of the next sample of the observables. Samples are evenly spaced, about twenty
+   * per second of wall time.
+   */
   nextSample(now) {
     if (!this.observables || this.observed.length === 0) {
       return Infinity;
@@ -274,7 +292,7 @@ class Laboratory {
     }
   }
 
-  /** A slice of work between messages; without requests for pictures it stops. */
+  /** Runs a slice of work between messages. Without requests for pictures, the simulation stops. */
   slice() {
     this.isAwake = false;
     const now = performance.now();
@@ -296,7 +314,7 @@ class Laboratory {
   }
 }
 
-/** Buffers of all typed arrays in a value. */
+/** Returns the buffers of all typed arrays in a value. */
 function buffersOf(value) {
   if (ArrayBuffer.isView(value)) {
     return [value.buffer];

@@ -1,7 +1,10 @@
-/** A change of velocity below this fraction is rounding. */
+/** Relative change of velocity below which the change counts as round-off. */
 const ROUNDING = 1e-9;
 
-/** Numbers of a picture, made from states of the engine: positions of what moves, contacts since the last picture, tones of the colours. */
+/**
+ * Picture data from states of the engine: positions of the moving particles, contacts since the last picture,
+ * and colour tones.
+ */
 class Frames {
   constructor(head, state) {
     this.head = head;
@@ -16,7 +19,10 @@ class Frames {
     this.pool = [];
   }
 
-  /** Axis that starting places are coloured along: that of gravity, or else the longest one. */
+  /**
+   * Axis along which starting positions are coloured: the axis of gravity or, without gravity, the longest
+   * one.
+   */
   get axis() {
     const { gravity, size } = this.head;
     const lengths = gravity.some((part) => part !== 0) ? gravity.map(Math.abs) : size;
@@ -31,7 +37,7 @@ class Frames {
     return Uint8Array.from(places, (place) => (high > low ? Math.round((255 * (place - low)) / (high - low)) : 128));
   }
 
-  /** Takes back the buffers of pictures that were shown. */
+  /** Returns the buffers of displayed pictures to the pool. */
   reuse(buffers) {
     this.pool.push(...buffers.filter((buffer) => buffer.byteLength > 0));
     this.pool.splice(0, Math.max(0, this.pool.length - 16));
@@ -43,7 +49,7 @@ class Frames {
     return new Type(index < 0 ? new ArrayBuffer(bytes) : this.pool.splice(index, 1)[0]);
   }
 
-  /** The picture of a state, with tones for a channel: species, speed, neighbours or history. */
+  /** Returns the picture data of a state, with tones for a channel: species, speed, neighbours or history. */
   frame(state, channel) {
     const { moving } = this;
     const positions = this.room(Float32Array, 3 * moving.length);
@@ -61,7 +67,10 @@ class Frames {
     return Object.assign(frame, this.tones(state, channel));
   }
 
-  /** Particles whose velocity was changed by a contact since the last picture; gravity changes velocities as well. */
+  /**
+   * Marks the particles whose velocity was changed by a contact since the last picture. The change due to
+   * gravity is subtracted.
+   */
   hits(state) {
     const { moving, before } = this;
     const { velocities, time, events, acceleration } = state;
@@ -78,7 +87,7 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // More than events can have changed: forces act that the description does not contain.
+    // Events cannot have changed so many velocities, so forces act that the description lacks.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
     }
@@ -88,7 +97,7 @@ class Frames {
     return hits;
   }
 
-  /** Forgets what has changed until a state, as after a kick by hand. */
+  /** Ignores all velocity changes up to a state, for example after a kick by the user. */
   skip(state) {
     this.before.set(state.velocities);
     this.beforeTime = state.time;
@@ -116,7 +125,10 @@ class Frames {
     return { tones, scale: { channel, low: 0, high: this.speedTones(state.velocities, tones) } };
   }
 
-  /** Tones of speeds up to a scale that follows their root mean square slowly; returns its end. */
+  /**
+   * Computes the tones of speeds on a scale that slowly follows their root mean square. Returns the upper end
+   * of the scale.
+   */
   speedTones(velocities, tones) {
     const { moving } = this;
     const speed = (at) => Math.hypot(velocities[at], velocities[at + 1], velocities[at + 2]);

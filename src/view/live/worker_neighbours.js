@@ -1,7 +1,10 @@
-/** Reach of a neighbour, in distances of contact: before the second shell of a dense fluid. */
+/**
+ * Distance within which two particles are neighbours, in contact distances. It ends before the second shell
+ * of a dense fluid.
+ */
 const NEIGHBOUR_REACH = 1.4;
 
-/** Counts the neighbours of particles: how many others have their centre within a reach. */
+/** Counts the neighbours of particles: the other particles whose centres are within reach. */
 class Neighbours {
   constructor(head) {
     this.head = head;
@@ -14,7 +17,10 @@ class Neighbours {
     this.first = new Int32Array(1);
   }
 
-  /** A grid whose cells are no smaller than the reach, and not many more than particles. */
+  /**
+   * Sets up a grid whose cells are no smaller than the reach. The number of cells is limited by the number of
+   * particles.
+   */
   grid(positions) {
     const { head } = this;
     const most = Math.ceil(Math.cbrt(4 * head.particles.length));
@@ -43,7 +49,7 @@ class Neighbours {
     return Math.min(Math.max(Math.floor((position - this.lower[axis]) / this.edge[axis]), 0), this.cells[axis] - 1);
   }
 
-  /** Numbers of neighbours of all particles, at most 255. */
+  /** Counts the neighbours of all particles, at most 255 for each. */
   count(positions, counts) {
     this.grid(positions);
     counts.fill(0);
@@ -71,7 +77,7 @@ class Neighbours {
     return counts;
   }
 
-  /** Along an axis, the cells beside each one and itself, each once. */
+  /** Returns, for each cell along an axis, the cell itself and its adjacent cells without duplicates. */
   around(axis) {
     const { cells, head } = this;
     const number = cells[axis];
@@ -79,7 +85,7 @@ class Neighbours {
     return [...Array(number).keys()].map((at) => [...new Set(beside(at))].filter((place) => place >= 0 && place < number));
   }
 
-  /** Counts the pairs between two cells, or within one; each two cells are looked at once. */
+  /** Counts the pairs between two cells or within one. Each pair of cells is evaluated once. */
   meet(positions, counts, cell, other) {
     const { next, first } = this;
     for (let id = first[cell]; id >= 0 && other >= cell; id = next[id]) {

@@ -1,13 +1,16 @@
-/** Longest time that the engine runs before other messages are heard `[ms]`. */
+/** Longest time that the engine runs before it handles other messages `[ms]`. */
 const SLICE = 8;
 
-/** Aim for a single call of the engine `[ms]`. */
+/** Target duration of a single call of the engine `[ms]`. */
 const PORTION = 3;
 
-/** How far the simulated time may lag behind the wanted one before that is given up `[ms]`. */
+/** Maximum lag behind the requested speed, after which the missing time is dropped `[ms]`. */
 const LAG = 60;
 
-/** The time that a simulation should have reached: a wanted speed from an anchor on, which moves when the engine cannot keep it. */
+/**
+ * The target time of a simulation. It advances at the requested speed from an anchor, which moves when the
+ * engine cannot keep up.
+ */
 class Pace {
   constructor() {
     this.speed = 1;
@@ -16,7 +19,7 @@ class Pace {
     this.rates = [];
   }
 
-  /** Counts from here on. */
+  /** Restarts the count from this wall time and simulated time. */
   anchor(now, time) {
     this.at = now;
     this.time = time;
@@ -26,7 +29,7 @@ class Pace {
     return this.speed === Infinity ? Infinity : this.time + (this.speed * (now - this.at)) / 1000;
   }
 
-  /** Adapts how many events a call of the engine is given to what the last one took. */
+  /** Adapts the number of events per engine call to the duration of the last call. */
   adapt(isUsedUp, spent) {
     if (spent > 2 * PORTION) {
       this.events = Math.max(1, Math.floor(this.events / 2));
@@ -35,7 +38,7 @@ class Pace {
     }
   }
 
-  /** Notes where the simulation is; gives up what cannot be made up for. */
+  /** Records the simulated time. If the simulation lags too far behind, drops the lag. */
   note(now, time) {
     this.isLate = this.speed !== Infinity && this.goal(now) - time > (this.speed * LAG) / 1000;
     if (this.isLate) {
@@ -44,7 +47,7 @@ class Pace {
     }
   }
 
-  /** Events and simulated time per second over the last half second. */
+  /** Returns events and simulated time per second over the last half second. */
   rate(now, { events, time }) {
     const { rates } = this;
     rates.push([now, events, time]);

@@ -3,7 +3,7 @@
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// For larger times, and for steps finer than this many digits, powers of ten are written.
+/// Larger times, and times that need more digits than this, are written with powers of ten.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 

@@ -1,5 +1,5 @@
-//! A program that receives images through a pipe and writes a file. It is waited for as long as it makes
-//! progress: reads bytes or changes its file. Any call may hang, so each runs in its own thread, and a
+//! A program that receives images through a pipe and writes a file. The caller waits as long as the
+//! program makes progress, that is, reads bytes or changes its file. Any call may hang, so each runs in its own thread, and a
 //! waiting caller can be asked to stop.
 
 use std::io::{self, Read, Write};

@@ -66,7 +66,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
         escape(&summary.engine),
         escape(&summary.version),
     );
-    let again = "the exchange can be made again, bit for bit, on any number of threads";
+    let again = "the exchange can be repeated bit for bit, on any number of threads";
     let sections = [
         match summary.umbrella {
             Some(_) => ("windows", "Windows", temperatures(&summary)),

@@ -174,7 +174,7 @@ fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
         let name = format!("surfaces/{}", file.file_name().unwrap_or_default().display());
         let mesh = noted(&name, notes, || match surfaces::read(&file) {
             Ok(mesh) if mesh.triangles.len() > room => Err(format!(
-                "the player does not show it: {} triangles are more than the {room} that there is still room for",
+                "the player does not show it: it has {} triangles, and only {room} more fit",
                 mesh.triangles.len()
             )),
             Ok(mesh) => Ok(mesh),

@@ -33,7 +33,7 @@ fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     (20..recording.events.len()).find(is_one).map(|at| (recording, at))
 }
 
-/// Calls `check` for a contact in every motion of some kinds of surfaces.
+/// Calls `check` with one contact for each motion and each kind of surface in `OF_KINDS`.
 fn for_each(mut check: impl FnMut(Recording, usize, &str)) {
     let mut kinds = 0;
     for number in 0..MOTIONS {

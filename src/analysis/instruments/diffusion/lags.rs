@@ -116,7 +116,7 @@ impl Lags {
         trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
 
-    /// Index of the linear lag of so many ticks, if there is one.
+    /// Index of the linear lag with this number of ticks, if any.
     pub fn linear(&self, ticks: u64) -> Option<usize> {
         let step = ticks / TICKS_PER_STEP;
         (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
@@ -148,7 +148,7 @@ fn logarithmic_up_to(ticks: u64) -> Option<usize> {
     Some(if power >= 1 && logarithmic_ticks(number + 1) <= ticks { number + 1 } else { number })
 }
 
-/// Index of the logarithmic lag of exactly so many ticks, if there is one.
+/// Index of the logarithmic lag with exactly this number of ticks, if any.
 pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
     logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
 }

@@ -13,7 +13,8 @@ use crate::model::components::components;
 /// Random stream for the choice of tracers, separate from the streams of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
 
-/// Fewest groups of neighbours whose scatter gives an error. The error itself is then uncertain by a quarter.
+/// Minimum number of groups of neighbouring particles. Their scatter gives the standard error, which is then
+/// uncertain by a quarter.
 const FEWEST: usize = 8;
 
 /// Cells along each axis, by number of axes: about 27 in all. The particles of a cell form one group of

@@ -23,7 +23,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = ConfigPath::root().key("exchange").key("temperatures");
     let [temperature] = plan.temperatures[..] else {
         let value = format!("a list of {}", plan.temperatures.len());
-        return refuse(temperatures, value, "one, that of all windows, beside the ensemble \"umbrella\"");
+        return refuse(temperatures, value, "one for all windows, with the ensemble \"umbrella\"");
     };
     positive(temperature, temperatures.index(0))?;
     let Some(umbrella) = &plan.umbrella else {
@@ -32,7 +32,8 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     };
     let (windows, key) = (&umbrella.windows, at().key("windows"));
     if !(2..=MOST_TEMPERATURES).contains(&windows.len()) {
-        let expected = format!("2 to {MOST_TEMPERATURES}, ascending: replicas in neighbouring ones are swapped");
+        let expected =
+            format!("2 to {MOST_TEMPERATURES}, ascending: replicas at neighbouring temperatures are swapped");
         return refuse(key, format!("a list of {}", windows.len()), expected);
     }
     for (index, [lower, upper]) in windows.iter().enumerate() {

@@ -30,7 +30,7 @@ pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> 
     );
     let free_energy = along(
         summary,
-        ["Free energy of the distance", "free energy [energy]"],
+        ["Free energy as a function of the distance", "free energy [energy]"],
         "F(r) = -T ln p(r), with the probability density p(r) of the distance, from all windows together; zero for the mean density in the last window.",
         |point| point.free_energy,
     );

@@ -1,7 +1,7 @@
-/** Tangent of half the angle of view. */
+/** Tangent of half the field-of-view angle. */
 const SLOPE = Math.tan((30 * Math.PI) / 360);
 
-/** A camera that walks around a target. */
+/** A camera that orbits a target. */
 class Camera {
   constructor(head) {
     const flat = [0, 1, 2].filter((k) => head.flat[k]);
@@ -20,12 +20,15 @@ class Camera {
     this.reset(1);
   }
 
-  /** Azimuth and elevation of the first view: those that are asked for in degrees, from the front of a flat scene, or from a raised corner. */
+  /**
+   * Returns the azimuth and elevation of the first view in radians. Uses `look` (in degrees) if given;
+   * otherwise views a flat scene from the front and any other scene from a raised corner.
+   */
   angles(look) {
     return (look ?? (this.isFlat ? [0, 0] : [28, 18])).map((angle) => (angle * Math.PI) / 180);
   }
 
-  /** The first view, as near as the whole box can be seen. */
+  /** Restores the first view, as close as possible with the whole box visible. */
   reset(aspect) {
     [this.azimuth, this.elevation] = this.first;
     this.target = this.centre;
@@ -73,7 +76,7 @@ class Camera {
     this.isMoved = true;
   }
 
-  /** Numbers for the shaders. */
+  /** Returns the camera parameters for the shaders. */
   look(aspect) {
     const { right, above, back } = this.axes();
     const eye = add(this.target, scaled(back, this.distance));

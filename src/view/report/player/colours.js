@@ -1,11 +1,11 @@
 // Colours and words shared by the player and other pages.
 
-/** Okabe and Ito's colours of the species that move, distinct for colour-blind eyes. */
+/** Okabe and Ito's palette for the moving species, distinct for colour-blind readers. */
 const PALETTE = [
   [86, 180, 233], [230, 159, 0], [0, 158, 115], [213, 94, 0], [0, 114, 178], [204, 121, 167], [240, 228, 66], [120, 120, 120],
 ];
 
-/** Viridis (Smith and van der Walt) at even steps. */
+/** The Viridis colour map (Smith and van der Walt) at even steps. */
 const VIRIDIS = [
   [68, 1, 84], [72, 36, 117], [65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140],
   [34, 168, 132], [68, 191, 112], [122, 209, 81], [189, 223, 38], [253, 231, 37],
@@ -21,19 +21,22 @@ function scaleColours() {
   });
 }
 
-/** Colours of the species in the order of the table: the palette for what moves, grey for what does not. */
+/**
+ * Returns the colours of the species in table order: palette colours for moving species, grey for static
+ * ones.
+ */
 function speciesColours(species, fixed) {
   let next = 0;
   return species.map(({ isStatic }) => (isStatic ? fixed : PALETTE[next++ % PALETTE.length]));
 }
 
-/** Four digits without needless zeros. */
+/** Formats a number with four digits, without trailing zeros. */
 const short = (x) => String(Number(x.toPrecision(4)));
 
-/** Superscript exponents, as on the rest of the page. */
+/** Writes exponents as superscripts, as on the rest of the page. */
 const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
 
-/** Bytes of a text in base64. */
+/** Decodes base64 text into bytes. */
 function decoded(text) {
   if (Uint8Array.fromBase64) {
     return Uint8Array.fromBase64(text);

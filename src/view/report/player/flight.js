@@ -1,14 +1,18 @@
 // Particles between two frames.
 
-/** A cubic curve through two ends, as far along it as `s`: how far it has come of a way, which it begins and ends with some slopes. */
+/**
+ * Returns the displacement along a cubic curve at fraction `s` of the interval. The total displacement is
+ * `way`, and the end slopes are `first` and `last`.
+ */
 const cubic = (way, first, last, s) => s * (first + s * (3 * way - 2 * first - last + s * (first + last - 2 * way)));
 
-/** A slope with which a cubic curve stays between its ends. */
+/** Limits a slope so that the cubic curve stays between its ends. */
 const bounded = (slope, way) => (way > 0 ? Math.min(Math.max(slope, 0), 3 * way) : Math.max(Math.min(slope, 0), 3 * way));
 
 /**
- * Finds states between the frames of a recording. What flew freely is on its line or parabola. Of the rest only the places in the frames are known: it goes
- * from one to the other on a smooth curve, which does not lead beyond them.
+ * Computes states between the frames of a recording. Particles in free flight are on their exact line or
+ * parabola. For the other particles, only the positions in the frames are known. Each of them moves between
+ * its two positions on a smooth curve that does not overshoot.
  */
 class Between {
   constructor(recording) {
@@ -17,7 +21,10 @@ class Between {
     this.curves = { index: -1 };
   }
 
-  /** The ways of all particles from a frame to the next, by nearest images; undefined where there is no next one. */
+  /**
+   * Returns the displacements of all particles from a frame to the next, by nearest images. Returns undefined
+   * if there is no next frame.
+   */
   interval(index) {
     const { recording, intervals } = this;
     if (index < 0 || index + 1 >= recording.length) {
@@ -30,7 +37,7 @@ class Between {
       const ways = this.ways(from, recording.positions(next), next.head);
       found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
       intervals.set(index, found);
-      // The previous, the current and the next frame are needed at a time.
+      // The previous, the current and the next interval are needed at the same time.
       if (intervals.size > 4) {
         intervals.delete(intervals.keys().next().value);
       }
@@ -51,13 +58,16 @@ class Between {
     return ways;
   }
 
-  /** How many particles fly freely from a frame to the next. */
+  /** Returns the number of particles in free flight from a frame to the next. */
   count(index) {
     const interval = this.interval(index);
     return interval ? interval.flights.reduce((sum, isFlight) => sum + isFlight, 0) : 0;
   }
 
-  /** How far a particle would go in the time of an interval with its speed at the end of the one before or the start of the one after: -1 or 1. */
+  /**
+   * Returns the displacement over an interval at the speed at its boundary with a neighbouring interval.
+   * `side` is -1 for the interval before and 1 for the interval after.
+   */
   speed(interval, neighbour, k, side) {
     if (!neighbour || neighbour.time <= 0 || neighbour.ways[k] !== neighbour.ways[k]) {
       return interval.ways[k];
@@ -69,7 +79,7 @@ class Between {
     return ((interval.ways[k] + neighbour.ways[k]) / (interval.time + neighbour.time)) * interval.time;
   }
 
-  /** Slopes of all paths at both ends of an interval, in ways per interval. */
+  /** Returns the slopes of all paths at both ends of an interval, as displacements per interval. */
   slopes(index) {
     if (this.curves.index !== index) {
       const [before, interval, after] = [this.interval(index - 1), this.interval(index), this.interval(index + 1)];
@@ -90,7 +100,10 @@ class Between {
     return this.curves;
   }
 
-  /** The state at a part `s` of the time from a frame to the next, coloured as in the frame. */
+  /**
+   * Returns the state at fraction `s` of the time from a frame to the next, with the colours of the first
+   * frame.
+   */
   state(index, s, channel) {
     const { recording } = this;
     const [frame, next] = [recording.head.frames[index], recording.head.frames[index + 1]];
@@ -99,7 +112,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // A particle that flies out of the picture before the next frame waits at the edge.
+      // A particle that leaves the picture before the next frame keeps its position in this frame.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }
@@ -109,7 +122,7 @@ class Between {
   }
 }
 
-/** Puts positions into a box that is periodic. */
+/** Wraps positions into a periodic box. */
 function wrap(positions, { lower, size }, periodic, displacement) {
   for (let k = 0; k < positions.length; k += 3) {
     for (const axis of [1, 0, 2]) {

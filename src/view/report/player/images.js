@@ -1,6 +1,9 @@
-// Images of what a periodic side cuts.
+// Periodic images of particles that cross a side of the box.
 
-/** By how many periods a particle is drawn once more along an axis: it sticks out at the other side. */
+/**
+ * Returns the shifts, in periods along an axis, at which a particle is drawn. A particle that crosses a side
+ * is also drawn at the opposite side.
+ */
 function sticksOut(place, radius, lower, size) {
   const shifts = [0];
   if (place - lower < radius) {
@@ -15,8 +18,9 @@ function sticksOut(place, radius, lower, size) {
 const NO_SHIFT = [0];
 
 /**
- * Images of particles that stick out of a periodic box, each of them once, at edges three times and at corners seven times: whose they are, and where. The
- * image one period up along y is displaced along x.
+ * Returns the periodic images of particles that cross the sides of the box: their owners and positions. A
+ * particle has one image at a side, three at an edge and seven at a corner. The image one period up along y
+ * is displaced along x.
  */
 function imagesOf({ positions, count, radii }, { lower, size }, periodic, displacement) {
   const [owners, places] = [[], []];
@@ -47,14 +51,14 @@ function imagesOf({ positions, count, radii }, { lower, size }, periodic, displa
   return { owners, places };
 }
 
-/** Draws the images of the particles of a renderer that move. */
+/** Draws the periodic images of the moving particles of a renderer. */
 class Images {
   constructor(renderer) {
     this.renderer = renderer;
     this.table = renderer.spheres(0);
   }
 
-  /** Takes over a state, after the renderer has its table of it. */
+  /** Loads a state. The renderer must have loaded its own table of the state before. */
   load({ positions, box, displacement = 0 }) {
     const { renderer, renderer: { moving, particles: { radii, periodic } } } = this;
     const { owners, places } = imagesOf({ positions, radii, count: moving.count }, box, periodic, displacement);

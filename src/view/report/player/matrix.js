@@ -8,7 +8,10 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const norm = (a) => Math.hypot(a[0], a[1], a[2]);
 const unitVector = (axis, sign) => [0, 1, 2].map((k) => (k === axis ? sign : 0));
 
-/** Looks from an eye along -back, with right and above in the picture. */
+/**
+ * Returns the view matrix of a camera at `eye` that looks along -back, with `right` and `above` in the
+ * picture.
+ */
 function viewMatrix(eye, right, above, back) {
   return [
     right[0], above[0], back[0], 0,
@@ -18,7 +21,10 @@ function viewMatrix(eye, right, above, back) {
   ];
 }
 
-/** Perspective between two distances; slope is the tangent of half the angle of view. */
+/**
+ * Returns the perspective projection between two distances. `slope` is the tangent of half the field-of-view
+ * angle.
+ */
 function perspective(slope, aspect, near, far) {
   return [
     1 / (slope * aspect), 0, 0, 0,

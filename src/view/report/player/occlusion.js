@@ -1,10 +1,13 @@
-/** The most particles whose picture has shadows. */
+/** Maximum number of particles in a picture with shadows. */
 const MOST_SHADED = 20000;
 
-/** How far away spheres hide the sky from each other, in radii of the largest. */
+/** Distance up to which spheres occlude each other, in radii of the largest sphere. */
 const SHADE = 2.2;
 
-/** Darkens what the opaque parts of a picture hide from each other: they are drawn once more for their depths. */
+/**
+ * Applies ambient occlusion to the opaque parts of a picture. Draws these parts a second time for their
+ * depths.
+ */
 class Occlusion {
   constructor(renderer) {
     const { gl } = renderer;
@@ -15,7 +18,7 @@ class Occlusion {
     this.size = [0, 0];
   }
 
-  /** Fits the depths to the picture. */
+  /** Resizes the depth buffer to the picture. */
   resize() {
     const { renderer: { gl, canvas }, size } = this;
     if (size[0] === canvas.width && size[1] === canvas.height) {
@@ -35,7 +38,7 @@ class Occlusion {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /** Darkens the picture of what `drawOpaque` draws. */
+  /** Darkens the objects that `drawOpaque` draws. */
   draw(camera, scheme, drawOpaque) {
     const { renderer, renderer: { gl } } = this;
     this.resize();

@@ -1,10 +1,10 @@
-/** The most particles that are drawn between frames unless one asks for it. */
+/** Maximum number of particles for which states between frames are drawn by default. */
 const MOST_BETWEEN = 100000;
 
-/** A picture that takes longer is a slow one `[ms]`. */
+/** Time above which a picture counts as slow `[ms]`. */
 const SLOW = 100;
 
-/** The controls and what they do. */
+/** The controls of the player and their actions. */
 class Player {
   constructor(recording) {
     this.recording = recording;
@@ -26,7 +26,7 @@ class Player {
     this.show(0);
   }
 
-  /** How far from the centre anything ever is. */
+  /** Returns the largest distance of any object from the centre. */
   reach() {
     let reach = this.camera.extent;
     for (const { field: [lower, size] } of this.recording.head.frames) {
@@ -118,7 +118,7 @@ class Player {
     event.preventDefault();
   }
 
-  /** Fills the screen with the player, or no longer. */
+  /** Enters or leaves full-screen mode. */
   fill() {
     const done = document.fullscreenElement ? document.exitFullscreen() : this.player.requestFullscreen();
     done.catch(() => this.noteFull());
@@ -144,7 +144,7 @@ class Player {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** Colours and their key. */
+  /** Updates the colours and their legend. */
   paint() {
     const { species, channels } = this.recording.head;
     const palette = speciesColours(species, this.scheme.fixed);
@@ -183,12 +183,12 @@ class Player {
     return Number(element("colour").value);
   }
 
-  /** The frame that is shown, or the one before the state that is. */
+  /** Index of the frame shown, or of the frame before an intermediate state. */
   get index() {
     return Math.floor(this.place);
   }
 
-  /** Shows a frame, or a state between two. */
+  /** Shows a frame, or a state between two frames. */
   show(place) {
     const { recording } = this;
     this.place = Math.min(Math.max(place, 0), recording.length - 1);
@@ -205,7 +205,7 @@ class Player {
     this.redraw();
   }
 
-  /** How much of what is drawn until the next frame is known. */
+  /** Updates the note on how many particles are in free flight until the next frame. */
   noteFlights() {
     const { index, recording: { length, head: { moving } } } = this;
     const isShown = element("between").checked && length > 1;
@@ -238,7 +238,7 @@ class Player {
     const button = element("play");
     button.textContent = this.isPlaying ? "❚❚" : "▶";
     button.setAttribute("aria-label", this.isPlaying ? "Pause" : "Play");
-    // During playback, a screen reader would speak the time without end.
+    // During playback, a screen reader would announce the time continuously.
     element("time").setAttribute("aria-live", this.isPlaying ? "off" : "polite");
     if (this.isPlaying) {
       if (this.place === this.recording.length - 1) {
@@ -269,7 +269,7 @@ class Player {
     }
   }
 
-  /** Draws before the browser shows the page the next time. */
+  /** Schedules a redraw in the next animation frame. */
   redraw() {
     if (!this.isDue) {
       this.isDue = true;
@@ -278,7 +278,10 @@ class Player {
     }
   }
 
-  /** Pictures that are asked for while the last one is being made wait for it: otherwise slow graphics fall behind. */
+  /**
+   * Draws the next picture after the last one is complete. Without this wait, slow graphics would fall
+   * behind.
+   */
   tick(now) {
     if (this.renderer.isBusy()) {
       this.hasWaited = true;
@@ -295,7 +298,7 @@ class Player {
     this.draw(now);
   }
 
-  /** Shadows are not for slow graphics, unless one asks for them. */
+  /** Switches shadows off on slow graphics, unless the user chose them. */
   dropShadows() {
     this.slowPictures = (this.slowPictures ?? 0) + 1;
     if (this.slowPictures > 2 && !this.hasChosenShadows) {

@@ -1,6 +1,7 @@
 /**
- * Turns, moves and zooms a camera by mouse, pen, fingers and keys; tells when it did. One finger scrolls the page, unless the picture fills the screen; two
- * turn and pinch, three move.
+ * Turns, moves and zooms a camera by mouse, pen, touch and keyboard, and calls `changed` after each change.
+ * One finger scrolls the page, unless the picture fills the screen. Two fingers turn and pinch; three fingers
+ * move the target.
  */
 function steer(canvas, camera, changed) {
   const pointers = new Map();
@@ -37,7 +38,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // Touches with several fingers are not for the page.
+  // The page does not handle touches with several fingers.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {
@@ -60,7 +61,7 @@ function steer(canvas, camera, changed) {
   }, { passive: false });
 }
 
-/** Moves a camera by a key; returns whether the key means anything. */
+/** Moves a camera by a key. Returns whether the key has a function. */
 function steerByKey(event, camera) {
   const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
   if (turn && (event.shiftKey || turn[0] === 0)) {

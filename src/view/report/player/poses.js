@@ -1,9 +1,9 @@
 // Surfaces between two frames.
 
-/** A vector turned by the columns of a rotation. */
+/** Returns a vector rotated by a matrix, given by its columns. */
 const turned = (columns, [x, y, z]) => [0, 1, 2].map((k) => columns[k] * x + columns[3 + k] * y + columns[6 + k] * z);
 
-/** Columns of the rotation by an angle about an axis of length 1. */
+/** Returns the columns of the rotation by an angle about an axis of length 1. */
 function rotation(axis, angle) {
   const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
   return [0, 1, 2].flatMap((k) => {
@@ -12,13 +12,16 @@ function rotation(axis, angle) {
   });
 }
 
-/** Columns of the rotation that leads from one pose to another. */
+/** Returns the columns of the rotation from one pose to another. */
 function rotationBetween(from, to) {
   const row = (pose, k) => [pose[k], pose[3 + k], pose[6 + k]];
   return [0, 1, 2].flatMap((column) => [0, 1, 2].map((k) => dot(row(to, k), row(from, column))));
 }
 
-/** The pose at a part `s` of the way from one to another: the screw that leads there, which is the motion itself where that is uniform. */
+/**
+ * Returns the pose at fraction `s` of the screw motion from one pose to another. For uniform motion, this is
+ * the exact motion.
+ */
 function poseBetween(from, to, s) {
   const relative = rotationBetween(from, to);
   const shift = subtract(to.slice(9), turned(relative, from.slice(9)));
@@ -38,7 +41,10 @@ function poseBetween(from, to, s) {
   return [...columns, ...place];
 }
 
-/** The poses of all surfaces; none are those at rest, and one that comes or goes stays where it is in the frame before. */
+/**
+ * Returns the poses of all surfaces. An empty list means that all surfaces are at rest. A surface that is
+ * absent from one of the frames keeps its state of the earlier frame.
+ */
 function posesBetween(from, to, s) {
   if (from.length === 0 && to.length === 0) {
     return from;

@@ -1,13 +1,13 @@
 // The data of the page.
 
-/** The most bytes of frames that are kept after they were decoded. */
+/** Maximum size of the cache of decoded frames in bytes. */
 const CACHE = 1 << 26;
 
-/** Colours that are not those of a channel. */
+/** Colour modes that are not channels. */
 const SPECIES = -1;
 const FLIGHT = -2;
 
-/** Tones of a particle that flies freely until the next frame, and of one that does not. */
+/** Tones of a particle that flies freely until the next frame, and of any other particle. */
 const FREE = 235;
 const HINDERED = 80;
 
@@ -44,7 +44,10 @@ class Recording {
     return this.head.frames.length;
   }
 
-  /** Coordinates in steps of the field, the bytes of each channel, and whether each particle flies freely until the next frame. */
+  /**
+   * Returns a frame: coordinates in steps of the field, the bytes of each channel, and whether each particle
+   * flies freely until the next frame.
+   */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
     const bytes = this.chunk(number);
@@ -72,7 +75,7 @@ class Recording {
     return bytes;
   }
 
-  /** Where the particles of a frame are; NaN for those beyond the picture. */
+  /** Returns the positions of the particles of a frame; NaN for particles outside the picture. */
   positions({ steps, head }) {
     const [lower, size] = head.field;
     const positions = new Float32Array(steps.length);
@@ -82,7 +85,10 @@ class Recording {
     return positions;
   }
 
-  /** A frame as a renderer draws it, coloured by a channel, by free flights (FLIGHT) or by species (SPECIES). */
+  /**
+   * Returns a frame in the form that the renderer draws, coloured by a channel, by free flights (FLIGHT) or
+   * by species (SPECIES).
+   */
   state(frame, channel) {
     const { channels, flights, head } = frame;
     const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };

@@ -1,4 +1,6 @@
-/** Light and dark surroundings of the particles, sRGB; a particle that flashes takes on the colour of the flash. */
+/**
+ * Light and dark colour schemes of the picture, sRGB. A flashing particle takes on the colour of the flash.
+ */
 const SCHEMES = {
   light: {
     background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168], sheet: [156, 174, 198], flash: [0.87, 0.2, 0.08],
@@ -8,13 +10,13 @@ const SCHEMES = {
   },
 };
 
-/** Where there are very many, spheres of a smaller radius are drawn as discs `[pixels]`. */
+/** Radius below which spheres are drawn as discs if there are very many `[pixels]`. */
 const SMALL = 10;
 
-/** Spheres in a row of a table, as sphere.vert has it. */
+/** Number of spheres in a row of a table, as in sphere.vert. */
 const ROW = 2048;
 
-/** Compiles a program; its inputs have the same places in all programs, by their order here. */
+/** Compiles a program. Its inputs have the same locations in all programs, given by their order here. */
 function program(gl, name, definitions = "") {
   const text = (id) => document.getElementById(`shader-${id}`).textContent.trim();
   const lit = `#version 300 es\nprecision highp float;\n${definitions}\n${text("light")}\n`;
@@ -46,8 +48,9 @@ function program(gl, name, definitions = "") {
 }
 
 /**
- * Draws particles into a canvas. It has to know of the particles: how many are `moving` and `fixed`, `radii` and `species` of all, those that move first,
- * `fixedPositions`, `bonds` with `bondEnds` and `bondRadii`, which axes are `flat` and `periodic`, and `surfaces`, if there are any.
+ * Draws particles into a canvas. `particles` provides: the numbers of `moving` and `fixed` particles; `radii`
+ * and `species` of all particles, the moving ones first; `fixedPositions`; `bonds` with `bondEnds` and
+ * `bondRadii`; which axes are `flat` and `periodic`; and `surfaces`, if there are any.
  */
 class Renderer {
   constructor(canvas, particles) {
@@ -80,7 +83,7 @@ class Renderer {
     this.show(particles);
   }
 
-  /** Takes over other particles. */
+  /** Switches to other particles. */
   show(particles) {
     for (const table of this.particles ? [this.moving, this.pivots, this.mesh] : []) {
       this.gl.deleteTexture(table.places);
@@ -110,7 +113,10 @@ class Renderer {
     gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
   }
 
-  /** Attributes: name, buffer, number and type of components, stride, offset, whether one per instance, and whether bytes stand for fractions. */
+  /**
+   * Creates a shape from its attributes: name, buffer, number and type of components, stride, offset, whether
+   * there is one value per instance, and whether bytes represent fractions.
+   */
   shape(used, attributes) {
     const { gl } = this;
     const made = gl.createVertexArray();
@@ -126,7 +132,7 @@ class Renderer {
     return made;
   }
 
-  /** Edges of the same width and colour. */
+  /** Creates the shape of edges of equal width and colour. */
   outline(ends) {
     const { gl } = this;
     return this.shape(this.edges, [
@@ -136,7 +142,7 @@ class Renderer {
     ]);
   }
 
-  /** A table of spheres for the shader: places and radii, then tones and flashes. */
+  /** Creates a table of spheres for the shader: positions and radii, then tones and flashes. */
   spheres(count) {
     const { gl } = this;
     const rows = Math.max(1, Math.ceil(count / ROW));
@@ -151,7 +157,7 @@ class Renderer {
     return { count, rows, numbers, letters: new Uint8Array(2 * ROW * rows), places: texture(), tones: texture() };
   }
 
-  /** Hands a table to the graphics processor. */
+  /** Uploads a table to the graphics processor. */
   upload(table) {
     const { gl } = this;
     gl.bindTexture(gl.TEXTURE_2D, table.places);
@@ -160,7 +166,10 @@ class Renderer {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, ROW, table.rows, 0, gl.RG, gl.UNSIGNED_BYTE, table.letters);
   }
 
-  /** Static particles that hold a bond are part of what they hold; the others are a mesh. */
+  /**
+   * Creates the tables of static particles. Static particles at the end of a bond are drawn with the bonded
+   * objects; the others form a mesh.
+   */
   makeFixed() {
     const { moving, fixed, radii, species, fixedPositions, bondEnds } = this.particles;
     const holding = new Set(bondEnds);
@@ -179,7 +188,7 @@ class Renderer {
     this.mesh = group((k) => !holding.has(k));
   }
 
-  /** A row of species colours, and one of the scale. */
+  /** Sets the colour texture: a row of species colours and a row of the colour scale. */
   setColours(palette, scale) {
     const { gl } = this;
     const pixels = new Uint8Array(2 * 256 * 4).fill(255);
@@ -194,9 +203,11 @@ class Renderer {
   }
 
   /**
-   * Takes over a state of the particles: `positions` of those that move (NaN where one is not drawn), their `tones` in 255 steps of a `range` and the `scale`
-   * of the colours (without tones, colours are those of the species), how bright each one `flashes` in 255 steps, the `growth` of their radii, the `box` with
-   * its `displacement` along x from image to image up along y, and the `poses` of the surfaces. What is absent is left out.
+   * Loads a state of the particles: `positions` of the moving ones (NaN for a particle that is not drawn),
+   * their `tones` in 255 steps of a `range` and the `scale` of the colours (without tones, particles have the
+   * colours of their species), the brightness of each particle's flash (`flashes`) in 255 steps, the `growth`
+   * of their radii, the `box` with its `displacement` along x from one image to the next one up along y, and
+   * the `poses` of the surfaces. All parts are optional.
    */
   load(state) {
     const { moving, particles: { radii, species, bonds, flat } } = this;
@@ -222,7 +233,7 @@ class Renderer {
     this.fill(this.edgeEnds, this.boxEdges);
   }
 
-  /** Fits the pixels of the canvas to its place on the page; returns its width over its height. */
+  /** Resizes the canvas to its size on the page. Returns its aspect ratio (width over height). */
   resize() {
     const { canvas } = this;
     const ratio = Math.min(window.devicePixelRatio || 1, this.sharpest);
@@ -248,7 +259,7 @@ class Renderer {
     return uniforms;
   }
 
-  /** Lines of some width relative to that of the box. */
+  /** Draws lines of a given width relative to the width of the box edges. */
   drawEdges(camera, scheme, { shape, count, width, opacity }) {
     const { gl, canvas } = this;
     const uniforms = this.use(this.edges, camera, scheme);
@@ -304,7 +315,7 @@ class Renderer {
     }
   }
 
-  /** Whether the graphics processor has not yet finished the last picture. */
+  /** Returns whether the graphics processor is still drawing the last picture. */
   isBusy() {
     const { gl, fence } = this;
     if (!fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) {

@@ -1,9 +1,12 @@
 // Shapes that make up a picture.
 
-/** Sides of a bond. */
+/** Number of sides of a bond. */
 const SIDES = 14;
 
-/** A strip around a cylinder: the normal across its axis, and which end. */
+/**
+ * Returns a triangle strip around a cylinder: for each vertex, the normal perpendicular to the axis, and the
+ * end.
+ */
 function tube() {
   const strip = [];
   for (let side = 0; side <= SIDES; side += 1) {
@@ -13,7 +16,7 @@ function tube() {
   return new Float32Array(strip);
 }
 
-/** The edges of a box that have a length, each once. */
+/** Returns the edges of a box that have non-zero length, each once. */
 function boxEdges({ lower, size }, flat) {
   const edges = [];
   const corner = (index) => [0, 1, 2].map((k) => lower[k] + ((index >> k) & 1 ? size[k] : 0));
@@ -28,7 +31,7 @@ function boxEdges({ lower, size }, flat) {
   return new Float32Array(edges);
 }
 
-/** Both halves of each bond: the shortest way, which may lead through a side of the box. */
+/** Returns both halves of each bond along the shortest path, which may cross a side of the box. */
 function bondRods({ moving, bonds, bondEnds, bondRadii, fixedPositions, periodic }, { positions, box, displacement = 0 }) {
   const rods = new Float32Array(14 * bonds);
   for (let bond = 0; bond < bonds; bond += 1) {

@@ -1,8 +1,11 @@
-/** Opacity of a surface that is seen straight on, and of its edges. */
+/** Opacity of a surface viewed face-on, and opacity of its edges. */
 const SHEET = 0.35;
 const OUTLINE = 0.45;
 
-/** Surfaces as `src/view/report/recording/surface.rs` describes them, with their bytes: vertices with normals, edges and triangles. */
+/**
+ * Returns the surfaces, as described in `src/view/report/recording/surface.rs`, from their bytes: vertices
+ * with normals, edges and triangles.
+ */
 function surfacesOf(head) {
   const { triangles, edges, vertices, parts, lower, size } = head;
   const bytes = head.bytes.buffer;
@@ -20,10 +23,13 @@ function surfacesOf(head) {
   return { parts, corners, ends, points };
 }
 
-/** Columns of no rotation, and no displacement. */
+/** Pose at rest: the columns of the identity rotation, then zero displacement. */
 const AT_REST = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
-/** Vectors of so many numbers from one index to another where a pose has them; `move` is 1 for places, 0 for directions. */
+/**
+ * Applies a pose to the vectors in an index range, with the given stride. `move` is 1 for positions and 0 for
+ * directions.
+ */
 function posed(from, to, pose, [first, end, stride], move) {
   for (let k = first; k < end; k += stride) {
     const [x, y, z] = [from[k], from[k + 1], from[k + 2]];
@@ -33,7 +39,7 @@ function posed(from, to, pose, [first, end, stride], move) {
   }
 }
 
-/** Draws surfaces into the picture of a renderer, over what is opaque. */
+/** Draws surfaces into the picture of a renderer, over the opaque objects. */
 class Surfaces {
   constructor(renderer, head) {
     const { gl } = renderer;
@@ -53,7 +59,10 @@ class Surfaces {
     this.place([]);
   }
 
-  /** Puts the surfaces where they are in a frame; those that are not there in it are left out. */
+  /**
+   * Places the surfaces according to the poses of a frame. Surfaces that are absent from the frame are
+   * omitted.
+   */
   place(poses) {
     const key = JSON.stringify(poses);
     if (this.placed === key) {
@@ -90,7 +99,7 @@ class Surfaces {
     this.renderer.fill(this.endBuffer, this.ends);
   }
 
-  /** Puts the farthest triangles first. */
+  /** Sorts the triangles by depth, the farthest first. */
   sort(view) {
     const { corners, points, keys, depths, sorted } = this;
     let [least, most] = [Infinity, -Infinity];
@@ -104,7 +113,7 @@ class Surfaces {
       least = Math.min(least, depth);
       most = Math.max(most, depth);
     }
-    // Depth in the upper 16 bits, index in the lower ones: there are fewer triangles than that.
+    // The upper 16 bits hold the depth and the lower 16 bits the index; there are fewer than 2^16 triangles.
     const scale = most > least ? 65535 / (most - least) : 0;
     for (let k = 0; k < keys.length; k += 1) {
       keys[k] = Math.round((depths[k] - least) * scale) * 65536 + k;

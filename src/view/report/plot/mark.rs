@@ -1,4 +1,4 @@
-//! Marks of points. Each line has its own shape, so that it can be distinguished without its colour.
+//! Markers of points. Each curve has its own marker, so that curves differ without colour.
 
 use super::px;
 
