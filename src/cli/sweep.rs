@@ -275,8 +275,8 @@ fn agreements(results: &Results, at: usize) -> Vec<String> {
         let without = it.without_size.map(|sum| format!(" ({} without the size of the systems)", digits(sum)));
         let (sum, without) = (digits(it.chi_square), without.unwrap_or_default());
         format!(
-            "{name} beside {}: chi^2 = {sum} for {} degrees of freedom{without}{}",
-            it.label,
+            "{name} compared with {}: chi^2 = {sum} for {} degrees of freedom{without}{}",
+            it.label.trim_start_matches("from "),
             it.freedom,
             it.left_out()
         )

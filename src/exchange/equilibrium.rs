@@ -34,8 +34,8 @@ impl ExchangeResults {
             self.temperatures.iter().enumerate().filter(|(place, _)| self.is_alone(*place)).map(|(_, at)| at).collect();
         if !alone.is_empty() {
             let (all, cure) = match self.ensemble {
-                ExchangeEnsemble::Umbrella => (windows(&alone), "let the windows beside it overlap more"),
-                _ => (temperatures(&alone), "add temperatures beside it"),
+                ExchangeEnsemble::Umbrella => (windows(&alone), "let neighbouring windows overlap more"),
+                _ => (temperatures(&alone), "add temperatures next to it"),
             };
             warnings.push(format!("frozen {all}: no replica there was ever swapped; {cure}"));
         }

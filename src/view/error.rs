@@ -30,7 +30,7 @@ pub enum ViewError {
         source: io::Error,
     },
     /// A surface file beside the trajectory is damaged.
-    #[error("a surface beside the trajectory is damaged")]
+    #[error("the file of a surface next to the trajectory is damaged")]
     Surface(#[source] Box<MeshFileError>),
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]

@@ -144,7 +144,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
     if phase.growth.is_some() {
         return refuse(
             phase.at.key("barostat"),
-            "given beside grow",
+            "given together with grow",
             "either of them: volume moves take constant diameters",
         );
     }
@@ -152,7 +152,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
     match phase.thermostat {
         Some(Thermostat::Andersen { .. }) => Ok(()),
         Some(Thermostat::Rescaling { .. }) => {
-            refuse(phase.at.key("barostat"), "given beside a thermostat that scales velocities", expected)
+            refuse(phase.at.key("barostat"), "given together with a thermostat that scales velocities", expected)
         }
         None => refuse(phase.at.key("barostat"), "given without a thermostat", expected),
     }

@@ -79,7 +79,7 @@ impl SceneParts {
             ExchangeEnsemble::Umbrella => "\"umbrella\", whose replicas come into their windows in its equilibration",
         };
         let at = ConfigPath::root().key("run");
-        let expected = format!("at least {LEAST_LEARNING} times exchange.interval beside the ensemble {why}");
+        let expected = format!("at least {LEAST_LEARNING} times exchange.interval with the ensemble {why}");
         match self.run.equilibration.time {
             None => Err(missing(&at, "equilibration_time", &expected)),
             Some(time) if plan.attempts(time).is_none_or(|attempts| attempts < LEAST_LEARNING) => {
@@ -105,8 +105,7 @@ impl SceneParts {
             return refuse(root.key("run").key("barostat"), "given", expected);
         }
         if self.run.threads != Threads::default() {
-            let expected =
-                "1 beside [exchange], whose replicas have a thread each: `carom exchange --jobs` says how many at once";
+            let expected = "1 with [exchange], because each replica has its own thread: `carom exchange --jobs` sets how many run at once";
             return refuse(root.key("run").key("threads"), self.run.threads, expected);
         }
         if let Some((key, expected)) = self.refused_instrument() {
@@ -131,7 +130,7 @@ impl SceneParts {
             return refuse(at.key("formats"), "given", expected);
         }
         if self.allow_invalid_start {
-            let expected = "false beside [exchange], which averages over valid states: let `carom run` separate the particles, and start from \
+            let expected = "false with [exchange], which averages over valid states: let `carom run` separate the particles, and start from \
                             the end of that run, start.from";
             return refuse(root.key("allow_invalid_start"), "true", expected);
         }
@@ -177,7 +176,7 @@ impl SceneBuilder {
             return refuse(ConfigPath::entry("interaction", index).key("restitution"), restitution, LOSSLESS);
         }
         if let Some(rate) = scene.shear_rate {
-            let expected = "no shear beside [exchange]: a sheared fluid has no equilibrium";
+            let expected = "no shear with [exchange]: a sheared fluid has no equilibrium";
             return refuse(root.key("space").key("shear_rate"), rate, expected);
         }
         for (axis, name) in AXES.into_iter().enumerate() {
@@ -200,7 +199,7 @@ impl SceneBuilder {
 /// of them yield the first energies for the weights.
 const LEAST_LEARNING: u64 = 20;
 
-const LOSSLESS: &str = "1 beside [exchange]: what loses energy in contacts has no equilibrium";
+const LOSSLESS: &str = "1 with [exchange]: a system that loses energy in contacts has no equilibrium";
 
 /// Requires energies that change only in steps, for weights.
 fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
@@ -226,7 +225,7 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = &plan.temperatures;
     if plan.umbrella.is_some() {
         let at = ConfigPath::root().key("exchange").key("umbrella");
-        return refuse(at, "given", "none but beside exchange.ensemble = \"umbrella\"");
+        return refuse(at, "given", "none, except with exchange.ensemble = \"umbrella\"");
     }
     let at = ConfigPath::root().key("exchange").key("temperatures");
     let count = temperatures.len();
@@ -270,7 +269,7 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
         Boundary::Periodic => {
             let falls = scene.species.iter().position(|species| species.acceleration[axis] != 0.0);
             let Some(index) = falls else { return Ok(()) };
-            let expected = "\"wall\" beside [exchange]: what falls for ever has no equilibrium";
+            let expected = "\"wall\" with [exchange]: particles that fall for ever have no equilibrium";
             refuse(at.clone(), format!("periodic, and `{}` falls along it", scene.species[index].name), expected)
         }
     }
@@ -303,7 +302,7 @@ fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &Co
     }
     match face {
         Face::Open => {
-            let expected = "\"wall\" or \"periodic\" beside [exchange]: what can fly away has no equilibrium";
+            let expected = "\"wall\" or \"periodic\" with [exchange]: particles that can escape have no equilibrium";
             refuse(axis.clone(), "open", expected)
         }
         Face::Wall { restitution } if restitution < 1.0 => {

@@ -39,7 +39,7 @@ pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     if start_time.abs() <= most {
         return Ok(());
     }
-    let expected = format!("at most {most:.1e}: beside it a time of {} has no digits", digits(shortest));
+    let expected = format!("at most {most:.1e}: with larger values a time of {} has no digits", digits(shortest));
     refuse(ConfigPath::root().key("start_time"), digits(*start_time), expected)
 }
 
