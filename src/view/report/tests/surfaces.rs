@@ -55,7 +55,7 @@ fn surfaces_that_are_too_large_or_damaged_are_left_out_with_a_note() {
     let page = page(run.path()).unwrap();
     assert_eq!(page.notes.len(), 2);
     assert!(
-        page.notes[0].starts_with("surfaces/b.stl: the player does not show it: 2000 triangles"),
+        page.notes[0].starts_with("surfaces/b.stl: the player does not show it: it has 2000 triangles"),
         "{:?}",
         page.notes
     );
