@@ -1,8 +1,8 @@
-//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, which are swapped from
-//! time to time.
+//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, with swaps between
+//! neighbouring temperatures at regular intervals.
 //!
-//! At a low temperature a system may stay in one of its states for a long time. At a high temperature it
-//! moves freely between states, and swaps bring these states to the low temperatures.
+//! At a low temperature a system may stay in one state for a long time. At a high temperature it moves
+//! freely between states. Swaps bring these states to the low temperatures.
 //!
 //! An [`Exchange`] runs the replicas of a scene with the table `[exchange]`, in several threads.
 //! [`ExchangeResults`] has the averages at each temperature with standard errors. [`ThermalCurves`] has the

@@ -1,6 +1,7 @@
-//! A run: stages with rows at even times. The last stage, and others that are measured, have means and frames.
+//! A run: stages with rows at regular times. The last stage, and any other measured stage, also has
+//! means and frames.
 //!
-//! A [`Run`] is put together, executed, and leaves what has [`Finished`].
+//! A [`Run`] is set up and executed, and returns a [`Finished`] run.
 
 pub mod audit;
 mod begin;
@@ -45,43 +46,45 @@ use thiserror::Error;
 
 /// Recorder of a run: receives its rows, frames, events and checkpoints. `()` keeps nothing.
 pub trait Recorder {
-    /// Why something could not be kept: ends the run.
+    /// Error of the recorder, which ends the run.
     type Error;
 
-    /// Keeps a row of measurements, of any stage of the run.
+    /// Records a row of measurements of any stage of the run.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the row cannot be recorded.
     fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Self::Error>;
 
-    /// Keeps the positions and velocities of all particles, and what else is measured of each.
+    /// Records the positions and velocities of all particles, and the other scalars measured for each
+    /// particle.
     ///
     /// # Errors
-    /// If they cannot be kept.
+    /// If the frame cannot be recorded.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// Keeps the state of a simulation as it is now, where nothing else is measured of each particle: for recorders that need no memory for a snapshot.
+    /// Records the present state of a simulation, without other scalars of the particles. A recorder can
+    /// implement this without memory for a snapshot.
     ///
     /// # Errors
-    /// If they cannot be kept.
+    /// If the frame cannot be recorded.
     fn frame_of(&mut self, simulation: &Simulation) -> Result<(), Self::Error> {
         self.frame(&simulation.snapshot(), Vec::new())
     }
 
-    /// Whether every event of the measurement is shown to [`Recorder::event`].
+    /// Whether every event of the measurement is passed to [`Recorder::event`].
     fn has_events(&self) -> bool {
         false
     }
 
-    /// Keeps an event.
+    /// Records an event.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the event cannot be recorded.
     fn event(&mut self, _event: &Event) -> Result<(), Self::Error> {
         Ok(())
     }
 
-    /// Whether no more can be kept: the run is interrupted, after a checkpoint.
+    /// Whether nothing more can be recorded. The run is then interrupted after a checkpoint.
     fn is_full(&self) -> bool {
         false
     }
@@ -91,10 +94,11 @@ pub trait Recorder {
         false
     }
 
-    /// Keeps all that is needed to [resume](Run::resume) the run from here. Asked for when due, and at the end of the run before its last row and frame.
+    /// Records everything needed to [resume](Run::resume) the run from its present state. This is called when
+    /// a checkpoint is due, and at the end of the run before its last row and frame.
     ///
     /// # Errors
-    /// If it cannot be kept.
+    /// If the checkpoint cannot be recorded.
     fn checkpoint(&mut self, _simulation: &Simulation, _course: &RunState) -> Result<(), Self::Error> {
         Ok(())
     }
@@ -124,28 +128,30 @@ pub enum Ending {
     Time,
     /// The number of events was reached.
     Events,
-    /// An instrument of the user has come to what it was to end at: [`Instrument::is_done`].
+    /// A custom instrument has reached its end condition: [`Instrument::is_done`].
     Condition,
-    /// Nothing will happen any more, as can be shown, and there is no time limit.
+    /// There is no time limit, and it can be shown that nothing will happen any more.
     Idle,
-    /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
+    /// There is no time limit. Nothing has happened for a million rows or a very long time, but it cannot be
+    /// shown that nothing ever will.
     GaveUp,
-    /// An equilibration was to end by itself and has no limit, and after very many events something still drifts, or is not known.
+    /// An automatic equilibration without a limit did not end. After very many events an observable still
+    /// drifts, or its drift is unknown.
     Unsettled,
-    /// The caller wanted no more.
+    /// The caller ended the run.
     Interrupted,
-    /// The dynamics came to rest in a way that needs infinitely many events.
+    /// The dynamics came to rest in a way that requires infinitely many events.
     Arrested(Arrest),
     /// The engine met an impossible state.
     Broken(InvariantBroken),
-    /// Spheres that grow cannot become as large as they should.
+    /// Growing spheres cannot reach their target size.
     Jammed(Jam),
-    /// A surface appears where a particle is.
+    /// A surface appears at the position of a particle.
     Blocked(Blocked),
 }
 
 impl Ending {
-    /// Its word in files.
+    /// Returns the word for this ending in files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -163,7 +169,8 @@ impl Ending {
         }
     }
 
-    /// Why it is no good end, in a line; `None` of one that the scene or the caller asks for.
+    /// Returns the problem in one line; `None` for an ending that the scene or the caller requests, and for
+    /// the end of all events.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         match self {
@@ -177,7 +184,7 @@ impl Ending {
         }
     }
 
-    /// Whether a run ends there, in whatever stage it is.
+    /// Whether this ending ends the whole run, in any stage.
     fn is_early(&self) -> bool {
         matches!(
             self,
@@ -201,7 +208,7 @@ impl From<EngineError> for Ending {
     }
 }
 
-/// Spheres that jam while they grow, below the packing fraction that they should come to.
+/// Growing spheres jam below their target packing fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "growing spheres jam: {packing_fraction:.4} of the space is filled at time {time}, where the compressibility factor is \
@@ -209,23 +216,23 @@ impl From<EngineError> for Ending {
 )]
 #[non_exhaustive]
 pub struct Jam {
-    /// The part of the space that they fill.
+    /// Fraction of the space that the spheres fill.
     pub packing_fraction: f64,
-    /// The part that they should.
+    /// Target packing fraction.
     pub target: f64,
-    /// `P V / (N k T)` there, which is infinite where no sphere can move.
+    /// Compressibility factor `P V / (N k T)` at this packing fraction; infinite if no sphere can move.
     pub compressibility_factor: f64,
-    /// When `[time]`.
+    /// Simulated time `[time]`.
     pub time: f64,
 }
 
 impl Jam {
-    /// Cure: what the user can do.
+    /// Suggestion for the user.
     pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// A surface that a stage puts where a particle is.
+/// A surface that appears in a stage at the position of a particle.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
     "surface `{surface}` appears with the stage `{stage}` at time {time}, where particle {} is: it reaches {} through the surface",
@@ -234,20 +241,20 @@ impl Jam {
 )]
 #[non_exhaustive]
 pub struct Blocked {
-    /// The particle that is deepest in it.
+    /// The particle that overlaps the surface most deeply.
     pub particle: ParticleId,
     /// Name of the surface.
     pub surface: String,
-    /// Name of the stage that it is there from.
+    /// Name of the stage in which the surface appears.
     pub stage: String,
-    /// How far the particle reaches through it `[length]`.
+    /// Depth of the overlap between particle and surface `[length]`.
     pub depth: f64,
-    /// When `[time]`.
+    /// Simulated time `[time]`.
     pub time: f64,
 }
 
 impl Blocked {
-    /// Cure: what the user can do.
+    /// Suggestion for the user.
     pub const CURE: &'static str = "let the surface be there from the start and move into its place, put it where no particle is, or begin its stage when the particles have \
         left";
 }
@@ -258,13 +265,14 @@ impl Blocked {
 pub struct MeasurementPeriod {
     /// Simulated time at its start `[time]`.
     pub start: f64,
-    /// Simulated time that it took `[time]`.
+    /// Simulated duration `[time]`.
     pub duration: f64,
     /// Physical events before it, since the start of the simulation.
     pub events_before: u64,
-    /// Event counts of the measurement; the deepest overlap is that of the whole run.
+    /// Event counts of the measurement, except for the deepest overlap, which is the deepest of the whole
+    /// run.
     pub event_counts: EventCounts,
-    /// Wall time that it took `[seconds]`.
+    /// Wall time of the measurement `[seconds]`.
     pub wall_seconds: f64,
 }
 
@@ -274,46 +282,49 @@ pub struct MeasurementPeriod {
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Finished {
-    /// The simulation as it stands.
+    /// The simulation in its final state.
     pub simulation: Simulation,
-    /// Why it ended.
+    /// Why the run ended.
     pub ending: Ending,
-    /// In which stage it ended.
+    /// The stage in which the run ended.
     pub stage: Stage,
     /// The measurement.
     pub measurement: MeasurementPeriod,
     /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors by name, only of observables that apply to the scene.
+    /// Means and standard errors by name, only of the observables that apply to the scene.
     pub observables: Vec<(&'static str, Estimate)>,
-    /// Whether each of them was stationary, by name.
+    /// Whether each observable was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether it was in equilibrium, or in a steady state.
+    /// Whether the system was in equilibrium, or in a steady state.
     pub equilibrium: Equilibrium,
-    /// Results of the instruments, of the scene and of the user: [`Measured::number`], [`Measured::curve`].
+    /// Results of the scene's instruments and of the custom instruments: [`Measured::number`],
+    /// [`Measured::curve`].
     pub measured: Measured,
-    /// Volume moves of the barostat of the measurement; `None` without one.
+    /// Volume moves of the barostat in the measurement; `None` without a barostat.
     pub volume_moves: Option<VolumeMoves>,
-    /// The measured stages before it, as far as they were begun.
+    /// The measured stages before the last measurement that have begun.
     pub stages: Vec<MeasuredStage>,
     /// Audit of the run.
     pub audit: Audit,
-    /// Why it has no more frames, where that is because of what they take on the disk.
+    /// Why there are no more frames, if their size on disk limits their number.
     pub frames_limit: Option<&'static str>,
-    /// Instruments of the user.
+    /// The custom instruments.
     instruments: OwnInstruments,
 }
 
 impl Finished {
-    /// Mean of an observable with its standard error, by its name in [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES): `"pressure"`. `None` of what means nothing for the scene.
-    /// What an instrument has measured is [`Measured::number`].
+    /// Returns the mean of an observable with its standard error, by its name in
+    /// [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES), such as `"pressure"`. `None` if the
+    /// observable does not apply to the scene. [`Measured::number`] returns the results of instruments.
     #[must_use]
     pub fn observable(&self, name: &str) -> Option<Estimate> {
         self.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
     }
 
-    /// Instrument of the user as the run has left it, by the name under which [`Run::instrument`] has registered it, and by its type. `None` if no instrument has this name
-    /// and type, or the last measurement has not begun.
+    /// Returns a custom instrument in its final state, by its type and the name under which
+    /// [`Run::instrument`] registered it. `None` if no instrument has this name and type, or if the last
+    /// measurement has not begun.
     ///
     /// ```
     /// # use carom::analysis::instruments::{Instrument, Measured, Sample, SystemDescription};
@@ -358,20 +369,22 @@ impl Finished {
         self.instruments.get(name)
     }
 
-    /// Takes the instrument out that [`Self::instrument`] shows; it is not there any more afterwards.
+    /// Removes a custom instrument from the run and returns it, as [`Self::instrument`] does by reference.
     #[must_use]
     pub fn take_instrument<I: Instrument + 'static>(&mut self, name: &str) -> Option<I> {
         self.instruments.take(name)
     }
 
-    /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.
+    /// Whether the run reached an end that the scene requests, or the end of all events, and the audit found
+    /// no fault.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         matches!(self.ending, Ending::Time | Ending::Events | Ending::Condition | Ending::Idle)
             && self.audit.faults().is_empty()
     }
 
-    /// Why it is not, in a line; `None` also where it was interrupted, which is no fault of its own.
+    /// Returns why the run is not sound, in one line. `None` for a sound run, and for an interrupted run
+    /// without faults.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let faults: Vec<String> = self.audit.faults().iter().map(ToString::to_string).collect();
@@ -386,7 +399,7 @@ impl Finished {
         }
     }
 
-    /// Whether going on with it may lead to such an end.
+    /// Whether the run may reach a sound end if it continues.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
         !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_))

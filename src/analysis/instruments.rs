@@ -45,7 +45,7 @@ pub use registry::InstrumentError;
 pub(crate) use registry::{OwnInstruments, Registry, compare as compare_instruments};
 pub use system::{Sample, SystemDescription};
 
-/// Cutoffs that are shorter than the plan asks for because of the box, each with the reason.
+/// Lists the cutoffs that the box makes shorter than the plan requests, each with the reason.
 pub(crate) fn shortened_cutoffs(plan: &MeasurementPlan, system: &SystemDescription) -> Vec<String> {
     let of_pairs = plan.radial_distribution.as_ref().and_then(|it| radial_distribution::shortened_cutoff(it, system));
     let of_order = plan.bond_order.as_ref().and_then(|it| bond_order::shortened_cutoff(it, system));

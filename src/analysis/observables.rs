@@ -1,4 +1,4 @@
-//! Observables during a run: rows at even times, and means with standard errors.
+//! Observables during a run: rows at equidistant times, and means with standard errors.
 //!
 //! An observer only reads: the trajectory of a run is the same, bit for bit, whether it is observed or not.
 
@@ -196,8 +196,8 @@ impl Observer {
         }
     }
 
-    /// The means over all intervals so far, by name; only those that are defined for the scene. A constant
-    /// has the error 0.
+    /// Returns the means over all intervals so far, by name, of the quantities that are defined for the
+    /// scene. A constant has the error 0.
     ///
     /// Equal hard particles on a line have no errors. They only exchange velocities, so a run of any length
     /// cannot show how far its mean is from the mean over all starts.
@@ -224,8 +224,8 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether too few independent volumes were seen at constant pressure. There everything but the
-    /// temperature follows the volume, whose slow changes are hidden by fast ones.
+    /// Whether too few independent volumes were seen at constant pressure. All observables but the
+    /// temperature then follow the volume, and its fast changes hide its slow changes.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -233,12 +233,13 @@ impl Observer {
         variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
-    /// The estimate for a wall from what both walls have in common, if a conservation law gives it.
+    /// Estimates a quantity of one wall from the common quantity of both walls, if a conservation law relates
+    /// them.
     ///
     /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and
-    /// `sum x m v_x`. Heat that enters at one wall and does not leave at the other is stored as energy. In a
-    /// mean over a time `t` these contribute the difference between both ends, divided by `t`, so the error
-    /// is not that of independent fluctuations.
+    /// `sum x m v_x`. Heat that enters at one wall and does not leave at the other wall is stored as energy.
+    /// These terms contribute the difference between both ends to a mean over a time `t`, divided by `t`. The
+    /// error is therefore not the error of independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -298,21 +299,21 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Forgets the last state of the simulation, but no mean. The next interval starts with another
+    /// Discards the last state of the simulation, but keeps all means. The next interval starts with another
     /// simulation, or after a jump.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
 
-    /// Forgets everything: a new stage begins.
+    /// Discards everything: a new stage begins.
     pub(crate) fn begin(&mut self) {
         (self.before, self.piece) = (None, None);
         self.averages.clear();
     }
 
     /// Samples temperature and potential energy and integrates both since the last sample. The integrals are
-    /// exact, because both change only at events, except for the temperature of a sheared box, which changes
-    /// between events and is integrated by the trapezoidal rule. Returns the temperature.
+    /// exact, because both change only at events. The exception is the temperature of a sheared box, which
+    /// changes between events and is integrated by the trapezoidal rule. Returns the temperature.
     ///
     /// Called before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
@@ -326,8 +327,8 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // A straight line counts each change for half of the time. Here each change counts from its own
-            // time.
+            // The integral along a straight line counts each change for half of the time. Here each change
+            // counts from its own time.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -371,8 +372,8 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // Divided by the mean temperature these give the compressibility factor. At constant pressure the
-        // temperature is that of the heat bath.
+        // Divided by the mean temperature, these values give the compressibility factor. At constant pressure
+        // the temperature of the heat bath is used.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),

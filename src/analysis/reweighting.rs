@@ -1,4 +1,4 @@
-//! Averages at temperatures between the simulated ones, from the energies sampled there.
+//! Averages at temperatures between the simulated temperatures, from the energies sampled in the simulations.
 //!
 //! [`EnergyHistograms`] collect samples of the potential energy of several ensembles, at several temperatures
 //! or with weights of the energy. Two passes are needed: the first finds the energy levels. Together they
@@ -36,7 +36,7 @@ const RESAMPLES: usize = 200;
 /// Length of a block in correlation times (more exactly, statistical inefficiencies).
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Fewest blocks, as long as each is longer than half of one.
+/// Smallest number of blocks. Each of them is then longer than half a correlation time.
 const FEWEST_BLOCKS: usize = 16;
 
 /// A series with fewer independent values has no errors, like a mean.

@@ -77,8 +77,8 @@ impl SamplingTimes {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // By rounding, a time may not be after `time`, also if the interval is below the spacing of
-        // floating-point numbers.
+        // The computed time may not be after `time`, because of rounding or because the interval is below the
+        // spacing of floating-point numbers.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;

@@ -20,7 +20,8 @@ pub(crate) const ROUNDING: f64 = 1e-11;
 /// Fewest values for which there is an error.
 const FEWEST_VALUES: usize = 8;
 
-/// Fewest independent values for which there is an error. Five or fewer often look like more by chance.
+/// Fewest independent values for which there is an error. Five or fewer values often look like more by
+/// chance.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
 /// Fewest independent values for which a variance has an error. With fewer, the smaller the variance is by
@@ -87,7 +88,8 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // If the first value had a longer weight than all others, there would never be a second bin.
+        // If the weight of the first value were larger than all other weights, there would never be a second
+        // bin.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -149,8 +151,8 @@ impl BlockAverage {
         })
     }
 
-    /// The ratio `R = a / b` of the mean of `self` to that of another average over the same times, with the
-    /// error of `(a - R b) / b`. `None` if either has no values or the other's mean is zero.
+    /// Calculates the ratio `R = a / b` of the mean of `self` to the mean of another average over the same
+    /// times, with the error of `(a - R b) / b`. `None` if either has no values or the other mean is zero.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
         let (a, b) = (self.mean()?, other.mean()?);
@@ -167,11 +169,11 @@ impl BlockAverage {
     /// <x>^2 + e^2`. Without the last term it would be too small by the squared deviation of the sample mean,
     /// whose most likely value is `e^2`.
     ///
-    /// Its error is that of the mean of `x^2 - 2 <x> x`, and at least `e s`, where `e` is the standard error
-    /// of the mean: squares of a quantity that relaxes in a time `t` relax in `t / 2`, so `s^2` is known to
-    /// `s^2 / sqrt(n)` with the number `n = (s / e)^2` of independent values. Otherwise a variance that is
-    /// small by chance would have a small error, too. The error is unknown if `n` is less than 16. `None` if
-    /// either has no values.
+    /// The error is the error of the mean of `x^2 - 2 <x> x`, and at least `e s`, where `e` is the standard
+    /// error of the mean. Squares of a quantity that relaxes in a time `t` relax in `t / 2`, so `s^2` is
+    /// known to `s^2 / sqrt(n)` with the number `n = (s / e)^2` of independent values. Without this lower
+    /// bound, a variance that is small by chance would have a small error, too. The error is unknown if `n`
+    /// is less than 16. `None` if either has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
@@ -231,7 +233,7 @@ impl BlockAverage {
         self.bins.iter_mut().for_each(|bin| *bin *= factor);
     }
 
-    /// Merges neighbouring bins; one left over is reopened.
+    /// Merges neighbouring bins. If a bin is left over, it is reopened.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1
             && let Some(last) = self.bins.pop()
@@ -244,8 +246,8 @@ impl BlockAverage {
     }
 }
 
-/// Whether a series of bins is stationary. It is not constant if the values after the last whole bin differ,
-/// and so the mean.
+/// Whether a series of bins is stationary. It is not constant if the values after the last whole bin change
+/// the mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -281,12 +283,12 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let n = series.len() as f64;
     let mean = sums.iter().sum::<f64>() / n;
     let variance = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum::<f64>() / n;
-    // Its scatter about its own mean is too small.
+    // The scatter of the sums about their own mean is too small.
     let of_mean = standard_error(&sums)?;
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
-/// Means of neighbours; one left over is dropped.
+/// Means of neighbours. A value that is left over is dropped.
 fn halved(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
@@ -296,7 +298,7 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency
 /// zero: the sum of all autocovariances, positive and negative. It is estimated from the most likely sum of
 /// white noise, relaxations, and differences that cancel between neighbours, as in the virial of a crystal.
-/// No window has to be chosen, and slow motion under fast noise is followed, as in a fluid with a heat bath.
+/// No window has to be chosen, and slow motion under fast noise is resolved, as in a fluid with a heat bath.
 ///
 /// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that
 /// the mean is within it in 68.27 % of all cases.
@@ -343,9 +345,9 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, by degrees of freedom: the
-/// expansion in their inverse to second order (M. Abramowitz and I. A. Stegun, 26.7.5), 0.1 % off at seven of
-/// them.
+/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, by degrees of freedom. The
+/// expansion in their inverse to second order (M. Abramowitz and I. A. Stegun, 26.7.5) has an error of 0.1 %
+/// at seven degrees of freedom.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }

@@ -1,4 +1,4 @@
-//! Compares the files of a run with those of a second simulation of the same run.
+//! Compares the files of a run with the files of a second simulation of the same run.
 //!
 //! A run is a function of its scene and its seed, so a second simulation writes the same bytes. A file that
 //! differs was changed after the run, or was written by another version of the program.
@@ -31,7 +31,7 @@ pub struct Comparison {
     pub equal: Vec<String>,
     /// Files that differ or are missing, each with its first difference.
     pub differences: Vec<(String, Difference)>,
-    /// Files that were not compared, or only partly, with the reason.
+    /// Files that were not compared at all, or compared only in part, with the reason.
     pub not_compared: Vec<(String, &'static str)>,
     /// Whether the caller stopped the comparison before it was complete.
     pub is_interrupted: bool,
@@ -97,8 +97,8 @@ struct Known {
     is_scene_checked: bool,
 }
 
-/// Simulates the run in a folder again, in a temporary folder, and compares the files of both. `report` is
-/// the text of `report.txt`.
+/// Simulates the run in a folder again, and compares the files of both simulations. The second simulation
+/// writes into a temporary folder. `report` is the text of `report.txt`.
 ///
 /// If the run was interrupted or stopped by a user's instrument, the replay stops at the same time.
 ///
@@ -174,7 +174,7 @@ impl Comparison {
     }
 }
 
-/// Words for endings that the scene does not define.
+/// Names of endings that the scene does not define.
 const INTERRUPTED: &str = "interrupted";
 const CONDITION: &str = "condition";
 
@@ -203,7 +203,7 @@ fn checkpoints(run: &Path, names: &BTreeSet<String>, comparison: &mut Comparison
     known
 }
 
-/// Why a file is not compared; `None` if it is.
+/// Reason why a file is not compared; `None` if it is compared.
 fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str> {
     let is_measured = name == Folder::REPORT || Folder::is_measurement(name);
     match name {
@@ -275,15 +275,15 @@ fn replay(
 /// Size by which a replay may exceed twice the size of the run `[bytes]`.
 const SOME_BYTES: f64 = 1e6;
 
-/// Fraction of the run's time by which its replay may go on before it is stopped.
+/// Fraction of the run's time by which the replay may exceed the run before it is stopped.
 const BEYOND: f64 = 0.01;
 
 /// Outcome of a replay.
 enum Replayed {
     Complete,
-    /// The caller stopped it.
+    /// The caller stopped the replay.
     Stopped,
-    /// It continues beyond the end of the run.
+    /// The replay continues beyond the end of the run.
     GoesOn,
 }
 

@@ -1,9 +1,9 @@
-//! The reference engine: the paper as printed, for checking and for reading.
+//! The reference engine: the algorithm of the paper as printed, for checking and for reading.
 //!
-//! All pairs are predicted by Algorithm 1, for their own overlap functions. There are no cells, no delayed
-//! states and no discarded predictions: after each event every particle moves to the new time, and every
-//! prediction of the two particles is made again. The cost grows with the square of the number of particles;
-//! use it for a few hundred.
+//! Algorithm 1 predicts the events of every pair from the overlap functions of that pair. There are no
+//! cells, no delayed states and no discarded predictions. After each event every particle moves to the new
+//! time, and every prediction of the two particles is repeated. The cost grows with the square of the
+//! number of particles; use the engine for a few hundred particles.
 //!
 //! ```
 //! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
@@ -57,13 +57,13 @@ use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Its box is sheared.
+    /// The box of the scene is sheared.
     #[error("the reference engine has no sheared boxes")]
     Shear,
     /// A wall has a temperature.
     #[error("the reference engine has no thermal walls")]
     ThermalWalls,
-    /// It has surfaces other than the walls of its box, and the box is periodic.
+    /// The scene has surfaces other than the walls of its box, and the box is periodic.
     #[error("the reference engine has no surfaces in a periodic box")]
     PeriodicSurfaces,
     /// A stage or the measured part has a thermostat or growth.
@@ -157,8 +157,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The initial state of a pair: the number of radii that it is inside of. At a radius, to within 32
-    /// roundings of the coordinates, it is on the side into which it moves.
+    /// The initial state of a pair: the number of potential radii that are larger than the distance of the
+    /// pair. A pair within 32 roundings of a radius is on the side towards which it moves.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));

@@ -1,10 +1,10 @@
 //! Comparison with published and exact results: whole runs at known state points, with a verdict on each
 //! quantity.
 //!
-//! [`points`] lists the state points; [`StatePoint::measure`] runs one and returns a [`Comparison`] for each
-//! of its quantities. A quantity passes if it is within four of its standard errors plus an [`Allowance`].
-//! Allowances are derived: for the finite number of particles, an approximation of the theory, or round-off.
-//! Results are a function of the seed.
+//! [`points`] lists the state points. [`StatePoint::measure`] runs one state point and returns a
+//! [`Comparison`] for each of its quantities. A quantity passes if its deviation is within four standard
+//! errors plus an [`Allowance`]. Allowances are derived: for the finite number of particles, an
+//! approximation of the theory, or round-off. Results are a function of the seed.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -67,7 +67,7 @@ pub struct StatePoint {
     /// Compared quantities.
     pub quantities: &'static [&'static str],
     effort: Effort,
-    /// Density, temperature or restitution that distinguishes it from others of its kind.
+    /// Density, temperature or restitution that distinguishes the point from others of its kind.
     parameter: f64,
     compare: Compare,
 }

@@ -1,9 +1,9 @@
 //! Memory layout: the order of particles, the cells and the lists.
 //!
 //! The layout is chosen for a state that changes. Particles wander away from their neighbours in memory, and
-//! a rain of grains becomes a heap. At the end of an epoch the choice is reconsidered. The order in memory
-//! never changes what happens to particles. The neighbour search does only through rounding: of positions
-//! that are brought forward, and of times predicted from there.
+//! a rain of grains becomes a heap. At the end of an epoch, the layout is reconsidered. The order in memory
+//! never changes what happens to particles. The neighbour search has an effect only through rounding: of
+//! positions that are brought forward, and of times that are predicted from these positions.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -14,11 +14,11 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// Transitions per particle after which the order in memory is renewed.
+/// Number of transitions per particle after which the order in memory is renewed.
 const WANDERED: u64 = 64;
 
-/// With more particles than this, prefetching pays: bodies and cells take some megabytes. Lists reach that
-/// size with fewer particles, but an event reads little of them.
+/// With more particles than this, prefetching pays, because bodies and cells take a few megabytes. Lists
+/// reach that size with fewer particles, but an event reads only a small part of them.
 const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
@@ -32,8 +32,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Changes the neighbour search or its skin, at the end of an epoch, if that pays. Returns whether it
-    /// did.
+    /// Changes the neighbour search or its skin, if that pays, at the end of an epoch. Returns whether
+    /// anything changed.
     pub(super) fn change_search_if_due(&mut self) -> bool {
         if self.images.slide() || !self.distances.are_constant() {
             return false;
@@ -43,7 +43,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         self.stream_all(0.0);
-        // Freed before the new ones are allocated, so that both are never in memory.
+        // The old neighbours are freed before the new ones are allocated, so that memory never holds both.
         self.neighbours = Neighbours::none(&self.state.space);
         self.reorder();
         self.sort_in(search);
@@ -70,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Numbers the particles along the space-filling curve.
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
-        // By id within a cell of the curve, so that the order depends on positions only.
+        // Ordered by id within a cell of the curve, so that the order depends on positions only.
         let names = {
             let by_name: Vec<Vector> =
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
@@ -87,7 +87,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells by their positions, or centres their lists there.
+    /// Sorts particles into cells by their positions, or centres their lists on their positions.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         let factor = self.distances.reach_factor();

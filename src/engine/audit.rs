@@ -1,4 +1,4 @@
-//! The engine's own check of its state: overlaps, and how much of each is round-off.
+//! The engine's own check of its state: overlaps, and the part of each overlap that is round-off.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -24,7 +24,7 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// Whether it is deeper than round-off explains.
+    /// Returns whether the overlap is deeper than round-off explains.
     #[must_use]
     pub fn is_real(&self) -> bool {
         self.depth > self.round_off.min(MOST_ROUND_OFF)
@@ -35,17 +35,21 @@ impl Overlap {
 /// so large that rounding could explain it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// Number of roundings in a position at an event, each of at most one unit in the last place of its scale.
+/// Number of roundings in a position at an event. Each is at most one unit in the last place of its scale.
 ///
-/// Half a unit is what one operation can be off. A coordinate at a time is a product and a sum, of a difference of times, made once for the
-/// prediction and once for the event; in between it may be wrapped, or brought into a new epoch, which is one more sum each; the separation
-/// of two and their image are two more differences. With three axes that is `sqrt(3) (2 (3 + 1) + 2 + 2) / 2 = 11` units of the coordinates of
-/// either particle. The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives the time are
-/// some 16 of the squared distance, and the sum that makes it a time of the queue, with the shifts of that time to later epochs, three of the
-/// time.
+/// One operation has an error of at most half a unit. A coordinate at a given time is a product and a sum,
+/// from a difference of times. It is computed once for the prediction and once for the event. In between, the
+/// coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. The
+/// separation of the two particles and their image are two more differences. With three axes, this gives
+/// `sqrt(3) (2 (3 + 1) + 2 + 2) / 2 = 11` units of the coordinates of either particle.
+///
+/// The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives
+/// the time contribute about 16 units of the squared distance. The sum that gives the queue time, and the
+/// shifts of this time to later epochs, contribute three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
-/// Whether an overlap is below the round-off of any discontinuity at `distance`, so that it needs no further look.
+/// Returns whether an overlap is below the round-off of any discontinuity at `distance`, so that it needs no
+/// further check.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
@@ -56,16 +60,16 @@ pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
 
-/// A pair at a discontinuity, with what determines its round-off.
+/// A pair at a discontinuity, with the data that determine its round-off.
 pub(super) struct Meeting {
     pub pair: [u32; 2],
     /// Relative velocity of the images that meet `[length / time]`.
     pub velocity: Vector,
-    /// Time since the state of each was last written `[time]`.
+    /// Time since the state of each particle was last written `[time]`.
     pub flown: [f64; 2],
     /// Distance of the discontinuity `[length]`.
     pub distance: f64,
-    /// How fast the discontinuity moves outwards `[length / time]`.
+    /// Speed at which the discontinuity moves outwards `[length / time]`.
     pub opening_speed: f64,
 }
 
@@ -75,25 +79,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// An event happens at its predicted time, computed from the coordinates at the time of prediction. The
     /// error of the distance at the event has these parts:
     ///
-    /// - units in the last place of the largest coordinates that were rounded on the way, see [`Self::largest_coordinate`]: not of those at the
-    ///   event, as a pair close to coordinate 0 may have been predicted across the side of the box, one of the two at coordinate `L`. The
-    ///   nearest image of a separation is rounded at no more than the separation itself, and one of several images that are equally far, or
-    ///   of a small box, is farther by some periods;
-    /// - in a sheared box also those of the displacement of the image above, which grows by its speed up to a time of the queue before whole
-    ///   periods are dropped;
-    /// - units of a time of the queue, see [`Self::clock`], at the relative speed of the two images and of a diameter that grows;
+    /// - units in the last place of the largest coordinates that were rounded on the way, see
+    ///   [`Self::largest_coordinate`]. The coordinates at the event are not enough: a pair close to
+    ///   coordinate 0 may have been predicted across the side of the box, with one particle at coordinate
+    ///   `L`. The separation of the nearest image is rounded at no more than the separation itself. In a
+    ///   small box, or with several images at equal distance, the image is farther by a few periods;
+    /// - in a sheared box, also units in the last place of the displacement of the image above. The
+    ///   displacement grows with the sliding speed up to a queue time before whole periods are dropped;
+    /// - units of a queue time, see [`Self::clock`], multiplied by the relative speed of the two images plus
+    ///   the speed of a growing diameter;
     /// - units of the overlap function. Its terms are as large as the squared distance from which the pair
-    ///   came: that of the discontinuity, plus how far the two and the discontinuity moved in between, but at
-    ///   most the width of the box. Its slope in space is `2 s`.
+    ///   came. This distance is the distance of the discontinuity, plus the path of the pair and the
+    ///   discontinuity in between, but at most the width of the box. The slope of the overlap function in
+    ///   space is `2 s`.
     ///
-    /// It includes overlaps left by an earlier event: an inelastic pair that hardly moves is as deep as it
-    /// was then.
+    /// The result includes overlaps left by an earlier event: an inelastic pair that hardly moves is still as
+    /// deep as it was at that event.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A prediction is as old as the last event of the two. If a state was written without an event, at
-        // the end of an epoch or on crossing a sliding side, the time of the partner's state counts.
+        // A prediction is as old as the last event of either particle. A state may be written without an
+        // event, at the end of an epoch or when a particle crosses a sliding side. Then the time of the
+        // partner's state counts.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -111,18 +119,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
         let mut scale = at.shape.terms(&at.position) + speed * (flown + self.clock(flown));
         if let Some(moment) = &at.moment {
-            // The place of the surface follows from the simulated time.
+            // The position of the surface follows from the simulated time.
             let own = moment.velocity_at(&at.place).norm();
             scale += at.place.lp_norm(1) + moment.pose.displacement.lp_norm(1) + own * self.time().abs();
         }
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// The largest coordinate of a particle since its state was written, `flown` ago. It includes its
-    /// position, the distance it flew, and on a periodic axis the far side of the box, however far away that
-    /// is now.
+    /// Returns the largest coordinate of a particle since its state was written, `flown` ago. It includes the
+    /// particle's position and the distance it flew. On a periodic axis it also includes the far side of the
+    /// box, however far away that side is now.
     ///
-    /// Each wrap rounds it. A particle that goes round many times is rounded more often than is counted.
+    /// Each wrap rounds the coordinate. A particle that crosses the box many times is rounded more often than
+    /// [`ROUNDINGS`] counts.
     fn largest_coordinate(&self, i: u32, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
         let path = (body.velocity.norm() + self.acceleration(i).norm() * flown) * flown;
@@ -130,8 +139,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
     }
 
-    /// Largest distance of two images that may meet: those of the box beside the nearest one. Infinite if
-    /// particles can fly off.
+    /// Returns the largest distance between two images that may meet, including images of the box other than
+    /// the nearest. Infinite if particles can fly off.
     fn farthest_image(&self) -> f64 {
         let space = &self.state.space;
         let is_open = (0..3).any(|axis| match space.boundary[axis] {
@@ -194,7 +203,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         real
     }
 
-    /// A pair as it is now.
+    /// Returns the present relative state of a pair.
     fn apart(&self, i: u32, j: u32) -> RelativeState {
         let [(ri, vi), (rj, vj)] = [i, j].map(|particle| self.state_at(particle, self.clock.now));
         self.nearest(ri - rj, vi - vj, self.clock.now).0
@@ -225,7 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let mut others = near.found().to_vec();
         self.for_each_across(particle, |other| others.push(other));
-        // Some are found both ways.
+        // Partners may be found twice: in the lists or cells, and across sliding sides.
         others.sort_unstable();
         others.dedup();
         self.overlaps_with(particle, &others, found);
@@ -243,7 +252,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (there, faster) = self.state_at(other, now);
             let (apart, _) = self.nearest(position - there, velocity - faster, now);
             let range = self.distances.at(meeting.squared.sqrt(), now)[0];
-            // Most candidates are apart, by more than rounding.
+            // Most candidates are farther apart than the range, by more than rounding.
             if apart.position.norm_squared() > range * range * (1.0 + 1e-12)
                 || TABLE && self.pairs.states.get(particle, other).is_some()
             {

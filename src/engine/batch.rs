@@ -1,4 +1,5 @@
-//! Batch prediction: the earliest contact of a particle with any of many others, several at a time in SIMD lanes.
+//! Batch prediction: the earliest contact of a particle with any of many other particles, several at a time
+//! in SIMD lanes.
 
 use super::predict::Streamed;
 use super::prediction::Prediction;
@@ -23,14 +24,14 @@ pub(super) struct Batch<'a> {
     pub wraps: bool,
     /// Acceleration common to all particles.
     pub acceleration: Vector,
-    /// By species, the squared distance at which an uncaptured partner is met `[length^2]`; negative infinity
-    /// if it is not met here.
+    /// By species, the squared distance at which `me` meets an uncaptured partner `[length^2]`; negative
+    /// infinity if no contact is predicted here.
     pub squared: &'a [f64],
     /// Species of all particles, read only if there is more than one.
     pub species: &'a [u16],
 }
 
-/// The earliest contact of a particle with any of a batch, or none.
+/// The earliest contact of a particle with any particle of a batch, or none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Earliest {
     pub time: f64,
@@ -38,10 +39,10 @@ pub(super) struct Earliest {
 }
 
 impl Batch<'_> {
-    /// The earliest contact of `me` with any of `others`, if it comes no later than `before`.
+    /// Returns the earliest contact of `me` with any of `others`, if it comes no later than `before`.
     ///
-    /// The length of `others` is a multiple of [`MOST_LANES`], filled up with `me`. Only the first `length`
-    /// are considered.
+    /// The length of `others` is a multiple of [`MOST_LANES`]; the unused places hold `me`. Only the first
+    /// `length` entries are considered.
     #[inline]
     pub fn earliest_contact<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -77,7 +78,7 @@ impl Batch<'_> {
         self.bodies[particle as usize].name
     }
 
-    /// Positions and velocities of others relative to `me`.
+    /// Returns positions and velocities of other particles relative to `me`.
     #[inline(always)]
     pub fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
         let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
@@ -121,11 +122,12 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
-        // A single species has a single range, so that no lookup is needed.
+        // A single species has a single range, and no lookup is needed.
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
-            // No branch depends on a result until all lanes are done. The processor would mispredict it.
+            // No branch depends on a result until all lanes are done, because the processor would mispredict
+            // it.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
@@ -135,8 +137,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                     F::all(batch.squared[0])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
-                    // All are partners that are never met, such as static particles under a heap, or that
-                    // have a relative acceleration.
+                    // No lane holds a partner that can be met here: all are static particles under a heap,
+                    // for example, or have a relative acceleration.
                     F::all(f64::INFINITY).write(due);
                     continue;
                 }
@@ -148,7 +150,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             }
             let least = least.smallest();
             if least <= first.time && least < f64::INFINITY {
-                // No branch depends on the position of the minimum either.
+                // For the same reason, no branch depends on the position of the minimum.
                 let mut bits = which_at_most::<F>(&due[..some.len()], least);
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
@@ -257,7 +259,7 @@ pub(super) mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
-    /// Final state of a fluid after some events, for each instruction set of the processor.
+    /// Final state of a fluid after a number of events, for each instruction set of the processor.
     fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)
@@ -363,7 +365,7 @@ pub(super) mod tests {
             for (sign, edge) in [(-1.0, 1.0), (1.0, 3.0)] {
                 let others: Vec<_> = (0..places.len()).map(|k| (places[k], velocity(k, sign))).collect();
                 let (time, met) = first_met(&well, &others, 0);
-                // To round-off: lengths are about 3, and times at most 2.
+                // Equal to within round-off: lengths are about 3, and times at most 2.
                 assert!((time - (edge - places[moving].norm()).abs()).abs() < 1e-14, "{moving} {time}");
                 assert_eq!(met as usize, moving + 1);
             }
@@ -373,8 +375,8 @@ pub(super) mod tests {
     #[test]
     fn of_simultaneous_contacts_that_of_the_lowest_id_comes_first() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
-        // One from each side, at equal distance and speed: contact from outside, the core of the well, and
-        // its edge.
+        // One partner on each side, at equal distance and speed. The cases are contact from outside, contact
+        // with the core of the well, and contact with its edge.
         for (potential, distance, speed, time) in
             [(&hard, 2.0, -1.0, 1.0), (&well, 1.25, -0.5, 0.5), (&well, 1.25, 1.0, 0.25)]
         {

@@ -19,7 +19,7 @@ use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
-/// Sample size at which the sample median is close enough to the median of all.
+/// Sample size at which the sample median is close enough to the median of all times.
 const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -121,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
             for b in all.chain(found.iter().copied()).chain(across) {
-                // Pairs of two moving particles come up twice; the first time decides.
+                // A pair of two moving particles comes up twice. The first visit sets its state.
                 if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
                     continue;
                 }
@@ -131,7 +131,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-        // Pairs that rounding puts just beyond the search range.
+        // Also pairs that rounding puts just beyond the search range.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
             let (a, b) = (self.number(*a), self.number(*b));
             let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
@@ -143,8 +143,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the state of one pair, possibly from the end of another run. With `is_bond`, state 0 is stored
-    /// too, because the pair has its own interaction.
+    /// Sets the state of one pair. The state may come from the end of another run. With `is_bond`, state 0 is
+    /// stored too, because the pair has its own interaction.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let names = [a, b].map(|particle| self.name(particle));
         let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
@@ -154,32 +154,33 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The state of a pair given by its distance.
+    /// Returns the state of a pair that follows from its distance.
     fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
         let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
         let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
-        // The potentials of a scene have at most some thousands of steps.
+        // The potentials of a scene have at most a few thousand steps.
         u16::try_from(state).unwrap_or(u16::MAX)
     }
 }
 
-/// Number of roundings of a distance that was at a discontinuity when its state was written: six coordinates,
-/// each streamed by the event's time (three operations), wrapped, and subtracted.
+/// Number of roundings of the distance of a pair that was at a discontinuity when its state was written. Each
+/// of the six coordinates is streamed by the event's time (three operations), wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
-/// Rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding is below a unit in
-/// the last place of the largest coordinate, or of the period by which it was wrapped.
+/// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding error
+/// is below a unit in the last place of the largest coordinate, or of the period by which the coordinate was
+/// wrapped.
 fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));
     ROUNDINGS * f64::EPSILON * largest.max(wrapped)
 }
 
-/// The state of a pair at the start. Its distance decides, unless the pair is at a discontinuity within
-/// round-off, as the last pair of a run that ended at an event is. Then the sign of the radial velocity
-/// decides: the pair is on the side that it moves into.
+/// Returns the state of a pair at the start. The distance decides, unless the pair is within round-off of a
+/// discontinuity. The last pair of a run that ended at an event is such a pair. Then the sign of the radial
+/// velocity decides: the pair is on the side that it moves into.
 fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -> usize {
     let distance = apart.position.norm();
     let receding = apart.position.dot(&apart.velocity);

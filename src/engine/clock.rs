@@ -6,16 +6,17 @@ use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
-/// Time stands still if it advances by less than this fraction of the queue's span, which is some thousand
-/// times the spacing of floats there. An epoch contains about ten events per particle, so a working system is
-/// far above this.
+/// Time stands still if it advances by less than this fraction of the queue's span. This fraction is a few
+/// thousand times the spacing of floats at that span. An epoch contains about ten events per particle, so the
+/// dynamics of a working system advance much faster.
 pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// Simulated time at the start; at the epoch, since the start; and now, since the epoch. The last is
-    /// negative if nothing happened before a stretch ended, because the epoch is then that of the next event.
+    /// Three simulated times: the start; the epoch, since the start; and now, since the epoch. `now` is
+    /// negative if nothing happened before a stretch ended, because the epoch is then the epoch of the next
+    /// event.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
@@ -48,7 +49,7 @@ pub(super) struct StandstillWatch {
     pub since: f64,
     /// Physical events since then.
     pub events: u64,
-    /// More events than this at one time are a dynamical arrest.
+    /// More events than this without an advance of time are a dynamical arrest.
     pub most: u64,
     /// Approach speed of an inelastic contact whose speed was lost to rounding.
     pub lost_speed: Option<f64>,
@@ -61,22 +62,23 @@ impl Clock {
         let standstill = StandstillWatch {
             since: 0.0,
             events: 0,
-            // Simultaneous events of a lattice, and the N^2/2 events of touching spheres on a line, are no
-            // arrest.
+            // Simultaneous events of a lattice are no arrest, and neither are the N^2/2 events of touching
+            // spheres on a line.
             most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
             lost_speed: None,
         };
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
     }
 
-    /// Whether the neighbour search is reconsidered at this epoch. Densities change slowly after the start.
+    /// Returns whether the neighbour search is reconsidered at this epoch. It is reconsidered rarely after
+    /// the start, because densities then change slowly.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Ends the run if events continue without any advance of time, or without any speed: theory, section 6.
+    /// Ends the run if events continue without any advance of time or without any speed: theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
         let standstill = match self.clock.standstill.lost_speed {
             Some(approach) => Standstill::Speed { approach },
@@ -138,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epoch + self.clock.now
     }
 
-    /// Counts an event, unless time has moved since the last one.
+    /// Counts an event, and restarts the count if time has moved since the count began.
     #[inline]
     pub(super) fn count_standstill(&mut self) {
         if self.clock.now - self.clock.standstill.since > self.schedule.queue.span() * SHORTEST_ADVANCE {
@@ -148,8 +150,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves the epoch to the present end of the queue, or further if nothing happens before. Returns `None`
-    /// if nothing ever happens.
+    /// Moves the epoch to the present end of the queue, or further if nothing happens before then. Returns
+    /// `None` if no event is predicted at all.
     ///
     /// This keeps times small, so that the last event of a long run is as accurate as the first. The shift is
     /// a multiple of a power of two, so most times are shifted without rounding.
@@ -175,7 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
-    /// Moves the epoch of all global state, and empties the queue. The next entry is due at `next`.
+    /// Moves the epoch of all global state and empties the queue. `next` is the time of the next entry.
     pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);
@@ -191,11 +193,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns whether it did.
     ///
-    /// Without this, the position would be rounded at the whole distance flown since its state was written,
-    /// once per wrap, and its contacts would be predicted from that far away.
+    /// Without this, each wrap would round the position at the scale of the whole distance flown since the
+    /// state was written. Contacts would be predicted from that far away.
     ///
-    /// The order of particles does not matter: others see a particle at the epoch with the same bits before
-    /// and after.
+    /// The order in which particles are brought forward does not matter. A particle at the epoch has the same
+    /// bits before and after, as other particles see it.
     pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
         let is_old = self.state.bodies[particle as usize].time < oldest;
         if is_old {

@@ -18,11 +18,11 @@ use super::state::Body;
 use crate::Vector;
 use records::Record;
 
-/// A new order of particles, from which some may be missing: the old number for each new one, and the
-/// reverse.
+/// A new order of particles, from which particles may be missing. It maps new numbers to old numbers and old
+/// numbers to new ones.
 pub(super) struct Order {
     pub old: Vec<u32>,
-    /// New number of each old one; [`NO_PARTICLE`] for missing particles.
+    /// New number of each old particle; [`NO_PARTICLE`] for missing particles.
     pub new: Vec<u32>,
     /// Number of particles to reserve memory for. Arrays that are reallocated lose their large pages.
     pub room: usize,
@@ -38,7 +38,7 @@ impl Order {
         Self { old, new, room: 0 }
     }
 
-    /// Elements in the new order.
+    /// Returns the elements in the new order.
     pub fn permuted<T: Copy>(&self, values: &[T]) -> Vec<T> {
         let mut permuted = Vec::with_capacity(self.old.len() + self.room);
         permuted.extend(self.old.iter().map(|&old| values[old as usize]));
@@ -152,7 +152,8 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// The prediction of a record names ids. It is written once all particles have numbers.
+    /// Adds an empty prediction. The prediction in a record names ids, and is written once all particles have
+    /// numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }
@@ -226,7 +227,8 @@ impl Column for CapturedPairs {
         record.captured = (!self.is_empty()).then(|| self.of(particle).to_vec());
     }
 
-    /// The partners in a record are ids. The pairs are set once all particles have numbers.
+    /// Adds a particle without captured partners. The partners in a record are ids, and the pairs are set
+    /// once all particles have numbers.
     fn push(&mut self, record: &Record) {
         if record.captured.is_some() {
             self.push_empty();
@@ -371,7 +373,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.for_each_column(Set(particle, record));
     }
 
-    /// Adds a particle at the end of memory.
+    /// Adds a particle at the end of the arrays.
     pub(super) fn push_record(&mut self, record: &Record) {
         self.for_each_column(Push(record));
     }

@@ -30,7 +30,7 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            // 0 if there is no room. No pressure is defined then.
+            // The inverse volume is set to 0 if there is no room. No pressure is defined then.
             per_volume: diameters()
                 .map(|diameter| space.accessible_volume(diameter))
                 .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
@@ -45,8 +45,8 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Present `sum m v^2 / V` along each axis between walls, with the volume that the centres of each
-    /// species can reach `[energy / length^D]`.
+    /// Returns the present `sum m v^2 / V` along each axis between walls; `V` is the volume that the centres
+    /// of each species can reach `[energy / length^D]`.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];

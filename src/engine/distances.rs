@@ -14,7 +14,7 @@ pub(super) struct Distances {
 }
 
 impl Distances {
-    /// Whether all distances have their values of the scene at all times.
+    /// Returns whether all distances keep their values of the scene at all times.
     #[inline]
     pub fn are_constant(&self) -> bool {
         self.growing.is_none()
@@ -31,19 +31,20 @@ impl Distances {
         self.growing.map_or([distance, 0.0], |growing| [distance * growing.scale(time), growing.rate * distance])
     }
 
-    /// Growth rate of a distance that is `distance` in the scene.
+    /// Returns the growth rate of a distance whose value in the scene is `distance`.
     pub fn speed_of(&self, distance: f64) -> f64 {
         self.at(distance, 0.0)[1]
     }
 
-    /// Time until two particles outside a distance of the scene reach it; the distance is that at `time`
-    /// since the epoch.
+    /// Returns the time until two particles outside a discontinuity reach it. `distance` is its distance in
+    /// the scene, and `time`, since the epoch, is the present time.
     pub fn next_contact(&self, state: &RelativeState, distance: f64, time: f64) -> Option<f64> {
         let [distance, speed] = self.at(distance, time);
         growth::next_contact(state, distance, speed)
     }
 
-    /// Factor of the distances that the neighbour search has to cover.
+    /// Returns the factor by which the range of the neighbour search has to exceed the distances of the
+    /// scene.
     pub fn reach_factor(&self) -> f64 {
         self.growing.map_or(1.0, |growing| growing.reach)
     }

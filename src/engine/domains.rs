@@ -1,21 +1,21 @@
 //! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
 //!
 //! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies
-//! of those around them. It runs alone for a window of simulated time. Copies at its edge go wrong sooner or
-//! later, because their neighbours are missing. At the end of the window, each step of a copy that an owned
-//! particle may have read is compared with the owner's. If all agree, every owned particle is right to the
-//! bit:
+//! of the particles around them. It runs alone for a window of simulated time. Copies at its edge go wrong
+//! sooner or later, because their neighbours are missing. At the end of the window, each step of a copy that
+//! an owned particle may have read is compared with the step of its owner. If all agree, every owned particle
+//! is right to the bit:
 //!
-//! *Proof.* Take the earliest step of an owned particle, in any domain, that differs from the step of a
-//! single engine. Something that it read was already different. It was not an owned particle, because this
-//! step is the earliest. It was not a copy that can be read, because such copies agree with their owners,
-//! whose steps before this one are right. It was not a particle without a copy in the domain, because its
-//! owner, whose steps are right, has checked that it did not enter the readable region. So there is no such
-//! step.
+//! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest
+//! such step in any domain. Something that this step read was already different. It was not an owned
+//! particle, because this step is the earliest. It was not a copy that can be read: such copies agree with
+//! their owners, whose earlier steps are right. It was not a particle without a copy in the domain: its
+//! owner, whose earlier steps are right, has checked that the particle did not enter the readable region. So
+//! there is no such step.
 //!
-//! If they do not agree, the window is undone and repeated up to the first difference. Cases that cannot be
-//! decided this way are left to the single engine: simultaneous events of two observed domains, time that
-//! stands still, and a run that ends at a number of events.
+//! If they do not agree, the window is rolled back and repeated up to the first difference. Three cases
+//! cannot be decided in this way and are left to the single engine: simultaneous events of two observed
+//! domains, time that stands still, and a run that ends at a number of events.
 
 #[cfg(any(test, debug_assertions))]
 mod checks;
@@ -46,21 +46,21 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Steps of a window in each domain, at the start and at most.
+/// Target steps of a window in each domain, at the start and at most.
 const MOST_STEPS: f64 = 10_000.0;
 
 /// Steps of the single engine when the domains cannot continue.
 const SERIAL_STEPS: u64 = 2_000;
 
-/// Minimum number of steps of the single engine, if that many are left: the last window before an event
-/// limit.
+/// Minimum number of steps of the single engine, if at least this many are left. It applies to the last
+/// window before an event limit.
 const LEAST_SERIAL: u64 = 50_000;
 
-/// After this many short windows in a row, run serially for a while, which is faster then.
+/// After this many short windows in a row, the system runs serially for a while, because that is then faster.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// Number of recent rollbacks that shows that the halo is too thin, and the amount by which it is widened.
+/// Number of recent rollbacks above which the halo counts as too thin, and the amount by which it is widened.
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
@@ -80,7 +80,7 @@ pub struct Domains<const FALLING: bool, const TABLE: bool> {
     undone: f64,
     /// Consecutive windows with few steps.
     short: u32,
-    /// The number of windows at the last check; `None` if windows are not checked.
+    /// Number of windows at the last check; `None` if windows are not checked.
     #[cfg(any(test, debug_assertions))]
     checked: Option<u64>,
     /// `None` while the single engine holds all particles.
@@ -97,7 +97,8 @@ enum Next {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// `domains` for each process, at most 64 in all, on `threads` of this process.
+    /// Creates `domains` domains for each process, at most 64 in all. Each process runs them on `threads`
+    /// threads.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         Self::with(Team::new(domains, threads, transport), HALO)
     }
@@ -170,8 +171,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    // Cutting the system again costs much more than a stretch of some steps, even if fewer
-                    // are requested.
+                    // Cutting the system again costs much more than a few extra steps of the single engine.
+                    // So it runs a minimum number of steps, even if fewer are requested.
                     if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }
@@ -203,7 +204,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
-        // A window that is undone is repeated once, and ends before the first error.
+        // A window that is rolled back is repeated once, and then ends before the first error.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
             match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {
@@ -226,7 +227,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // These domains cannot continue. After a new cut they may, and the single engine always can.
+        // These domains cannot continue. Domains after a new cut may be able to, and the single engine always
+        // can.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);
@@ -335,7 +337,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         done as f64 / self.team.domains() as f64
     }
 
-    /// Undoes a window and leaves it to the single engine.
+    /// Rolls back a window and leaves it to the single engine.
     fn give_up(&mut self, whole: &mut Engine<FALLING, TABLE>, mut cut: Cut<FALLING, TABLE>) {
         cut.undo(whole, &self.team);
         self.cut = Some(cut);
@@ -367,7 +369,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Cut {
             domains,
             regions,
-            // Nothing is due before the epoch.
+            // No event is due before the epoch.
             now: whole.clock.now.max(0.0),
             latest: whole.clock.now,
             steps,

@@ -17,10 +17,10 @@ impl Simulation {
     /// Components along flat axes, along which nothing moves, are left out.
     ///
     /// # Errors
-    /// [`ThermostatError`] for what a scene rejects too: a temperature or rate that is not positive, no axes,
-    /// only flat axes, or no moving particle. [`ThermostatError::Rescaling`] for [`Thermostat::Rescaling`],
-    /// which is no heat bath: call [`Self::scale_velocities`] at the times of your choice instead. After an
-    /// error, the simulation and its heat bath are unchanged.
+    /// [`ThermostatError`] in the cases that a scene rejects too: a temperature or rate that is not positive,
+    /// no axes, only flat axes, or no moving particle. [`ThermostatError::Rescaling`] for
+    /// [`Thermostat::Rescaling`], which is no heat bath: call [`Self::scale_velocities`] at the times of your
+    /// choice instead. After an error, the simulation and its heat bath are unchanged.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
         if let Some(thermostat) = thermostat {
             if matches!(thermostat, Thermostat::Rescaling { .. }) {
@@ -32,8 +32,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Replaces the heat bath by that of a thermostat that was validated with its scene, or removes it. The
-    /// driver of a run handles velocity rescaling.
+    /// Replaces the heat bath by the bath of a thermostat that was validated with its scene, or removes the
+    /// bath. The driver of a run handles velocity rescaling.
     ///
     /// The seed is [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
@@ -44,8 +44,9 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
-    /// Seed of the random numbers of heat baths and volume moves, from the seed of the scene and the present state point: at equal seeds, the numbers of
-    /// different state points are independent.
+    /// Returns the seed of the random numbers of heat baths and volume moves. It follows from the seed of the
+    /// scene and the present state point. At equal seeds of the scene, the random numbers of different state
+    /// points are independent.
     pub(crate) fn stream_seed(&self) -> u64 {
         StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
@@ -55,8 +56,8 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }
 
-    /// The particle that reaches deepest into a surface of the scene, beyond rounding, with the name of the
-    /// surface and the depth `[length]`.
+    /// Returns the particle that reaches deepest into a surface of the scene, if rounding does not explain
+    /// it. Also returns the name of the surface and the depth `[length]`.
     pub(crate) fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
         with_engine!(&self.engine, engine => engine.deepest_in_surface())
     }
@@ -92,7 +93,7 @@ impl Simulation {
     }
 
     /// Multiplies all velocities, relative to `drift` and to the streaming velocity, by a factor. The energy
-    /// that this takes is counted as supplied.
+    /// gained counts as supplied.
     pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
@@ -118,7 +119,8 @@ impl Simulation {
         self.scale
     }
 
-    /// Diameters of the species at the start. Output multiplies them by [`Self::scale`] `[length]`.
+    /// Returns the diameters of the species at the start `[length]`. Output multiplies them by
+    /// [`Self::scale`].
     pub(crate) fn first_diameters(&self) -> &[f64] {
         &self.first_diameters
     }
@@ -169,7 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
-    /// Takes over the accelerations of a scene that differs in nothing else.
+    /// Adopts the accelerations of a scene that differs only in its accelerations.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {

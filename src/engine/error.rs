@@ -18,7 +18,7 @@ pub enum EngineError {
 }
 
 impl EngineError {
-    /// The dynamical arrest, if the error is one.
+    /// Returns the dynamical arrest, if the error is an arrest.
     #[must_use]
     pub fn arrest(&self) -> Option<Arrest> {
         match self {
@@ -39,8 +39,8 @@ pub enum Standstill {
         events: u64,
     },
     /// An event storm: within the contact time of the TC model, there were far more events than grains in
-    /// contact ever have. Spheres that rest in contact bounce by next to nothing, and the TC model makes all
-    /// these contacts elastic.
+    /// contact ever have. Spheres that rest in contact have almost no bounce velocity, and the TC model makes
+    /// all their contacts elastic.
     Storm {
         /// Number of events.
         events: u64,
@@ -86,7 +86,7 @@ impl fmt::Display for Standstill {
 )]
 #[non_exhaustive]
 pub struct Arrest {
-    /// A particle that takes part in it.
+    /// A particle that takes part in the arrest.
     pub particle: ParticleId,
     /// The other particle; `None` for a wall or a surface.
     pub partner: Option<ParticleId>,
@@ -96,11 +96,11 @@ pub struct Arrest {
     pub moving: Option<u32>,
     /// Whether any contact of the scene loses energy.
     pub has_losses: bool,
-    /// When.
+    /// Simulated time of the arrest.
     pub time: f64,
     /// Kind of standstill.
     pub standstill: Standstill,
-    /// Whether the scene has a contact time. If so, the TC model is not the cure.
+    /// Whether the scene has a contact time. If it has one, the TC model is not suggested as a remedy.
     pub has_contact_time: bool,
 }
 
@@ -119,7 +119,7 @@ impl Arrest {
         })
     }
 
-    /// Cure: what the user can do.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
@@ -169,14 +169,14 @@ pub struct InvariantBroken {
     pub particle: ParticleId,
     /// The other particle of a pair.
     pub partner: Option<ParticleId>,
-    /// When.
+    /// Simulated time of the error.
     pub time: f64,
     /// The invariant that does not hold.
     pub expected: Invariant,
 }
 
 impl InvariantBroken {
-    /// Cure: what the user can do.
+    /// Suggestion for the user.
     pub const CURE: &'static str = "carom should not do this: please report the scene and the command; if it does not happen again, \
         check the memory of the machine";
 }
@@ -247,8 +247,8 @@ mod tests {
         assert_eq!(of_one.to_string(), "impossible state at time 1.5 of particle 3: expected a surface of this number");
     }
 
-    /// Square wells in a wide box with a wall at the lower end of x only. Two meet at t = 1.5, and one flies
-    /// away.
+    /// Square wells in a wide box with a wall at the lower end of x only. Two particles meet at t = 1.5, and
+    /// one flies away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
         let wall = Face::Wall { restitution: 1.0 };
         let x = Boundary::Bounded { lower: wall, upper: Face::Open };
@@ -262,7 +262,7 @@ mod tests {
             potential.unwrap(),
             1.0,
         );
-        // Too many for lists.
+        // Too many particles for lists.
         for k in 0..40 {
             scene = scene.particle("A", Vector::new(3.0 + f64::from(k), 50.0, 50.0), Vector::zeros());
         }
@@ -273,7 +273,7 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Plants a prediction for a particle. Returns how the run ends, and the observed events.
+    /// Plants a prediction for a particle. Returns how the run ended, and the observed events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

@@ -19,8 +19,8 @@ pub enum EventKind {
     Pair(Outcome),
     /// A particle at a surface, such as a wall of the box.
     Surface,
-    /// A thermostat gives a particle a new velocity. It comes from outside and is not counted as a physical
-    /// event.
+    /// A thermostat gives a particle a new velocity. The velocity comes from outside, and the event is not
+    /// counted as a physical event.
     Thermostat,
 }
 
@@ -32,7 +32,7 @@ pub enum Other {
     Particle(ParticleId),
     /// A surface.
     Surface {
-        /// Its index: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
+        /// Index of the surface: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
         surface: u32,
         /// Index of the face, edge or corner that is touched; 0 if there is only one face.
         feature: u32,
@@ -41,7 +41,7 @@ pub enum Other {
     Bath,
 }
 
-/// A physical event, as it happened.
+/// A physical event that has happened.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {
@@ -53,13 +53,15 @@ pub struct Event {
     pub particle: ParticleId,
     /// The other particle, the surface or the bath.
     pub other: Other,
-    /// Unit vector from the partner (or the surface) to the particle; along the impulse of a bath.
+    /// Unit vector from the partner (or the surface) to the particle. For a bath, it is along the impulse.
     pub normal: Vector,
     /// The momentum that the particle gained `[mass length / time]`; a partner gained the opposite.
     pub impulse: Vector,
-    /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`: zero, because all contacts are smooth.
+    /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`. It is zero,
+    /// because all contacts are smooth.
     pub torque: Vector,
-    /// Distance of the discontinuity `[length]`; for a surface, of the particle's centre from it.
+    /// Distance of the discontinuity `[length]`. For a surface, the distance of the particle's centre from
+    /// it.
     pub distance: f64,
     /// Potential energy gained `[energy]`.
     pub energy_step: f64,
@@ -68,9 +70,9 @@ pub struct Event {
     /// Positions of the particle and its partner `[length]`, inside the box along periodic axes, within
     /// round-off; zero without a partner.
     pub positions: [Vector; 2],
-    /// Their velocities before the event `[length / time]`.
+    /// Velocities of the particle and its partner before the event `[length / time]`.
     pub before: [Vector; 2],
-    /// Their velocities after the event `[length / time]`.
+    /// Velocities of the particle and its partner after the event `[length / time]`.
     pub after: [Vector; 2],
 }
 
@@ -85,8 +87,8 @@ impl Event {
         }
     }
 
-    /// The wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the upper
-    /// one.
+    /// Returns the wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the
+    /// upper wall.
     #[must_use]
     pub fn wall(&self) -> Option<(u8, bool)> {
         match self.other {
@@ -102,7 +104,8 @@ impl Event {
         self.impulse.dot(&self.normal)
     }
 
-    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
+    /// Returns the number of the kind of event in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the
+    /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
     #[must_use]
     pub fn code(&self) -> u8 {
         match (self.kind, self.wall()) {
@@ -117,7 +120,8 @@ impl Event {
     }
 }
 
-/// Event counts: how often each kind of event has happened since the start, and the sums that pressure and the audit need.
+/// Event counts: how often each kind of event has happened since the start, and the sums that pressure and
+/// the audit need.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct EventCounts {
@@ -134,14 +138,15 @@ pub struct EventCounts {
     /// Contacts with walls.
     pub wall: u64,
     /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical
-    /// events but the cost of finding neighbours.
+    /// events, but part of the cost of the neighbour search.
     pub transition: u64,
-    /// Physical events at which the overlap function had a turning point: no relative normal velocity that an impulse
-    /// could reverse.
+    /// Physical events at which the overlap function had a turning point: there was no relative normal
+    /// velocity that an impulse could reverse.
     pub turning_point: u64,
     /// Physical events executed in an invalid state, deeper than the round-off of the positions.
     pub in_invalid_state: u64,
-    /// Contacts that the TC model examined: all contacts at infinite barriers, while the model is on.
+    /// Contacts that the TC model examined. These are all contacts at infinite barriers while the model is
+    /// on.
     pub tc_contacts: u64,
     /// Contacts that the TC model made less dissipative.
     pub tc_altered: u64,
@@ -149,22 +154,24 @@ pub struct EventCounts {
     pub deepest_overlap: f64,
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
     pub virial: ExactSum,
-    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
-    /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
+    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events. `x` is
+    /// measured from the middle of the box. Each term is divided by the volume that the centres of the
+    /// particle's species can reach `[energy / length^D]`.
     pub confined_virial: [ExactSum; 3],
-    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each multiplied by
-    /// its time and divided by the same volume. The integral of `sum m v^2` up to a time `t` is `t sum m v^2`
-    /// less this sum `[energy time / length^D]`.
+    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events
+    /// `[energy time / length^D]`. Each change is multiplied by its time and divided by the same volume. The
+    /// integral of `sum m v^2` up to a time `t` is `t sum m v^2` minus this sum.
     pub confined_heating: [ExactSum; 3],
     /// For each axis, the inward momentum from its lower and its upper wall, divided by the wall area that
     /// centres of the particle's species can reach `[energy time / length^D]`; 0 if that area is infinite.
     pub wall_push: [[ExactSum; 2]; 3],
-    /// For each axis, energy that its lower and its upper wall have supplied, less what they took `[energy]`.
+    /// For each axis, the net energy supplied by its lower and its upper wall `[energy]`: energy given minus
+    /// energy taken.
     pub wall_heat: [[ExactSum; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: ExactSum,
-    /// Sum of all dissipated energies, each multiplied by its time since the start of the simulation. The
-    /// integral of `dissipated` up to a time `t` is `t dissipated` less this sum `[energy time]`.
+    /// Sum of all dissipated energies, each multiplied by its time since the start of the simulation
+    /// `[energy time]`. The integral of `dissipated` up to a time `t` is `t dissipated` minus this sum.
     pub dissipated_moment: ExactSum,
     /// Number of velocities that a thermostat has given.
     pub thermostat: u64,
@@ -185,13 +192,15 @@ impl EventCounts {
         self.core + self.capture + self.release + self.bounce + self.wall
     }
 
-    /// Participations of moving particles in Core events: two in each event, or one if the partner is static.
+    /// Returns the number of times that a moving particle took part in a Core event: two in each event, or
+    /// one if the partner is static.
     #[must_use]
     pub fn core_contacts(&self) -> u64 {
         2 * self.core - self.core_static
     }
 
-    /// Difference between these event counts and `earlier` ones. The deepest overlap is still that of the whole run.
+    /// Returns the difference between these event counts and `earlier` event counts. The deepest overlap
+    /// still refers to the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -216,7 +225,7 @@ impl EventCounts {
         }
     }
 
-    /// All numbers of events.
+    /// Returns all event numbers.
     fn counts_mut(&mut self) -> [&mut u64; 12] {
         [
             &mut self.core,

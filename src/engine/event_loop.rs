@@ -7,7 +7,7 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
-/// The next thing to do: an entry of the queue, or something that comes before it.
+/// The next thing to do: an entry of the queue, or something that precedes it.
 enum Next {
     /// The prediction of a particle.
     Particle(QueueEntry),
@@ -32,8 +32,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends when it
-    /// breaks.
+    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends when the
+    /// observer breaks.
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
@@ -42,10 +42,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps: events, cell
-    /// transitions, new predictions, and anything that takes as long. Pauses change nothing.
+    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps. Steps are events, cell
+    /// transitions, new predictions, and other work of similar cost. Pauses change nothing.
     ///
-    /// The observer is no type parameter. The loop is thus compiled once per engine in the library, and not
+    /// The observer is not a type parameter. So the loop is compiled once per engine in the library, and not
     /// for each closure of a caller.
     pub fn advance_for(
         &mut self,
@@ -112,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the contact that a particle has now, reports it, and repeats the predictions that it voids.
+    /// Executes the present contact of a particle, reports it, and repeats the predictions that it voids.
     #[inline]
     fn execute_contact(
         &mut self,

@@ -1,8 +1,8 @@
 //! Proof that no further event will ever happen.
 //!
 //! A long time without events is no proof: two spheres in a large periodic box may meet after thousands of
-//! crossings. It can be shown that no particle meets a surface, and that every pair recedes along the axes
-//! that are not periodic, or misses there by more than rounding.
+//! crossings. The proof shows that no particle meets a surface. It also shows for every pair that, along the
+//! axes that are not periodic, it recedes or misses by more than rounding.
 
 use super::parts::Engine;
 use super::predict::Streamed;
@@ -14,14 +14,14 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// Maximum number of pairs to test, in some hundredths of a second. Larger systems end when no particle
-/// changes its cell any more.
+/// Maximum number of pairs to test. The test takes a few hundredths of a second. Larger systems end only when
+/// no particle changes its cell any more.
 const MOST_PAIRS: usize = 4_000_000;
 
-/// Maximum number of pairs in adjacent cells to test in that case, in some seconds.
+/// Maximum number of pairs in adjacent cells to test in larger systems. The test takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Transitions without an event before the first attempt. They take longer than the proof.
+/// Transitions without an event before the first attempt. These transitions take longer than the proof.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -49,7 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
-        // Pairs inside one of their steps always have a predicted contact.
+        // Pairs inside a step of their potential always have a predicted contact.
         if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
@@ -79,8 +79,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Whether no particles in adjacent cells and no captured pairs meet. If no particle changes its cell, no
-    /// other pairs can.
+    /// Returns whether no particles in adjacent cells and no captured pairs meet. As long as no particle
+    /// changes its cell, no other pairs can meet.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
@@ -114,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
         let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
         if is_periodic && self.sources.surfaces.has_features() {
-            // They have infinitely many images.
+            // The features have infinitely many images.
             return true;
         }
         self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
@@ -154,8 +154,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Squared distance at which a pair outside its potential meets; `None` for pairs that never meet, or
-    /// that are inside.
+    /// Returns the squared distance at which a pair outside its potential meets; `None` for pairs that never
+    /// meet, or that are inside their potential.
     fn squared_range_from_outside(&self, a: u32, b: u32) -> Option<f64> {
         if !TABLE {
             return Some(self.pairs.rules.meeting(0, 0).squared);
@@ -178,7 +178,7 @@ mod tests {
     use crate::model::space::{Boundary, Face, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two balls ten apart along y, with a relative velocity.
+    /// Two balls at distance ten along y, with a relative velocity.
     fn balls(boundary: [Boundary; 3], velocity: [f64; 3]) -> Simulation {
         let mut space = Space::periodic_cube(40.0);
         space.boundary = boundary;
@@ -241,7 +241,7 @@ mod tests {
             Vector::from(velocity),
         );
         assert!(!Simulation::without_plan(far.build().unwrap()).is_over());
-        // It climbs for 10^9 and falls back.
+        // The ball climbs for a time of 10^9 and falls back.
         let thrown = hard(1e-9).particle("A", Vector::new(5.0, 5.0, 8.0), Vector::new(0.0, 0.0, 1.0)).particle(
             "B",
             Vector::new(5.0, 5.0, 2.0),

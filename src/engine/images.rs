@@ -1,14 +1,14 @@
 //! Images: the periodic images in which a particle can be met.
 //!
 //! A policy is chosen when particles are sorted into cells or lists. All code that needs a relative state
-//! uses it:
+//! uses this policy:
 //!
 //! | policy | applies to | images of a pair |
 //! |---|---|---|
-//! | nearest | boxes of five or more cells along each period, or with lists | the nearest one |
-//! | tied | four cells along a period | the nearest one; at half a period, where rounding decides which is nearest, also the other one |
-//! | several | three or fewer cells | all that can be met before either particle changes its cell |
-//! | sliding | sheared boxes, see [`lees_edwards`] | as above, and those above and below are displaced and move faster |
+//! | nearest | boxes of five or more cells along each period, or with lists | the nearest image |
+//! | tied | four cells along a period | the nearest image; at half a period, where rounding decides, also the other image |
+//! | several | three or fewer cells | all images that can be met before either particle changes its cell |
+//! | sliding | sheared boxes, see [`lees_edwards`] | as above, but the images above and below are displaced and move at another speed |
 
 mod lees_edwards;
 pub(super) mod travelled;
@@ -24,14 +24,14 @@ use crate::physics::motion::RelativeState;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 
-/// The axis along which images slide, and the axis along which their speed increases.
+/// The axis along which images slide, and the axis along which their velocity increases.
 pub(super) const FLOW: usize = 0;
 pub(super) const GRADIENT: usize = 1;
 
 /// The policy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
-    /// Several: the images of a small box beside the nearest one; empty for other boxes.
+    /// Several: the images of a small box other than the nearest; empty for other boxes.
     pub further: Vec<Vector>,
     /// Tied: axes along which neighbours can be half a period apart.
     pub tied: [bool; 3],
@@ -43,11 +43,11 @@ pub(super) struct ImagePolicy {
 pub(super) enum Way {
     /// All partners at once, each in its nearest image.
     Nearest,
-    /// As above, and also in the further images of a small box.
+    /// As above, and also in the other images of a small box.
     Several,
     /// All partners at once, across sliding sides.
     Sliding(Sliding),
-    /// One pair after the other, in all its images.
+    /// One pair after another, in all images of the pair.
     OneByOne,
 }
 
@@ -63,17 +63,17 @@ impl ImagePolicy {
         self.sliding.is_some()
     }
 
-    /// Whether the images of a scene are fixed, as neighbour lists require.
+    /// Returns whether the images of a scene are at rest. Neighbour lists require this.
     pub fn stay(scene: &Scene) -> bool {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// The policy for lists: the nearest image. Skins are chosen narrow enough for it.
+    /// Chooses the policy for lists: the nearest image. Skins are chosen narrow enough for this.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
 
-    /// The policy for cells.
+    /// Chooses the policy for cells.
     pub fn choose_for_cells(&mut self, cells: &Cells, periods: &Vector) {
         self.further = cells.grid.further_images(periods);
         self.tied = [false; 3];
@@ -92,7 +92,8 @@ impl ImagePolicy {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Largest displacement of sliding images, whole periods removed, in a time `[length]`.
+    /// Returns the largest displacement of sliding images after a time `[length]`. The initial displacement
+    /// is at most one period.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
@@ -153,27 +154,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// images.
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
-        // A distant partner can be across sliding sides however far from them this particle is.
+        // A distant partner can be across a sliding side even if this particle is far from the sides.
         !self.images.slide()
             || (self.ranges.are_captured_near()
                 && !self.has_own_interactions(particle)
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Whether the predicted contact of a particle stays valid when it enters another cell, so that only new
-    /// neighbours have to be tested. In a small box the possible images change then, and next to sliding
-    /// sides the neighbours do.
+    /// Returns whether the predicted contact of a particle stays valid when it enters another cell. Then only
+    /// new neighbours have to be tested. In a small box the possible images change in the new cell, and next
+    /// to sliding sides the neighbours change.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// Number of images on either side of the nearest one in which a bonded pair can meet before either
-    /// particle is predicted again.
+    /// Returns the number of images on either side of the nearest image in which a bonded pair can meet
+    /// before either particle is predicted again.
     ///
-    /// Until then each particle travels at most one cell. With three or more cells, a separation of at most
-    /// half a period therefore stays below seven sixths of a period, and the range is at most half a period.
-    /// While images along x slide, separations grow by a quarter more.
+    /// Until then, each particle travels at most one cell. With three or more cells, a separation of at most
+    /// half a period therefore stays below seven sixths of a period. The range is at most half a period.
+    /// While images along x slide, separations grow by another quarter of a period.
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
@@ -202,7 +203,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         state
     }
 
-    /// Displacement of the next image above, less whole periods, and the number of these periods.
+    /// Returns the displacement of the next image above, minus whole periods, and the number of these
+    /// periods.
     pub(super) fn displacement(&self) -> (f64, i32) {
         let period = self.state.periods[FLOW];
         self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))

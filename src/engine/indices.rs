@@ -8,7 +8,8 @@ use super::state::State;
 use super::{Chosen, Simulation};
 
 impl Simulation {
-    /// The first kind of index of particles, species or lists that is out of range; `None` if all are sound.
+    /// Returns the first kind of index of particles, species or lists that is out of range; `None` if all
+    /// indices are valid.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
         with_engine!(&self.engine, engine => engine.unsound_index(species))
@@ -101,7 +102,7 @@ mod tests {
                     Ok(read) if read.unsound_index().is_some() => refused[1] += 1,
                     Ok(mut read) => {
                         let _ = read.snapshot();
-                        // Whatever its numbers, it continues or returns an error.
+                        // Whatever the numbers, the simulation continues or returns an error.
                         read.enlarge();
                         let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
                         refused[2] += 1;

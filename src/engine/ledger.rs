@@ -4,8 +4,8 @@ use super::parts::Engine;
 use crate::Vector;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Counts the potential energy that a pair gains in an event, the dissipated and the supplied energy, and
-    /// their times.
+    /// Adds the dissipated and the supplied energy of an event, and each of them multiplied by the time of
+    /// the event. The potential energy that a pair gains is added only multiplied by this time.
     #[inline(always)]
     pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64, supplied: f64) {
         let time = self.clock.epoch + self.clock.now;
@@ -23,11 +23,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the change of `sum m v^2` by an event along each axis between walls. An internal impulse, from
-    /// another particle, counts in the virial of each such axis.
+    /// Adds the change of `sum m v^2` in an event along each axis between walls. An internal impulse, from
+    /// another particle, also counts in the virial of each such axis.
     ///
     /// The sum is constant between changes. Its integral up to a time `t` is therefore `t` times the final
-    /// value, less the sum of all changes multiplied by their times.
+    /// value, minus the sum of all changes multiplied by their times.
     ///
     /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species: `<sum m
     /// v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L` is

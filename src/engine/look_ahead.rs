@@ -1,8 +1,8 @@
 //! Prefetching of data that the next entries of the queue will touch.
 //!
-//! Successive events are far apart in space and therefore in memory. Each entry needs a chain of loads:
-//! particle, list or cells, and their contents, where each load gives the address of the next. The links are
-//! loaded some entries ahead, one after the other, so that none causes a wait.
+//! Successive events are far apart in space and therefore in memory. Each entry needs a chain of loads: the
+//! particle, its list or cells, and their contents. Each load gives the address of the next load. These loads
+//! are done one after another, a few entries ahead, so that no load causes a wait.
 
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction};
@@ -11,8 +11,8 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Number of entries ahead at which the particle and its partner, the addresses of their neighbours, and the
-/// neighbours are prefetched.
+/// Number of entries ahead at which data are prefetched: the particle and its partner, the addresses of their
+/// neighbours, and the neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;
@@ -82,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Prefetches captured partners, which are not in lists.
+    /// Prefetches captured partners, because they are not in lists.
     #[inline]
     fn prefetch_captured(&self, particle: u32) {
         if TABLE {

@@ -32,8 +32,8 @@ pub enum Search {
     Cells,
     /// Verlet lists: the neighbours are in the particle's list.
     Lists {
-        /// Half of the skin: the distance that a particle may move from its centre before its list is rebuilt
-        /// `[length]`.
+        /// Half of the skin: the distance that a particle may move from the centre of its list before the
+        /// list is rebuilt `[length]`.
         half_skin: f64,
     },
 }
@@ -42,7 +42,7 @@ pub enum Search {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
-    /// Particles by the cell that they are in.
+    /// Cells, with the particles in each cell.
     Cells(Cells),
     /// Verlet lists.
     Lists(VerletLists),
@@ -67,8 +67,8 @@ impl Neighbours {
         }
     }
 
-    /// Adds a particle with an empty list at `place`, or at its position if there is no place or it belongs
-    /// to the other method.
+    /// Adds a particle with an empty list at `place`. Uses its position instead if there is no place, or if
+    /// the place belongs to the other method.
     pub fn push(&mut self, position: &Vector, place: Option<Place>) {
         match (self, place) {
             (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
@@ -153,19 +153,21 @@ impl fmt::Display for Search {
     }
 }
 
-/// Number of particles beyond its range that a list should hold in one, two and three dimensions, at the mean
-/// density. A larger number slows down every prediction, a smaller one requires more searches. Measured in
-/// three dimensions in hard-sphere fluids and crystals and in square wells, whose pairs within range are
-/// captured and in no list. Half or twice this number costs about a tenth of the speed.
+/// Number of particles beyond its range that a list should hold at the mean density, in one, two and three
+/// dimensions. A larger number slows down every prediction. A smaller number requires more searches. The
+/// number was measured in three dimensions in hard-sphere fluids and crystals and in square wells. In square
+/// wells, pairs within range are captured and are in no list. Half or twice this number costs about a tenth
+/// of the speed.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Lists pay up to this reach, in units of the range. It corresponds to a packing fraction of 0.36. For hard
-/// spheres, cells are as fast at 0.35 with 11,000 particles and at 0.38 with ten times as many; for square
-/// wells, at a reach of 1.66.
+/// Lists pay up to this reach, in units of the range. It corresponds to a packing fraction of 0.36. Cells and
+/// lists are equally fast for hard spheres at a packing fraction of 0.35 with 11,000 particles, and at 0.38
+/// with ten times as many. For square wells, they are equally fast at a reach of 1.66.
 const WORTHWHILE: f64 = 1.69;
 
-/// The limit with three or fewer cells along a period, where every particle is a candidate in several images:
-/// a packing fraction of 0.14. Ten hard spheres are as fast in cells between 0.1 and 0.15.
+/// The limit with three or fewer cells along a period, where every particle is a candidate in several images.
+/// It corresponds to a packing fraction of 0.14. For ten hard spheres, cells and lists are equally fast
+/// between 0.1 and 0.15.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
 /// The method changes only if the limit is exceeded by this fraction.
@@ -174,12 +176,13 @@ const HYSTERESIS: f64 = 0.05;
 /// The skin changes only if the new one differs by this fraction.
 const DIFFERENT: f64 = 0.3;
 
-/// Up to this many particles can all be listed at little cost.
+/// Up to this number of particles, all particles can be listed at little cost.
 const FEW: usize = 32;
 
-/// Half a skin in ranges, for a few particles in a box longer than [`LONG`] ranges along all axes, where they
-/// fly far before they meet. Contacts are predicted from at most three times this distance, where the overlap
-/// function has an error of about the square of that, some `1e5` units in the last place.
+/// Half skin, in units of the range, for a few particles in a box longer than [`LONG`] ranges along all axes.
+/// There, particles fly far before they meet. Contacts are predicted from at most three times this distance.
+/// The error of the overlap function there is about the square of that distance, roughly `1e5` units in the
+/// last place.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
@@ -204,13 +207,13 @@ impl Search {
         Self::choose_among(&scene.space, range, positions, None)
     }
 
-    /// The method for particles at `positions` that interact up to `range`, given the current one.
+    /// Returns the method for particles at `positions` that interact up to `range`, given the current one.
     #[must_use]
     pub fn choose(space: &Space, range: f64, positions: &[Vector], current: Option<Self>) -> Self {
         Self::choose_among(space, range, || positions.iter().copied(), current)
     }
 
-    /// The method for positions given by an iterator that can be started again.
+    /// Returns the method for positions from an iterator that can be restarted.
     pub(super) fn choose_among<I: Iterator<Item = Vector>>(
         space: &Space,
         range: f64,
@@ -223,10 +226,10 @@ impl Search {
             return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
         }
         let reach = reach_of_lists(space, range, local_density(space, range, &positions));
-        // A small box has room for a thin skin only. This is still better than testing all images of all
-        // other particles.
+        // A small box has room for a thin skin only. A thin skin is still better than testing all images of
+        // all other particles.
         let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
-        // NaN, from no particles or no range, selects cells.
+        // The reach is NaN if there are no particles or no range. Then cells are selected.
         if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
         }
@@ -265,7 +268,7 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
 ///
 /// If particles fill only part of the box, the density of that part counts.
 fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Number of particles in a cell, large enough that one more or less makes no difference.
+    /// Number of particles in a cell, large enough that one particle more or less makes no difference.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
@@ -280,7 +283,8 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
 
 /// Number density around particles, from counts in cells of about a given side.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
-    /// A dense array of cells is used if there are no more cells than particles, or than this number.
+    /// A dense array of cells is used if there are at most as many cells as particles, or at most this
+    /// number.
     const SOME: usize = 4096;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
@@ -305,7 +309,7 @@ fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positi
     elsewhere.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
     let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
-    // Sums of integers, which are exact in any order.
+    // Sums of integers, which are exact in any order of summation.
     let (mut squares, mut all) = (0.0, 0.0);
     for n in counts.into_iter().map(f64::from).chain(others) {
         (squares, all) = (squares + n * n, all + n);

@@ -5,11 +5,11 @@ use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// Optional observer of the event loop. It is called at each event, and the loop ends after the event at
-/// which it breaks.
+/// Optional observer of the event loop. It is called at each event. If it breaks, the loop ends after that
+/// event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Calls the observer. The event is only constructed if there is one.
+/// Calls the observer. The event is constructed only if there is an observer.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -41,15 +41,16 @@ impl ObserverResult for ControlFlow<()> {
 }
 
 impl Simulation {
-    /// Iterates over the physical events of pairs and surfaces, and those of the heat bath, up to a time or a
-    /// number of events.
+    /// Iterates over physical events up to a time or a number of events: the events of pairs and surfaces,
+    /// and the collisions with the heat bath.
     ///
     /// The simulation is at the event that was returned last, and [`EventSequence::simulation`] gives access
-    /// to it. It stays there if the loop ends early. Continuing gives the same bits as a run without a pause.
-    /// For very many events, [`Self::advance_with`] is faster because it does not return for each.
+    /// to it. The simulation stays there if the loop ends early. Continuing gives the same bits as a run
+    /// without a pause. For very many events, [`Self::advance_with`] is faster because it does not return for
+    /// each event.
     ///
-    /// With an infinite time it continues forever, as [`Self::advance`] does, if nothing happens and this
-    /// cannot be proven.
+    /// With an infinite time, the iteration continues forever, as [`Self::advance`] does, if nothing happens
+    /// and the engine cannot prove that nothing will.
     ///
     /// ```
     /// use carom::engine::{Simulation, Until};
@@ -74,9 +75,9 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// The last item is an [`EngineError`] if the simulation cannot continue: [`EngineError::Arrest`] after
-    /// the event at which events are found to continue without time, and [`EngineError::InvariantBroken`] in
-    /// an impossible state.
+    /// The last item is an [`EngineError`] if the simulation cannot continue. It is [`EngineError::Arrest`]
+    /// after the event at which events are found to continue without any advance of time. It is
+    /// [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "step")]
     pub fn events(&mut self, until: Until) -> EventSequence<'_> {
         EventSequence { simulation: self, until, error: None, reason: None, is_over: false }
@@ -102,7 +103,7 @@ impl EventSequence<'_> {
         self.simulation
     }
 
-    /// Why there are no more events; `None` while there may be more, and after an error.
+    /// Returns the reason why there are no more events; `None` while there may be more, and after an error.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.reason
@@ -252,7 +253,7 @@ mod tests {
         assert_eq!(found, expected);
         assert_eq!(watched.snapshot(), plain.snapshot());
 
-        // Stopped at an event, and then at a time.
+        // Stopped first at an event, and then at a time.
         let mut stopped = fluid();
         let third = stopped.events(until).nth(2).unwrap().unwrap();
         assert_eq!((third, stopped.time()), (expected[2], expected[2].time));

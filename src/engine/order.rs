@@ -1,4 +1,4 @@
-//! Numbering of particles: those close in space get close numbers, and are therefore close in memory.
+//! Numbering of particles: particles close in space get close numbers, and are therefore close in memory.
 //!
 //! The ids of the scene are the user's names for particles. No output depends on the numbers.
 
@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::Space;
 
-/// Number of cells per axis of the curve, as a power of two.
+/// Number of cells per axis of the curve, as the exponent of a power of two.
 const BITS: u32 = 10;
 
 /// The ids of particles along Morton's space-filling curve through the box.
@@ -27,7 +27,7 @@ pub(super) fn along_curve(space: &Space, positions: &[Vector]) -> Vec<u32> {
     keyed.into_iter().map(|(_, id)| id).collect()
 }
 
-/// Inserts two zero bits between adjacent bits of the lowest ten.
+/// Inserts two zero bits after each of the lowest ten bits.
 fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;

@@ -1,5 +1,5 @@
 //! Pairs with an interaction of their own that does not hold them together. No neighbour search would find
-//! them again.
+//! these pairs again.
 //!
 //! Other uncaptured pairs meet in the cells or lists around a particle. A pair with its own interaction keeps
 //! its state wherever its particles are, and may meet again through any side of a periodic box.
@@ -18,8 +18,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// The first contact with such a partner, in any image, before the particle leaves its cell or skin. Then
-    /// it is predicted again.
+    /// Predicts the first contact with a partner outside its own interaction, in any image. Only contacts
+    /// before the particle leaves its cell or skin count, because the particle is then predicted again.
     pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

@@ -1,4 +1,5 @@
-//! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC model.
+//! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC
+//! model.
 
 pub mod bias;
 pub mod contacts;
@@ -22,7 +23,7 @@ pub struct Pairs {
     pub states: CapturedPairs,
     /// When each particle last had a contact, for the TC model.
     pub contact_times: Option<ContactTimes>,
-    /// Whether some pairs have interactions of their own that do not hold them together.
+    /// Whether there are pairs with interactions of their own that do not hold them together.
     pub has_own_interactions: bool,
     /// Weights that replace the potential energy.
     pub bias: Option<Box<Bias>>,

@@ -24,7 +24,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// For `particles` that can be captured.
+    /// Memory for predictions of `particles` that can be captured.
     pub fn new(particles: usize) -> Self {
         Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
@@ -68,7 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction
     }
 
-    /// Contacts with captured partners: both sides of the pair's state.
+    /// Predicts contacts with captured partners, on both sides of the pair's state.
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         let Pairs { states, rules, .. } = &self.pairs;
         let captured = states.of(me.id);
@@ -179,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_in_further_images(me, other, (&state, is_across), squared, prediction);
     }
 
-    /// The contacts of an uncaptured pair in images other than the nearest.
+    /// Predicts the contacts of an uncaptured pair in images other than the nearest.
     #[inline]
     pub(super) fn predict_in_further_images(
         &self,
@@ -196,16 +196,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The relative state of a particle and another, and whether the other's image lies across the sides of a
-    /// sheared box.
+    /// Returns the state of another particle relative to a particle, and whether the other particle's image
+    /// lies across the sides of a sheared box.
     #[inline]
     pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
         self.nearest(me.position - position, me.velocity - velocity, me.time)
     }
 
-    /// Time to the pair's next event at a discontinuity with the given squared distance and side. May omit an
-    /// event later than `horizon`.
+    /// Returns the time to the pair's next event at a discontinuity with the given squared distance and side.
+    /// An event later than `horizon` may be omitted.
     #[inline]
     pub(super) fn detect(
         &self,
@@ -230,8 +230,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         inertial::next_event(&Quadratic::new(state, squared), side)
     }
 
-    /// Keeps a pair event if it is the earliest so far. Of simultaneous events, the one with the lower ids is
-    /// kept.
+    /// Keeps a pair event if it is the earliest so far. Of simultaneous events, the event with the lower ids
+    /// is kept.
     #[inline]
     pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
@@ -241,13 +241,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Far above the rounding of a squared distance. A pair that can meet just before the horizon is thus never
-/// omitted, in whatever order pairs are tested.
+/// A factor far above the rounding of a squared distance. With it, a pair that can meet just before the
+/// horizon is never omitted, in whatever order pairs are tested.
 pub(super) const SLACK: f64 = 1.0 + 1e-9;
 
-/// Whether a pair is too far apart to reach its discontinuity from outside within `horizon`, at the sum of all speeds.
+/// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even at
+/// the sum of all speeds.
 ///
-/// `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or NaN horizon rejects nothing.
+/// The condition is `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or NaN horizon
+/// rejects nothing.
 #[inline]
 pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;

@@ -1,4 +1,4 @@
-//! The prediction of a particle: its earliest contact, its transition, and the time of the earlier one.
+//! The prediction of a particle: its earliest contact, its transition, and the earlier of their two times.
 
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// Kind of a predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
-    /// A discontinuity of its potential with the partner.
+    /// A discontinuity of the particle's potential with the partner.
     Pair(Side),
     /// A surface, whose index is stored instead of the partner's event count.
     Surface,
@@ -24,24 +24,26 @@ pub(super) enum Contact {
 pub(super) struct Prediction {
     /// Time of the contact since the epoch; infinite if there is none.
     pub contact_time: f64,
-    /// Time at which it leaves its cell, or the skin of its list, since the epoch; infinite if it never does.
+    /// Time since the epoch at which the particle leaves its cell, or the skin of its list; infinite if it
+    /// never does.
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
     /// The partner's event count at the time of prediction, or the index of a surface.
     pub partner_events: u32,
-    /// Orders simultaneous contacts: pairs before surfaces, then by the lower id of the pair or particle,
-    /// then the lower particle's prediction first.
+    /// Orders simultaneous contacts. Pairs come before surfaces. Then the lower id of the pair or particle
+    /// decides, and then the prediction of the lower particle comes first.
     pub tie_order: u32,
     pub contact: Contact,
-    /// The face of the cell through which it leaves; unused with lists.
+    /// The face of the cell through which the particle leaves; unused with lists.
     pub exit: CellFace,
 }
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// In a part of a system, numbers from this one on denote absent partners: their ids are counted from here.
-/// Contacts with them are void, because they have changed course. There are fewer than `2^29` particles.
+/// In a part of a system, numbers from this number on denote absent partners: the number minus this number is
+/// the partner's id. Contacts with absent partners are void, because these partners have changed course.
+/// There are fewer than `2^29` particles.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
 /// The number that denotes an absent partner with the given id.
@@ -77,8 +79,8 @@ impl Prediction {
         self.contact_time.min(self.transition_time)
     }
 
-    /// Whether a pair's event comes before the predicted one. If they are simultaneous, the lower ids come
-    /// first.
+    /// Returns whether a pair's event comes before the predicted event. If they are simultaneous, the event
+    /// with the lower ids comes first.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
         let name = |particle: u32| id_of(particle, bodies);
@@ -101,7 +103,7 @@ impl Prediction {
         self.contact = Contact::Pair(side);
     }
 
-    /// The partner, if the contact is one of a pair.
+    /// Returns the partner, if the contact is a pair contact.
     #[inline]
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
@@ -110,7 +112,8 @@ impl Prediction {
         }
     }
 
-    /// Whether no contact is predicted but the search for contacts with moving surfaces must be continued.
+    /// Returns whether no contact is predicted, but the search for contacts with moving surfaces must
+    /// continue.
     #[inline]
     pub fn is_search(&self) -> bool {
         self.contact == Contact::Surface && self.partner_events == SEARCH
@@ -129,7 +132,7 @@ impl Prediction {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
 
-    /// Replaces the predicted contact by one with a surface.
+    /// Replaces the predicted contact by a contact with a surface.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;

@@ -1,5 +1,6 @@
-//! SIMD filter of pairs that must be predicted one by one, because they accelerate relative to each other or
-//! meet in several images of a small box. It skips pairs that cannot meet before the earliest contact so far.
+//! SIMD filter for pairs that must be predicted one by one, because they accelerate relative to each other or
+//! meet in several images of a small box. The filter skips pairs that cannot meet before the earliest contact
+//! so far.
 
 use super::batch::{Batch, dot, minimum_image};
 use super::images::{FLOW, GRADIENT};
@@ -13,8 +14,8 @@ struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// By species, the squared distances of contact `[length^2]`; infinite for species that are always
-    /// tested, negative infinity for species that are not met this way.
+    /// By species, the squared distance of contact `[length^2]`. It is infinite for species that are always
+    /// tested, and negative infinity for species that are not met in this way.
     squared: &'a [f64],
     horizon: f64,
 }
@@ -29,7 +30,7 @@ impl Work for WithinReach<'_> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // This position is wrong for accelerating partners, which have an infinite range. The range of
+            // This position is wrong for accelerating partners, but their range is infinite. The range of
             // partners that are not met is NaN.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
@@ -59,7 +60,7 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
             let squared: [f64; MOST_LANES] =
                 std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
-            // The nearest of the other images is across one side: `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`.
+            // The nearest of these other images is across one side: `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`.
             let mut further = F::all(f64::INFINITY);
             for (&apart, &period) in r.iter().zip(batch.periods).filter(|(_, period)| period.is_finite()) {
                 further = F::all(period * period).sub(size(apart).mul(F::all(2.0 * period))).least(further);
@@ -77,7 +78,7 @@ struct HalfAPeriodAway<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Minimum separation along each axis; infinite along axes where none qualifies.
+    /// Minimum separation along each axis; infinite along axes on which no candidate qualifies.
     least: [f64; 3],
 }
 
@@ -152,15 +153,16 @@ fn size<F: Lanes>(x: F) -> F {
 }
 
 impl Batch<'_> {
-    /// Bit mask of the [`MOST_LANES`] candidates whose nearest image is at least `least` away along one of
-    /// the axes.
+    /// Returns the bit mask of the [`MOST_LANES`] candidates whose nearest image is at least `least` away
+    /// along any of the axes.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
     }
 
-    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in a sheared box, from their stored positions.
-    /// It may include some that cannot be met, and never omits one that can.
+    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in a
+    /// sheared box, from their stored positions. It may include candidates that cannot be met, but never
+    /// omits a candidate that can be met.
     #[inline]
     fn within_reach_across<const FALLING: bool>(
         &self,
@@ -172,16 +174,17 @@ impl Batch<'_> {
         self.width.run(AcrossSlidingSides::<FALLING> { batch: self, me, others, sliding, horizon })
     }
 
-    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in an image other than the nearest one. It may include
-    /// some that cannot be met, and never omits one that can.
+    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in an
+    /// image other than the nearest. It may include candidates that cannot be met, but never omits a
+    /// candidate that can be met.
     #[inline]
     fn within_reach_of_another_image<const FALLING: bool>(&self, me: &Streamed, others: &[u32], horizon: f64) -> u32 {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time, at the sum of all
-    /// speeds: `|r| <= s + (|v| + |a| T / 2) T`. It may include some that cannot be met, and never omits one
-    /// that can.
+    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time, at the
+    /// sum of all speeds: `|r| <= s + (|v| + |a| T / 2) T`. It may include candidates that cannot be met, but
+    /// never omits a candidate that can be met.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -189,8 +192,8 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with candidates that are not captured and must be tested one at a time: those within reach before the
-    /// earliest contact so far.
+    /// Predicts the first contact with uncaptured candidates that must be tested one at a time. Only
+    /// candidates within reach before the earliest contact so far are tested.
     pub(super) fn predict_within_reach(
         &self,
         me: &Streamed,
@@ -210,8 +213,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The first contact with uncaptured candidates for a particle near the sliding sides of a sheared box,
-    /// before it leaves its cell at `leaves` and is predicted again.
+    /// Predicts the first contact with uncaptured candidates for a particle near the sliding sides of a
+    /// sheared box. Only contacts before `leaves` count, when the particle leaves its cell and is predicted
+    /// again.
     pub(super) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
@@ -230,8 +234,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// The first contact with uncaptured candidates in images other than the nearest, before the particle
-    /// leaves its cell at `leaves` and is predicted again.
+    /// Predicts the first contact with uncaptured candidates in images other than the nearest. Only contacts
+    /// before `leaves` count, when the particle leaves its cell and is predicted again.
     pub(super) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -254,11 +258,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Bit mask of all [`MOST_LANES`].
+/// Bit mask of all [`MOST_LANES`] candidates.
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Predicts the candidates that are kept for a horizon: the time to the earliest contact so far, or to the
-/// last time of interest.
+/// Predicts the candidates that `kept` selects for a horizon. The horizon is the time to the earliest contact
+/// so far, or to `last` if that is earlier.
 #[inline]
 fn for_each_kept(
     others: &[u32],

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub struct QueueEntry {
     /// Time since the epoch.
     pub time: f64,
-    /// Which particle.
+    /// Number of the particle.
     pub particle: u32,
     /// Orders entries of the same time, before [`Pending::rank`].
     pub tie_order: u32,
@@ -46,7 +46,7 @@ pub trait Pending {
     /// The entry of a particle; its time is infinite if the particle is never due.
     fn entry(&self, particle: u32) -> QueueEntry;
 
-    /// Orders entries of the same time and tie order, independently of numbers in memory.
+    /// Orders entries of the same time and tie order, independently of the order in memory.
     fn rank(&self, particle: u32) -> u64;
 
     /// Prefetches the prediction of a particle.
@@ -59,20 +59,20 @@ const LONGEST: f64 = 1e290;
 /// Number of particles to which [`TARGET`] refers.
 const PARTICLES: usize = 8;
 
-/// Number of steps for these particles to which the length of an epoch is tuned, and the number of entries in
-/// a bucket at the default number of buckets.
+/// Number of steps per epoch of [`PARTICLES`] particles, to which the length of an epoch is tuned. Also the
+/// number of entries in a bucket at the default number of buckets.
 const TARGET: u32 = 64;
 
-/// An epoch ends early after this many times the steps to which its length is tuned. If it was planned in a
-/// quiet time, such as a start at rest or with distant particles, it would otherwise count the times of a
-/// busy period with too few digits.
+/// An epoch ends early after this multiple of the steps to which its length is tuned. It may have been
+/// planned in a quiet time, such as a start at rest or with distant particles. If such an epoch did not end
+/// early, the times of a busy period would have too few digits.
 const CROWDED: u64 = 4;
 
-/// Number of parts of an epoch. It may end early at their ends. They and its length are independent of
-/// buckets, so that the queue's layout does not affect the results.
+/// Number of parts of an epoch. An epoch may end early at the end of a part. The parts and the length of an
+/// epoch are independent of buckets, so that the queue's layout does not affect the results.
 const TICKS: usize = 64;
 
-/// While a bucket is opened, particles this many entries ahead are prefetched.
+/// Number of entries by which prefetching runs ahead while a bucket is opened.
 const AHEAD: usize = 8;
 
 /// Event queue: entries between the epoch and its horizon. Later entries are not stored.
@@ -83,23 +83,23 @@ pub struct EventQueue {
     buckets: Buckets,
     /// Scratch: the particles of the bucket that is being opened.
     opened: Vec<u32>,
-    /// Index of the bucket in `front`.
+    /// Index of the bucket that is in `front`.
     cursor: usize,
     /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
     /// Number of steps in this epoch: entries that were due.
     steps: u64,
-    /// Number of steps to which its length is tuned.
+    /// Number of steps to which the length of an epoch is tuned.
     target: u64,
 }
 
 impl EventQueue {
-    /// A queue for `particles`. At present `due` of them have an entry, half of these within `median` of the
-    /// epoch.
+    /// Returns a queue for `particles`. At present, `due` of them have an entry, and half of these entries
+    /// are within `median` of the epoch.
     ///
-    /// The others may move later, and an epoch, whose cost is proportional to the number of particles, has to
-    /// pay then.
+    /// The other particles may become due later. The cost of an epoch is proportional to the number of
+    /// particles. An epoch must be long enough to pay then, too.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
         // At least eight steps per particle and epoch, even for few particles. A longer epoch counts times
@@ -135,8 +135,8 @@ impl EventQueue {
         self.width * self.buckets.count() as f64
     }
 
-    /// Time from the epoch to the end of the bucket that time has reached, which is where the epoch moves
-    /// next. It is the span, unless there were too many entries.
+    /// Returns the time from the epoch to the end of the bucket that time has reached. The epoch moves there
+    /// next. This time is the span, unless there were too many entries.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.width * (self.cursor + 1) as f64
@@ -171,9 +171,10 @@ impl EventQueue {
 
     /// Returns the earliest entry.
     ///
-    /// Returns `None` if the epoch has ended, at the horizon or after too many entries, or if nothing is due
-    /// in the buckets up to that of `limit`. The queue opens no later bucket, because an event at `limit` may
-    /// add entries behind it. An epoch that ends early ends at the first tick after too many entries.
+    /// Returns `None` if the epoch has ended, at the horizon or after too many entries. Also returns `None`
+    /// if nothing is due in the buckets up to the bucket of `limit`. Later buckets stay closed, because an
+    /// event at `limit` may add entries that are due before them. After too many entries, the epoch ends
+    /// early, at the next tick.
     #[inline]
     pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
@@ -206,7 +207,7 @@ impl EventQueue {
         self.front.pop();
     }
 
-    /// The particle whose entry follows after `ahead` others, if it is in the front.
+    /// Returns the particle whose entry comes after `ahead` other entries, if it is in the front.
     #[inline]
     #[must_use]
     pub fn coming(&self, ahead: usize) -> Option<u32> {
@@ -243,8 +244,8 @@ impl EventQueue {
         }
     }
 
-    /// Orders the entries with the same time and tie order as the one at index `first`, each particle once.
-    /// Returns the index after the last of them.
+    /// Sorts the entries with the same time and tie order as the entry at index `first`, and keeps each
+    /// particle once. Returns the index after the last of these entries.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
         let one = self.front[first];
@@ -262,7 +263,8 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// An empty queue of the same epoch for some of the particles. It ends only at the epoch's horizon.
+    /// Returns an empty queue of the same epoch for a subset of the particles. It ends only at the epoch's
+    /// horizon.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
         // As many entries per bucket as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
@@ -308,7 +310,7 @@ impl EventQueue {
         self.steps
     }
 
-    /// Steps that the length of an epoch is tuned to.
+    /// Returns the number of steps to which the length of an epoch is tuned.
     pub fn target(&self) -> u64 {
         self.target
     }
@@ -319,14 +321,15 @@ impl EventQueue {
         self.buckets.clear();
     }
 
-    /// Empties the queue for a new epoch, and tunes its length to the number of steps of the last one.
+    /// Empties the queue for a new epoch, and tunes the length of the epoch to the number of steps of the
+    /// last epoch.
     pub fn restart(&mut self) {
         self.clear();
         let expected = self.target as f64 * (self.reached() / self.span());
         let crowd = self.steps as f64 / expected;
         (self.cursor, self.steps) = (0, 0);
-        // Nothing changes within a factor of two of the target. An empty epoch is followed by a much longer
-        // one.
+        // The length does not change if the steps are within a factor of two of the target. An empty epoch is
+        // followed by a much longer epoch.
         let factor =
             if (0.5..=2.0).contains(&crowd) { 1.0 } else { power_of_two(crowd.recip().clamp(1.0 / 1024.0, 1024.0)) };
         let width = self.width * factor;

@@ -19,11 +19,11 @@ pub enum PairStates {
     FromDistances,
 }
 
-/// Why a simulation rejects positions or velocities. It is unchanged then.
+/// Why a simulation rejects positions or velocities. A rejection leaves the simulation unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetStateError {
-    /// Their number differs from the number of particles.
+    /// The number of vectors differs from the number of particles.
     #[error("{found} vectors, expected one for each of {expected} particles")]
     Count {
         /// The number of particles.
@@ -31,7 +31,7 @@ pub enum SetStateError {
         /// Number of vectors given.
         found: usize,
     },
-    /// A component is not finite, or so large that its powers are not.
+    /// A component is not finite, or so large that its powers are not finite.
     #[error("a component of particle {} is not a number from -1e50 to 1e50", particle.0)]
     NotFinite {
         /// The particle.
@@ -67,11 +67,12 @@ pub enum SetStateError {
 impl Simulation {
     /// Gives all particles new velocities, in the order of their ids, and predicts everything again.
     ///
-    /// The kinetic energy that they gain is counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
+    /// The kinetic energy that the particles gain is counted in
+    /// [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
     ///
     /// # Errors
-    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], and [`SetStateError::Fixed`] for a static particle or a flat axis with a
-    /// velocity.
+    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], and [`SetStateError::Fixed`] for a velocity of
+    /// a static particle or along a flat axis.
     #[doc(alias = "velocity create")]
     pub fn set_velocities(&mut self, velocities: &[Vector]) -> Result<(), SetStateError> {
         self.check_vectors(velocities, |_| Vector::zeros(), &Vector::zeros())?;
@@ -81,13 +82,15 @@ impl Simulation {
 
     /// Sets the positions of all particles, in the order of their ids, and predicts everything again.
     ///
-    /// Positions beyond the sides of periodic axes are wrapped, which counts in the images. The potential energy that the particles gain is
-    /// counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
+    /// Positions beyond the sides of periodic axes are wrapped, and the image numbers count the wraps. The
+    /// gain in potential energy is counted in [`EventCounts::supplied`](super::event::EventCounts::supplied),
+    /// so that the energy balance holds.
     ///
     /// # Errors
-    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], [`SetStateError::Fixed`] for a static particle or a flat axis with
-    /// another position, and [`SetStateError::Overlap`] with the deepest overlap beyond round-off, unless the scene allows an invalid start.
-    /// In a sheared box [`SetStateError::OutsideOfShearedBox`], and while diameters grow [`SetStateError::Growing`].
+    /// [`SetStateError::Count`] and [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] for a new position
+    /// of a static particle or along a flat axis. [`SetStateError::Overlap`] with the deepest overlap beyond
+    /// round-off, unless the scene allows an invalid start. In a sheared box,
+    /// [`SetStateError::OutsideOfShearedBox`]. While diameters grow, [`SetStateError::Growing`].
     pub fn set_positions(&mut self, positions: &[Vector], states: PairStates) -> Result<(), SetStateError> {
         if self.is_growing() {
             return Err(SetStateError::Growing);
@@ -115,7 +118,8 @@ impl Simulation {
         }
     }
 
-    /// Rejects invalid vectors: static particles must have `fixed`, and all particles `flat` along flat axes.
+    /// Rejects invalid vectors. Vectors of static particles must equal `fixed`, and components along flat
+    /// axes must equal `flat`.
     fn check_vectors(
         &self,
         vectors: &[Vector],
@@ -206,7 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.state.images.add(particle, axis, images);
             }
         }
-        // Rounding can leave it one period off.
+        // Rounding can leave the particle one period outside.
         let position = self.state.bodies[particle as usize].position;
         self.wrap(particle, &position);
     }

@@ -1,5 +1,5 @@
-//! Snapshots: positions, velocities and energies at one time, computed from delayed states without changing
-//! them.
+//! Snapshots: positions, velocities and energies at one time. They are computed from delayed states, which do
+//! not change.
 
 use super::hardware::prefetch::prefetch;
 use super::parts::Engine;
@@ -26,8 +26,8 @@ pub struct Snapshot {
     /// Periods travelled along each axis since the start. The position without wrapping is `position +
     /// image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
     pub images: Vec<[i32; 3]>,
-    /// Displacement along x of the next image above, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box
-    /// at rest `[length]`.
+    /// Displacement along x of the next image above, minus whole periods `[length]`. It lies in
+    /// `(-L_x / 2, L_x / 2]`, and is 0 in a box at rest.
     pub displacement: f64,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
@@ -61,12 +61,12 @@ pub struct Energy {
     pub kinetic: f64,
     /// `sum m/2 |v - u|^2`, with the streaming velocity `u` of a sheared box; otherwise the kinetic energy.
     pub thermal: f64,
-    /// Pair energies by pair state, and `- m a . r` of accelerated particles (unwrapped positions).
+    /// Pair energies by pair state, plus `- m a . r` of accelerated particles (unwrapped positions).
     pub potential: f64,
-    /// The part of `potential` that comes from pairs.
+    /// The contribution of pairs to `potential`.
     pub pair: f64,
-    /// `sum m v^2 / V` along each axis between two walls, with the volume that the centres of each species
-    /// can reach; 0 along other axes `[energy / length^D]`.
+    /// `sum m v^2 / V` along each axis between two walls; 0 along other axes `[energy / length^D]`. `V` is
+    /// the volume that the centres of each species can reach.
     pub confined: Vector,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
@@ -174,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
                     let image = self.state.images.of(particle)[axis];
-                    // The period of an axis that is not periodic is infinite, and its image number 0.
+                    // Along an axis that is not periodic, the period is infinite and the image number is 0.
                     let unwrapped =
                         position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
                     external.add(-mass * species.acceleration[axis] * unwrapped);

@@ -1,7 +1,7 @@
 //! Event sources, one file for each kind of event.
 //!
-//! A source owns its data, gives the time of its next event, executes it, and returns what has to be
-//! predicted again. There are two kinds:
+//! A source owns its data, gives the time of its next event, and executes this event. It returns the
+//! particles that have to be predicted again. There are two kinds:
 //!
 //! - contacts and transitions of a particle, the earliest of which is its prediction: [`pair`], [`surface`],
 //!   [`cell_transition`] and [`list_rebuild`]. Prediction gets times from them. The event loop executes them
@@ -45,19 +45,19 @@ pub(super) struct Sources {
     pub surfaces: Surfaces,
     /// Geometry for the pressure between walls; `None` without walls.
     pub confinement: Option<Confinement>,
-    /// Random numbers of the surfaces, if some are thermal.
+    /// Random numbers of the surfaces, if any surface is thermal.
     pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
     /// A distance that is held in a window.
     pub restraint: Option<Box<Restraint>>,
-    /// Whether changes of velocities are passed on: to the pressure between walls, or to a restraint.
+    /// Whether velocity changes are reported to the pressure between walls or to a restraint.
     pub is_watched: bool,
     /// Time of the next global event since the epoch; infinite if there is none.
     pub next_global: f64,
 }
 
-/// Global events. Of simultaneous ones, the upper one comes first.
+/// Global events. Of simultaneous events, the event listed first comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum GlobalEvent {
     AndersenCollision,
@@ -117,7 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether there are events besides those of pairs and surfaces. Then the dynamics never end.
+    /// Returns whether there are events other than those of pairs and surfaces. If so, the dynamics never
+    /// end.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
@@ -148,7 +149,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the predicted transition of a particle: into the next cell, or out of the skin of its neighbour list.
+    /// Executes the predicted transition of a particle, into the next cell or out of the skin of its
+    /// neighbour list.
     #[inline]
     pub(super) fn execute_transition(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         match self.neighbours {

@@ -15,7 +15,7 @@ pub enum NeedsRun {
         "only a run carries out stage `{name}` of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Stage {
-        /// Its name.
+        /// Name of the stage.
         name: String,
     },
     /// An equilibration.
@@ -41,10 +41,10 @@ pub enum NeedsRun {
 }
 
 impl Simulation {
-    /// The dynamics of a scene from its start: chooses the engine and predicts the first events.
+    /// Starts the dynamics of a scene: chooses the engine and predicts the first events.
     ///
-    /// Gravity, walls, shear and an Andersen thermostat are included, with the same bits as in a
-    /// [`Run`](crate::run::Run). The length of the run, measurements and output are not.
+    /// Includes gravity, walls, shear and an Andersen thermostat, with the same bits as in a
+    /// [`Run`](crate::run::Run). Does not include the length of the run, measurements and output.
     ///
     /// # Errors
     /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a
@@ -76,8 +76,8 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// The dynamics of a scene alone. Its [`RunPlan`](crate::model::RunPlan) is ignored: stages,
-    /// equilibration and thermostat.
+    /// Returns the dynamics of a scene alone, without its [`RunPlan`](crate::model::RunPlan): stages,
+    /// equilibration and thermostat are ignored.
     #[must_use]
     pub fn without_plan(scene: Scene) -> Self {
         Self::begin(scene, true)
@@ -117,10 +117,10 @@ impl Simulation {
 
     /// The final simulation of a run, for a scene with the same dynamics. Event counts start at zero.
     fn last_of(state: &LastState) -> Option<Self> {
-        // Bytes that this program has written itself.
+        // These bytes were written by this program.
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
-        // The heat bath ends with its last stage.
+        // The heat bath ends with the last stage of the run.
         simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)

@@ -18,9 +18,9 @@ pub(super) struct Body {
     pub velocity: Vector,
     /// Local time, since the epoch.
     pub time: f64,
-    /// Number of events that changed its motion. Predictions that name an earlier number are void.
+    /// Number of events that changed the particle's motion. Predictions with an earlier number are void.
     pub events: u32,
-    /// Its id.
+    /// Id of the particle.
     pub name: u32,
 }
 
@@ -78,8 +78,8 @@ impl State {
 }
 
 impl State {
-    /// The number in memory of an id, if the particle exists. Ids increase with every insertion and are never
-    /// reused. They equal those of the scene until a particle is removed.
+    /// Returns the number in memory of an id, if the particle exists. Ids increase with every insertion and
+    /// are never reused. Until a particle is removed, they equal the ids of the scene.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
         let of = |number: u32| self.bodies[number as usize].name;

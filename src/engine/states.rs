@@ -6,25 +6,25 @@ use crate::model::ParticleId;
 
 /// Simulated time since the start, in the two parts that the engine keeps.
 ///
-/// The sum of the parts has the precision of the total time; the difference of two such times has that of the
-/// short time between them.
+/// The sum of the parts has the precision of the total time. The difference of two such times has the higher
+/// precision of the short time between them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Elapsed {
     /// From the start to the epoch `[time]`.
     pub epoch: f64,
-    /// From the epoch `[time]`.
+    /// Time from the epoch to now `[time]`.
     pub since_epoch: f64,
-    /// Number of epochs so far. The state of a particle without an event for two epochs is rounded once more
-    /// in each.
+    /// Number of epochs so far. The state of a particle that had no event for two epochs is rounded once more
+    /// in each epoch.
     pub epochs: u64,
 }
 
 impl Elapsed {
-    /// Time from `earlier` to this `[time]`.
+    /// Returns the time from `earlier` to `self` `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        // Epochs are multiples of a power of two, and the first two terms are close to each other or small,
-        // so that no digits are lost.
+        // Epochs are multiples of a power of two. The first two terms are close to each other, or small, so
+        // that no digits are lost.
         ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 

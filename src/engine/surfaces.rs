@@ -1,10 +1,11 @@
 //! Surfaces that particles meet: the walls of the box, and the features of a scene's surfaces.
 //!
-//! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or several of them: the faces, edges
-//! and corners of a mesh ([`features`]). A shape gives the time of a particle's next contact to prediction,
-//! the normal to execution, and gaps to the audit, to the proof that the dynamics have ended, and to the
-//! checks of a start. A new shape is a file beside [`wall`] and [`plane`], and a variant of [`Shape`].
-//! [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds those of limited extent.
+//! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or several such shapes: the faces,
+//! edges and corners of a mesh ([`features`]). A shape provides data to several users. Prediction gets the
+//! time of a particle's next contact, and execution gets the normal. The audit, the proof that the dynamics
+//! have ended, and the checks of a start get gaps. A new shape is a file next to [`wall`] and [`plane`], and
+//! a variant of [`Shape`]. [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of
+//! limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
@@ -45,7 +46,7 @@ impl Flight<'_> {
         // Contact is at the radius, within the precision of coordinates.
         let around = self.radius * (1.0 + 1e-6) + 1e-12 * self.position.amax();
         let along = |k: usize| {
-            // Avoids 0 times infinity at rest.
+            // Avoids 0 times infinity for a particle at rest.
             let path = |rate: f64| if rate == 0.0 { 0.0 } else { rate * duration };
             let (by_speed, by_fall) = (path(self.velocity[k]), path(0.5 * path(self.acceleration[k])));
             [by_speed.min(0.0) + by_fall.min(0.0) - around, by_speed.max(0.0) + by_fall.max(0.0) + around]
@@ -66,28 +67,29 @@ pub(crate) trait Surface {
     /// The velocity with its normal component replaced.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector;
 
-    /// Time until the gap is closed and closing, by the rule of [`crate::physics::detection`] `[time]`.
+    /// Returns the time until the gap closes with the sphere approaching, by the rule of
+    /// [`crate::physics::detection`] `[time]`.
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64>;
 
     /// Whether a sphere provably never reaches the surface, given the uncertainty `doubt` of position and
     /// velocity.
     fn is_never_met(&self, flight: &Flight<'_>, doubt: Doubt) -> bool;
 
-    /// Sum of the absolute terms of the gap. The gap is rounded at units in the last place of this sum
-    /// `[length]`.
+    /// Returns the sum of the absolute values of the terms of the gap `[length]`. The gap is rounded at units
+    /// in the last place of this sum.
     fn terms(&self, position: &Vector) -> f64;
 
     /// Whether a particle in a cell may meet the surface before it leaves the cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Whether a velocity moves a sphere in contact further in, in the rounded numbers that prediction will
-    /// see. Walls reflect without rounding.
+    /// Returns whether a velocity moves a sphere in contact further into the surface, in the same rounded
+    /// numbers that prediction will use. Walls reflect without rounding.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
 
-    /// Acceleration with which the surface curves away from straight flight along it; negative if it curves
-    /// towards it `[length / time^2]`.
+    /// Returns the acceleration with which the surface curves away from straight flight along it
+    /// `[length / time^2]`; negative if the surface curves towards the flight path.
     fn bend(&self, _position: &Vector, _velocity: &Vector, _radius: f64) -> f64 {
         0.0
     }
@@ -104,18 +106,18 @@ pub(crate) trait Surface {
         acceleration
     }
 
-    /// Distance of the foot of a position beyond the ends of the surface; zero or negative within them
-    /// `[length]`.
+    /// Returns how far the foot of the perpendicular from a position lies beyond the ends of the surface
+    /// `[length]`; zero or negative within the ends.
     fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }
 
-    /// Corners of its bounding box; `None` if it is unbounded `[length]`.
+    /// Returns the corners of the bounding box of the surface `[length]`; `None` if the surface is unbounded.
     fn extent(&self) -> Option<[Vector; 2]> {
         None
     }
 
-    /// For a wall of the box, its axis and whether it is the upper one.
+    /// Returns the axis of a wall of the box, and whether it is the upper wall; `None` for other surfaces.
     fn side(&self) -> Option<(u8, bool)> {
         None
     }

@@ -65,7 +65,8 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// The reason why it runs in one thread now, whatever was passed to [`Self::set_threads`].
+    /// Returns the reason why the system runs in one thread now, whatever was passed to
+    /// [`Self::set_threads`].
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
@@ -75,10 +76,10 @@ impl Simulation {
     /// [`RunPlan::threads`](crate::model::RunPlan::threads). The box is cut into as many domains. Events,
     /// states and sums have the same bits as on one thread.
     ///
-    /// The setting is not saved in checkpoints. Some systems run in one thread: growing diameters, sheared
-    /// boxes, starts with allowed overlaps, and pairs with interactions of their own that do not hold them
-    /// together ([`Self::single_thread`] tells which). Threads pay from about 250,000 particles per thread
-    /// on, and need two and a half times the memory (`docs/speed.md`).
+    /// The setting is not saved in checkpoints. Four kinds of systems run in one thread: growing diameters,
+    /// sheared boxes, starts with allowed overlaps, and pairs with interactions of their own that do not hold
+    /// them together. [`Self::single_thread`] gives the reason. Threads pay above about 250,000 particles per
+    /// thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{Potential, SceneBuilder, Simulation, Until};
@@ -106,7 +107,7 @@ impl Simulation {
 
     /// Spreads the system over processes from now on. Each process must have the same simulation and number
     /// of threads, and gets its share of the domains: one per thread, at most 64 in all. Systems that cannot
-    /// be cut, and more than 64 processes, run whole on every process.
+    /// be cut run whole on every process. The same holds with more than 64 processes.
     ///
     /// From now on all processes have to make the same calls. Calls that change or advance the simulation
     /// wait for the other processes; calls that only read it do not.
@@ -117,9 +118,9 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into `domains` for each process, on `threads`. [`Self::set_threads`] uses the same
-    /// number for both. More domains than threads cost more than they gain, but show what more threads would
-    /// do: [`DomainWork::slowest`].
+    /// Cuts the system into `domains` for each process, on `threads` threads. [`Self::set_threads`] uses the
+    /// same number for both. With more domains than threads, the run is slower, but [`DomainWork::slowest`]
+    /// shows what more threads would gain.
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let transport = self.transport.clone();
         with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, transport));
@@ -135,7 +136,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets the number of domains and threads of each process. A single domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
-        // Starting a thread takes longer than a window of few particles.
+        // For few particles, starting a thread takes longer than a window.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
@@ -159,7 +160,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.with_domains(Domains::settle);
     }
 
-    /// Collects everything from the domains, to be saved or to continue from.
+    /// Collects everything from the domains, to save the state or to continue from it.
     pub(super) fn complete(&mut self) {
         self.with_domains(Domains::complete);
     }

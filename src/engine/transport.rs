@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-/// Message transport between processes that simulate a system together: MPI, or anything else that sends
-/// bytes between any two of them.
+/// Transport of messages between processes that simulate a system together: MPI, or any other means to send
+/// bytes between any two processes.
 ///
 /// All processes do the same in the same order: they start from the same scene, have the same instruments,
-/// and advance to the same times. Each then holds some of the domains, and all results of a
+/// and advance to the same times. Each process then holds a share of the domains. All results of a
 /// [`Simulation`](super::Simulation) are equal in all processes.
 pub trait Transport: fmt::Debug + Send + Sync {
     /// Index of this process, from 0.
@@ -15,11 +15,11 @@ pub trait Transport: fmt::Debug + Send + Sync {
     /// Number of processes.
     fn size(&self) -> usize;
 
-    /// Sends `messages[rank]` to each process, and returns the bytes received from each. Returns when all
-    /// have arrived.
+    /// Sends `messages[rank]` to each process, and returns the bytes received from each process. Returns when
+    /// all messages have arrived.
     fn exchange(&self, messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
 
-    /// Sends the same bytes to all processes, and returns the bytes received from each, by rank.
+    /// Sends the same bytes to all processes, and returns the bytes received from each process, by rank.
     fn share(&self, message: Vec<u8>) -> Vec<Vec<u8>> {
         self.exchange(vec![message; self.size()])
     }

@@ -22,7 +22,7 @@ pub(crate) struct Scaling {
     bonded: HashSet<[u32; 2]>,
     /// Longest range of pairs without a bond `[length]`.
     range: f64,
-    /// Shortest period at which a pair never meets in two images: twice the longest range `[length]`.
+    /// Shortest period of a box in which no pair can meet in two images: twice the longest range `[length]`.
     shortest: f64,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Scaled {
     pub space: Space,
     /// Change of the potential energy of pairs `[energy]`.
     pub energy_change: f64,
-    /// By id; the image numbers are unchanged.
+    /// Positions by id. The image numbers are unchanged.
     positions: Vec<Vector>,
 }
 
@@ -61,22 +61,23 @@ impl Scaling {
         }
     }
 
-    /// Number of molecules. A particle without bonds counts as one.
+    /// Returns the number of molecules. A particle without bonds counts as a molecule.
     pub fn molecules(&self) -> usize {
         self.molecules.count
     }
 }
 
 impl Simulation {
-    /// Present volume of the box; its area in two dimensions, its length in one `[length^D]`.
+    /// Returns the present volume of the box `[length^D]`: its area in two dimensions, and its length in one
+    /// dimension.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.scene.space.volume()
     }
 
-    /// The box with the logarithm of its volume changed by `change`; `None` below the smallest box in which
-    /// every pair meets in one image only. That limit is part of the ensemble, like a stop for a piston:
-    /// moves across it are rejected in both directions.
+    /// Returns the box with the logarithm of its volume changed by `change`. Returns `None` below the
+    /// smallest box in which every pair meets in one image only. That limit is part of the ensemble, like a
+    /// stop for a piston: volume moves across it are rejected in both directions.
     pub(crate) fn scaled_box(&self, scaling: &Scaling, change: f64) -> Option<Space> {
         let from = &self.scene.space;
         let factor = libm::exp(change / from.dimensions() as f64);
@@ -95,7 +96,7 @@ impl Simulation {
         Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
     }
 
-    /// Potential energy of pairs at other positions; `None` if some overlap.
+    /// Returns the potential energy of pairs at other positions; `None` if any pair overlaps.
     fn energy_in(&self, scaling: &Scaling, space: &Space, positions: &[Vector]) -> Option<f64> {
         let scene = &self.scene;
         let inside: Vec<Vector> = positions.iter().map(|position| space.wrapped(*position)).collect();

@@ -30,7 +30,7 @@ impl Exchange {
         self.check_windows()
     }
 
-    /// Records where the replicas are on their walks through the energies.
+    /// Records the positions of the replicas on their walks through the energies.
     fn see_energies(&mut self) {
         let is_measured = self.is_measured();
         let Some(weights) = self.multicanonical.as_ref().and_then(Multicanonical::weights) else { return };
@@ -70,7 +70,7 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Gives all replicas new weights of the energy, if they are due.
+    /// Gives all replicas new weights of the energy, if new weights are due.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();

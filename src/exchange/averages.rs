@@ -11,7 +11,7 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, Scene};
 
-/// The observable that is sampled at the attempts, instead of integrated between them.
+/// The observable that is sampled at the attempts. Other observables are integrated between the attempts.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
 /// Averages at a temperature.
@@ -52,7 +52,7 @@ impl AtTemperature {
         self.square.add(deviation * deviation, 1.0);
     }
 
-    /// Means at a temperature, with those of other quantities.
+    /// Means at a temperature, including the means of other quantities.
     fn measured(&self, temperature: f64, names: &[&'static str]) -> Vec<(&'static str, Estimate)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
@@ -82,7 +82,7 @@ pub(super) struct Averages {
     populations: Option<Populations>,
     /// For each pair of neighbours, 1 for a swap and 0 for a rejected attempt.
     swaps: Vec<BlockAverage>,
-    /// Attempts and swaps of each two neighbours.
+    /// Number of attempts and number of swaps of each pair of neighbours.
     counts: Vec<[u64; 2]>,
 }
 
@@ -109,8 +109,8 @@ impl Averages {
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds the potential energies at all temperatures and the other quantities sampled with them: all of the
-    /// first temperature, then of the second, and so on.
+    /// Adds the potential energies at all temperatures, and the other quantities sampled with them.
+    /// `others` holds all quantities of the first temperature, then of the second, and so on.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
         for (place, (at, energy)) in self.temperatures.iter_mut().zip(energies).enumerate() {

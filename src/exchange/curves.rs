@@ -14,7 +14,8 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Number of temperatures of a curve, about equally many between any two neighbours, at constant ratios.
+/// Number of temperatures of a curve. Each interval between neighbours has about the same number, at
+/// constant ratios.
 const POINTS: usize = 120;
 
 /// Quantities given relative to the highest temperature.
@@ -39,8 +40,8 @@ pub struct ThermalPoint {
     /// Free energy over the temperature, `A / (N T)`, relative to the highest temperature, kinetic and
     /// configurational, with `A = E - T S`.
     pub reduced_free_energy_per_particle: Estimate,
-    /// Means of the quantities sampled with the energies, by name: for bonded particles those of
-    /// [`Exchange::measured_names`].
+    /// Means of the quantities sampled with the energies, by name. With bonded particles these are the
+    /// quantities of [`Exchange::measured_names`].
     pub others: BTreeMap<String, Estimate>,
 }
 
@@ -54,18 +55,18 @@ pub struct HeatCapacityPeak {
     pub heat_capacity_per_particle: Estimate,
 }
 
-/// Curves of thermal quantities over the temperatures of an exchange, from the potential energies at all of
-/// them: [`DensityOfStates`], with errors by [`Reweighting`].
+/// Curves of thermal quantities over the temperatures of an exchange. They follow from the potential
+/// energies at all temperatures by [`DensityOfStates`]; errors are from [`Reweighting`].
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// Points at ascending temperatures, including all simulated ones. Empty for windows at one temperature,
-    /// if all energies are equal, or if the energies at some temperatures do not overlap with those at
-    /// others.
+    /// Points at ascending temperatures, including all simulated temperatures. Empty for windows at one
+    /// temperature, if all energies are equal, or if energies at different temperatures do not overlap
+    /// sufficiently.
     pub points: Vec<ThermalPoint>,
     /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether the energies at some temperatures do not overlap with those at the others.
+    /// Whether the temperatures fall into groups whose energies do not overlap.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
@@ -188,7 +189,7 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Curves from the energies of an exchange, which are visited twice.
+    /// Computes the curves from the energies of an exchange. The energies are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -208,7 +209,7 @@ impl ThermalCurves {
     }
 
     fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System<'_>) -> Self {
-        // Nothing depends on the temperature of hard bodies.
+        // For hard bodies, nothing depends on the temperature.
         if histograms.levels() < 2 {
             return Self::default();
         }
@@ -261,7 +262,8 @@ fn curve(
 }
 
 impl ThermalPoint {
-    /// From the quantities in order: the four that are always present, and those with names.
+    /// Creates a point from the quantities in order: first the four that are always present, then the
+    /// named ones.
     pub(super) fn new(temperature: f64, of: &[Estimate], names: &[&str]) -> Self {
         Self {
             temperature,
@@ -298,7 +300,7 @@ fn highest(numbers: &[f64]) -> usize {
     (1..numbers.len()).fold(0, |best, place| if numbers[place] > numbers[best] { place } else { best })
 }
 
-/// Temperatures in ascending order, with intermediate ones at constant ratios.
+/// Temperatures in ascending order, with intermediate temperatures at constant ratios.
 fn grid(temperatures: &[f64]) -> Vec<f64> {
     let mut ascending = temperatures.to_vec();
     ascending.sort_by(f64::total_cmp);

@@ -4,8 +4,8 @@ use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
 use crate::model::ExchangeEnsemble;
 
-/// Minimum number of round trips of all replicas together. With fewer, replicas have not forgotten their
-/// start often enough for errors to be reliable.
+/// Minimum number of round trips of all replicas together. With fewer round trips, the memory of the
+/// initial state is still too strong for reliable errors.
 const FEWEST_TRIPS: u64 = 10;
 
 /// Reason why there are no curves.
@@ -17,9 +17,10 @@ pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the 
 impl ExchangeResults {
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     ///
-    /// A replica that makes a round trip between the lowest and the highest temperature, or the first and the
-    /// last window, forgets its former state there. The number of round trips is thus the number of
-    /// independent visits to the lowest temperature. H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer,
+    /// A replica loses its memory at the far end of a round trip. A round trip leads between the lowest
+    /// and the highest temperature, or between the first and the last window. The number of round trips is
+    /// thus the number of independent visits to the lowest temperature. H. G. Katzgraber, S. Trebst, D. A.
+    /// Huse and M. Troyer,
     /// J. Stat. Mech. P03018 (2006),
     /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). The warnings
     /// name

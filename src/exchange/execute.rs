@@ -43,8 +43,8 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Receives everything needed to continue from here with the same bits, between two attempts or on the
-    /// way to one, and at the end.
+    /// Receives the complete state between two attempts, on the way to an attempt, and at the end. The
+    /// exchange can continue from this state with bitwise the same results.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -81,7 +81,7 @@ struct Watch<'w> {
 }
 
 impl Watch<'_> {
-    /// Calls `watch` if it is time to, which decides whether to continue.
+    /// Calls `watch` if it is time for a call. `watch` decides whether to continue.
     fn look(&mut self, attempts: [u64; 2]) {
         if self.asked.elapsed() >= PAUSE {
             self.asked = Instant::now();
@@ -91,11 +91,12 @@ impl Watch<'_> {
 }
 
 impl Exchange {
-    /// Runs to the end, `jobs` replicas at a time, and passes rows and frames to a recorder, such as an
-    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or where `watch` broke.
+    /// Runs to the end, `jobs` replicas at a time. Rows and frames are passed to a recorder, such as an
+    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or at the time when
+    /// `watch` broke.
     ///
-    /// `watch` receives the attempts so far and in all, every few hundredths of a second. Neither `watch`,
-    /// nor the recorder, nor `jobs` changes a bit of the results.
+    /// `watch` receives the number of attempts so far and the total number, every few hundredths of a
+    /// second. The results do not depend on `watch`, the recorder or `jobs`, not even in one bit.
     ///
     /// # Errors
     /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica
@@ -180,8 +181,8 @@ struct Failed {
     source: EngineError,
 }
 
-/// Advances all replicas to the next attempt, one after the other, or only some of them if there is a reason
-/// to pause.
+/// Advances all replicas to the next attempt, one after the other. Advances only some of them if there is
+/// a reason to pause.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -222,7 +223,7 @@ fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBoo
 }
 
 impl Crew<'_> {
-    /// Advances all replicas to the next attempt, or less far if there is a reason to pause.
+    /// Advances all replicas to the next attempt, or not quite so far if there is a reason to pause.
     fn advance<R: ExchangeRecorder>(
         &self,
         exchange: &mut Exchange,
@@ -253,7 +254,7 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // The first one that arrives.
+                // Keeps the first error that arrives.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

@@ -37,7 +37,7 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The page, which is outdated if an exchange continues to a later end.
+/// The HTML page, which is outdated if an exchange continues to a later end.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
@@ -96,9 +96,9 @@ pub enum Opened {
 }
 
 impl ExchangeFolder {
-    /// Creates the folder for the exchange of a scene, or opens it again. `record` is the text of the scene
-    /// including all overrides, such as [`Scene::record`]. If the scene differs only in a later end, the
-    /// exchange continues to that, whether it is complete or not.
+    /// Creates the folder for the exchange of a scene, or opens an existing folder. `record` is the text
+    /// of the scene including all overrides, such as [`Scene::record`]. If the scene differs only in a
+    /// later end, the exchange continues to the later end, whether it is complete or not.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something
@@ -171,8 +171,8 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// The exchange of the last checkpoint with the end that its scene has now, and its files, truncated to
-    /// their sizes at that checkpoint.
+    /// Returns the exchange of the last checkpoint, with the end given in the present scene. Also returns
+    /// its files, truncated to their sizes at the checkpoint.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -230,8 +230,8 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// The files from which the page of an exchange is made or which it needs to continue, whether they exist
-    /// or not.
+    /// The files that the page of an exchange is made from, and the files that the exchange needs to
+    /// continue, whether they exist or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
@@ -295,7 +295,8 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // An exchange between windows has other tables, and one of an older version is complete without them.
+        // An exchange between windows has other tables. An exchange of an older version is complete
+        // without tables.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -329,8 +330,8 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, from 0, by simulated time: every N-th of the first rows of a complete
-    /// exchange.
+    /// The replica at each temperature, counted from 0, by simulated time. Reads every N-th of the first
+    /// rows of a complete exchange.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

@@ -47,7 +47,7 @@ impl InstrumentsAtTemperatures {
     ) {
         for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
             let system = description(&self.system, simulation, applicable);
-            // As at the end of a run, where equal times may differ by rounding.
+            // The sample counts as the end of a run, where equal times may differ by rounding.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
     }

@@ -13,7 +13,7 @@ pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
     /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest
-    /// temperature `T`. There is no error if some of the resamples do not contain the level.
+    /// temperature `T`. It has no error if the level is missing in any of the resamples.
     pub log_density_of_states: Estimate,
 }
 
@@ -34,7 +34,8 @@ impl LevelDensity {
     }
 }
 
-/// Populations of the levels at some temperatures by reweighting. More than a hundred levels are binned.
+/// Populations of the levels at the given temperatures by reweighting. More than a hundred levels are
+/// binned.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

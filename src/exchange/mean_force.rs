@@ -17,9 +17,9 @@ pub struct MeanForcePoint {
     /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density
     /// in the last window `[energy]`.
     pub free_energy: Estimate,
-    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions: `-T` times the logarithm of
-    /// the density in space, relative to the mean density in the last window, beyond the range of most
-    /// potentials `[energy]`.
+    /// Potential of mean force, `w(r) = F(r) + (D - 1) T ln r` in `D` dimensions `[energy]`. It is `-T`
+    /// times the logarithm of the density in space, relative to the mean density in the last window. The
+    /// last window is beyond the range of most potentials.
     pub potential_of_mean_force: Estimate,
 }
 
@@ -36,8 +36,8 @@ impl MeanForcePoint {
 ///
 /// Within each window, the distance has the unrestricted probability density up to a factor. These factors
 /// follow from the samples of all windows by the equations of
-/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram), with an energy that is zero in the
-/// window and infinite outside. Errors are those of [`Reweighting`].
+/// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram). The energy of a window is zero inside
+/// the window and infinite outside. Errors are from [`Reweighting`].
 ///
 /// S. Kumar, J. M. Rosenberg, D. Bouzida, R. H. Swendsen and P. A. Kollman, J. Comput. Chem. 13, 1011 (1992),
 /// [doi:10.1002/jcc.540130812](https://doi.org/10.1002/jcc.540130812).
@@ -85,7 +85,7 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// From the distances in all windows of an exchange, which are visited twice.
+    /// Computes the potential from the distances in all windows of an exchange, which are visited twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -105,8 +105,8 @@ impl MeanForce {
     }
 }
 
-/// Index of the lowest free energy, among those with an error if there are any. A bin without samples in some
-/// resamples has no error.
+/// Index of the lowest free energy. Estimates with an error are preferred. A bin has no error if it is
+/// empty in any resample.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -115,15 +115,15 @@ fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
 }
 
-/// Free energies of all bins with samples, relative to that of all bins of the last window together. Single
-/// bins are noisy, and the lowest of them would be biased.
+/// Free energies of all bins with samples, relative to the free energy of the whole last window. Single
+/// bins are noisy, and the lowest bin would be biased.
 fn points(
     reweighting: &Reweighting,
     (edges, last): (&[f64], [f64; 2]),
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // The exact volume of each bin, so that a constant density has a constant potential for bins of any
+    // The exact volume of each bin. A constant density then has a constant potential for bins of any
     // width.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
@@ -156,7 +156,7 @@ mod tests {
     use crate::analysis::reweighting::Ensemble;
     use crate::model::random::{Purpose, Random};
 
-    /// Random points in a ball of constant density. Bins differ by noise only, whose mean is zero.
+    /// Random points in a ball of constant density. Bins differ only by noise of mean zero.
     #[test]
     fn a_flat_tail_is_at_zero() {
         let edges: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
@@ -174,7 +174,7 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // Bins of about 300 samples have errors of 0.05. The lowest of ten would be at -0.07.
+        // Bins of about 300 samples have errors of 0.05. The lowest of ten bins would be at -0.07.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "errors are those of the scatter: {squares}");
     }

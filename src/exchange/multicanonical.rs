@@ -13,9 +13,9 @@ const MOST_ROWS: u64 = 10_000;
 /// The weights of a multicanonical exchange, and the energies that determine them.
 ///
 /// The equilibration has four quarters. In the first two, replicas are swapped between temperatures. The
-/// energies of the second quarter determine a density of states and from it the first weights, with which the
-/// third quarter is simulated. The energies of both quarters determine the final weights. The last quarter
-/// equilibrates.
+/// energies of the second quarter determine a density of states, and from it the first weights. The third
+/// quarter is simulated with these weights. The energies of the second and third quarters determine the
+/// final weights. The last quarter equilibrates.
 ///
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -30,7 +30,7 @@ pub(super) struct Multicanonical {
     weights: Option<EnergyWeights>,
 }
 
-/// Energies at some temperatures do not overlap with those at others, so that the weights are undetermined.
+/// Energies at different temperatures do not overlap sufficiently to determine the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Torn;
 
@@ -80,7 +80,7 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // A row without energies of the third quarter is incomplete and counts for nothing.
+            // A row without energies of the third quarter is incomplete and is not used.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();
@@ -91,7 +91,8 @@ impl Multicanonical {
     }
 }
 
-/// Weights with which all levels between the mean energies of the lowest and of the highest temperature are visited equally often.
+/// Weights that make visits equally frequent for all levels between the mean energies of the lowest and
+/// the highest temperature.
 fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
@@ -143,7 +144,7 @@ mod tests {
         assert_eq!(weights.nodes().iter().map(|node| node.0).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
         let differences: Vec<f64> = weights.nodes().iter().zip(STATES).map(|(node, n)| node.1 - n.ln()).collect();
         assert!(differences.iter().all(|it| (it - differences[0]).abs() < 0.2), "{differences:?}");
-        // Beyond them, the weights are those of canonical ensembles at the ends.
+        // Beyond these levels, the weights are canonical, with the temperatures of the ends.
         assert!((weights.at(-4.0) - weights.at(-3.0) + 1.0 / 0.2).abs() < 1e-12);
         assert!((weights.at(1.0) - weights.at(0.0) - 1.0 / 1.4).abs() < 1e-12);
     }

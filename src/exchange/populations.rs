@@ -13,7 +13,8 @@ const MOST_LEVELS: usize = 100;
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Maximum length of a series for its error. It is smaller than usual, because there are many series.
+/// Maximum length of a series for estimating its error. It is smaller than usual, because there are many
+/// series.
 const MOST_VALUES: usize = 128;
 
 /// Energies belong to the same level if they differ by less than this fraction of the largest step of the
@@ -29,8 +30,8 @@ struct Level {
     occupied: Vec<BlockAverage>,
 }
 
-/// Populations of the exact levels of the potential energy. If they are too many, of equal bins `[k w, (k +
-/// 1) w)` that widen as needed.
+/// Populations of the exact levels of the potential energy. If there are too many levels, populations of
+/// equal bins `[k w, (k + 1) w)` that widen as needed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Populations {
     /// In ascending order.
@@ -63,7 +64,7 @@ impl Populations {
             for energy in energies {
                 self.make_room(*energy);
             }
-            // Only now, because levels may have been inserted or merged.
+            // Levels may have been inserted or merged, so the indices are determined only now.
             energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
         };
         self.empty.add(0.0, 1.0);

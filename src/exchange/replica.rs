@@ -9,7 +9,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Steps of the engine between two checks for a pause: some milliseconds.
+/// Steps of the engine between two checks for a pause: a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
 /// A replica with the ledger of its energy.
@@ -20,7 +20,7 @@ pub(super) struct Replica {
 }
 
 impl Replica {
-    /// A replica of a scene. Its number is also that of its first temperature.
+    /// Creates a replica of a scene. `number` is also the index of its first temperature.
     pub fn new(scene: &Scene, plan: &ExchangePlan, seed: u64, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;

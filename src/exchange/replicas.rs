@@ -32,12 +32,13 @@ use crate::run::FrameLimit;
 /// All random numbers follow from the seed of the scene. Each replica, each swap and each heat bath has its
 /// own stream, so that results are the same bits for any number of threads and regardless of pauses.
 ///
-/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The
-/// energies found there determine weights `exp(-w(U))` with which all replicas visit the energies between the
-/// mean ones of the lowest and the highest temperature equally often. Each replica then moves as if its
-/// potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped.
-/// Means at the temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are
-/// improved once, after three quarters of the equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329,
+/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration.
+/// The energies of this half determine weights `exp(-w(U))`. With these weights, all replicas visit the
+/// energies between the means at the lowest and the highest temperature equally often. Each replica then
+/// moves as if its potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and
+/// nothing is swapped. Means at the temperatures follow by reweighting,
+/// [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the
+/// equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329,
 /// 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
 /// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986), [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607);
@@ -66,13 +67,14 @@ pub struct Exchange {
     pub(super) replicas: Vec<Replica>,
     /// The replica at each temperature.
     pub(super) places: Vec<usize>,
-    /// Its potential energy at the last attempt.
+    /// Potential energy at each place at the last attempt.
     pub(super) energies: Vec<f64>,
     /// For windows, the distance in each at the last attempt `[length]`.
     pub(super) distances: Vec<f64>,
     /// Whether each replica is still on its way into its window.
     pub(super) is_outside: Vec<bool>,
-    /// Other quantities at the last attempt: all of the first temperature, then of the second, and so on.
+    /// Other quantities at the last attempt: all quantities of the first temperature, then of the second,
+    /// and so on.
     pub(super) measured: Vec<f64>,
     /// Derived from the scene.
     #[serde(skip)]
@@ -93,10 +95,10 @@ pub struct ExchangeRow<'e> {
     pub time: f64,
     /// The replica at each temperature from now on, counted from 0.
     pub replicas: &'e [usize],
-    /// Its potential energy `[energy]`.
+    /// The potential energy of the replica at each temperature `[energy]`.
     pub potential: &'e [f64],
-    /// The quantities of [`Exchange::measured_names`]: all of the first temperature, then those of the
-    /// second, and so on.
+    /// The quantities of [`Exchange::measured_names`]: all quantities of the first temperature, then of
+    /// the second, and so on.
     pub measured: &'e [f64],
 }
 
@@ -192,7 +194,7 @@ impl Exchange {
         &self.temperatures
     }
 
-    /// The ensemble at each place in which energies are sampled, or distances for windows.
+    /// The ensemble at each place. Its samples are energies or, for windows, distances.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -236,9 +238,10 @@ impl Exchange {
         [self.attempts, self.total]
     }
 
-    /// Changes the end: averages over this simulated time `[time]`, counted as in the scene. Returns false,
-    /// without a change, if the duration is not a whole number of intervals or has already passed. An
-    /// extended exchange gives the same results as one that was planned that long.
+    /// Changes the end of the exchange: averages cover this simulated time `[time]`, counted as in the
+    /// scene. Returns false, without a change, if the duration is not a whole number of intervals or has
+    /// already passed. An extended exchange gives the same results as an exchange that was planned with
+    /// the longer duration.
     #[must_use]
     pub fn end_after(&mut self, duration: f64) -> bool {
         let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);

@@ -29,9 +29,10 @@ pub struct TemperatureResult {
     /// Ends of the window of the held distance, for an exchange between windows `[length]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[f64; 2]>,
-    /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that apply to the
-    /// scene, `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N
-    /// T^2)`, and the names of [`Exchange::measured_names`](super::Exchange::measured_names).
+    /// Means by name. The names are the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that
+    /// apply to the scene, `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 +
+    /// <(U - <U>)^2> / (N T^2)`, and the names of
+    /// [`Exchange::measured_names`](super::Exchange::measured_names).
     pub observables: BTreeMap<String, Estimate>,
     /// Populations of the levels of the potential energy, in ascending order. They are in `energies.csv`, not
     /// in `summary.json`.
@@ -71,7 +72,7 @@ pub struct NeighbouringTemperatures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ExchangeResults {
-    /// Ensemble in which replicas were sampled. In a multicanonical one, means and populations at the
+    /// Ensemble in which replicas were sampled. In a multicanonical ensemble, means and populations at the
     /// temperatures follow by reweighting.
     #[serde(default)]
     pub ensemble: ExchangeEnsemble,
@@ -85,9 +86,9 @@ pub struct ExchangeResults {
     pub temperatures: Vec<TemperatureResult>,
     /// Each temperature or window with the next one; empty for a multicanonical exchange, which has no swaps.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Round trips from the highest temperature to the lowest and back, by replica. For a multicanonical
-    /// exchange they are between the mean potential energies of these temperatures, and for windows from the
-    /// last one to the first and back.
+    /// Round trips of each replica from the highest temperature to the lowest and back. In a
+    /// multicanonical exchange, a round trip leads between the mean potential energies of these
+    /// temperatures. Between windows, it leads from the last window to the first and back.
     pub round_trips: Vec<u64>,
     /// Faults found by the audits of the replicas, in words; empty for a sound exchange.
     pub faults: Vec<String>,

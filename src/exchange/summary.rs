@@ -112,9 +112,9 @@ impl ExchangeSummary {
         Self { potential_of_mean_force: found.points, ..self }
     }
 
-    /// Ascending temperatures from the lowest to the highest one of the exchange, as few as possible with
-    /// equal acceptance of all swaps, at least the given one. They follow from the density of states. `None`
-    /// if that is unknown, or for a number that is not between 0 and 1.
+    /// The smallest set of ascending temperatures, from the lowest to the highest of the exchange, for
+    /// which all swaps have equal acceptance, at least the given value. It follows from the density of
+    /// states. `None` if the density of states is unknown, or if the value is not between 0 and 1.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));

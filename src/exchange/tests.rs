@@ -139,7 +139,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
     assert!(worst < 4.0, "{worst}");
 }
 
-/// Intervals of a few events, and of more than are executed between two checks for a pause.
+/// Intervals of a few events, and intervals with more events than fit between two checks for a pause.
 #[test]
 fn what_is_interrupted_goes_on_to_the_same_bits() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
@@ -244,7 +244,7 @@ fn an_exchange_stops_where_it_is_told_to() {
 fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
     let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
     let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
-    // sqrt(2 / 81) of the mean is a standard deviation.
+    // The relative standard deviation is sqrt(2 / 81).
     for (place, temperature) in exchange.temperatures().iter().enumerate() {
         let relative = kinetic(place) / (1.5 * 27.0 * temperature);
         assert!((relative - 1.0).abs() < 4.0 * (2.0_f64 / 81.0).sqrt(), "{place}: {relative}");

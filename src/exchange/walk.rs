@@ -1,5 +1,5 @@
-//! The walk of each replica through the temperatures or energies: round trips from the upper end to the lower
-//! one and back.
+//! The walk of each replica through the temperatures or energies: round trips from the upper end to the
+//! lower end and back.
 
 use serde::{Deserialize, Serialize};
 

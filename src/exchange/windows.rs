@@ -10,12 +10,12 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&distance)
 }
 
-/// Fraction of a window by which a replica on its way into it may go back. Without this, a distance caught
-/// between the nearest value so far and an obstacle would be reflected more and more often.
+/// Fraction of a window by which a replica on its way to the window may move back. Without this margin, a
+/// distance between its nearest value so far and an obstacle would be reflected more and more often.
 const BACK: f64 = 0.1;
 
-/// The temporary window of a replica on its way into another one: wide enough for the distance reached so
-/// far, and no wider than its previous window.
+/// The temporary window of a replica on its way to its final window. It includes the distance reached so
+/// far, and is no wider than the previous temporary window.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;
@@ -31,8 +31,8 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Holds the distance of each replica in the window of its place, or in one extended to the present
-    /// distance.
+    /// Holds the distance of each replica in the window of its place, or in this window extended to the
+    /// present distance.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {

@@ -63,8 +63,8 @@ pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
 /// Gives a complete file or folder its final name, in one step.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; system errors. Both are unchanged
-/// then.
+/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; system errors. In these cases,
+/// neither file or folder is changed.
 pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
         Existing::Keep => publish_new(from, to)?,
@@ -95,7 +95,7 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
 /// Replaces a folder by another, and then deletes the old one.
 fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, EXCHANGE) {
-        // Now the old one. Remains of it do no harm.
+        // Now the old folder is deleted. Remains of it do no harm.
         Ok(()) => {
             sync_folder(folder_of(to));
             let _ = fs::remove_dir_all(from);

@@ -90,8 +90,8 @@ impl Checkpoints {
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A hard link first, so that there is always a checkpoint under the name. On a disk without hard
-        // links there is a short gap.
+        // A hard link is created first, so that the name of the last checkpoint always exists. On a disk
+        // without hard links there is a short gap.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {

@@ -95,7 +95,7 @@ impl Format {
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// The format of a folder with such a name in that list.
+    /// The format of the files in a folder, from the folder's name in the list of a run's files.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }

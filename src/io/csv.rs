@@ -3,7 +3,7 @@
 //! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`,
 //! `vy`, `vz` and `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame
 //! has them. Cells of missing values are empty. Numbers have the fewest digits that read back as the same. A
-//! species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would interpret as a
+//! species name with a comma or a quote is quoted (RFC 4180); a name that a spreadsheet would interpret as a
 //! formula is preceded by an apostrophe. Names in scenes need neither, because they begin with a letter or a
 //! digit.
 

@@ -90,7 +90,8 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // Locked until it is removed. Otherwise a process that is just creating it would use it.
+        // The draft stays locked until it is removed. Otherwise a process that is just creating it could use
+        // it.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }

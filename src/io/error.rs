@@ -112,7 +112,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// Cure: what the user can do.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
@@ -151,7 +151,7 @@ impl OutputError {
     }
 }
 
-/// Cure for an error of writing a file.
+/// Suggestion for an error of writing a file.
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     /// Error numbers on all Unix systems: too many open files, in the system or in the process.

@@ -26,7 +26,7 @@ use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
-/// Largest number of rows if the run chooses the interval, besides those at the start and the end.
+/// Largest number of rows if the run chooses the interval, without the rows at the start and the end.
 const ROWS: f64 = 400.0;
 
 /// Bytes of a number with all its digits, in text.
@@ -154,7 +154,7 @@ fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {
     all.map(|stage| (stage, stage.settings(&scene.run)))
 }
 
-/// Rows of those stages; `None` if the scene does not determine it.
+/// Number of rows of the stages before the last measurement; `None` if the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     let simulated = earlier(scene).filter(|(_, settings)| settings.has_end());
     simulated.map(|(_, settings)| at_times(&settings, rate, scene.output.thermo_interval, ROWS)).sum()

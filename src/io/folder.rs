@@ -42,7 +42,7 @@ use crate::run::{Recorder, RunState, Stage};
 
 /// The last file of a run. If it exists, the others are complete and belong to it.
 pub(super) const SUMMARY: &str = "summary.json";
-/// The old summary of a run that continues, until there is a new one.
+/// Name of the old summary of a continued run, until there is a new summary.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 /// The scene of the run.
 pub(super) const SCENE: &str = "scene.toml";
@@ -54,7 +54,7 @@ pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
 /// The page about a run, which is outdated when the run has continued.
 pub(super) const PAGE: &str = "report.html";
-/// The page of a run that its sweep's page links to.
+/// The page of a run to which the page of its sweep links.
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
@@ -65,10 +65,11 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 ///
 /// Files have temporary names, such as `thermo.csv.partial`, until all are complete; `summary.json` is
 /// written last. The surfaces of the scene, in `surfaces/`, are complete from the start. A run that replaces
-/// another one is written to the folder `replacement` inside the other's, which is unchanged until the new
-/// run is complete and sound. Otherwise the new run stays there. Checkpoints are written at intervals, and
-/// [`Folder::resume`] continues from the last one. The file `.carom` lists what Carom wrote. Nothing else is
-/// ever replaced or removed. It is locked while a run writes.
+/// another one is written to the folder `replacement` inside the folder of the old run. The old run is
+/// unchanged until the new run is complete and sound. Otherwise the new run stays in `replacement`.
+/// Checkpoints are written at intervals, and [`Folder::resume`] continues from the last one. The file
+/// `.carom` lists what Carom wrote. Nothing else is ever replaced or removed. The list is locked while a run
+/// writes.
 ///
 /// ```
 /// use carom::io::{Existing, Folder};
@@ -131,7 +132,7 @@ impl Folder {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
         remove_abandoned(target);
-        // Before anything is created. A run that writes there is detected by its lock.
+        // Checked before anything is created. A run that writes there is detected later, by its lock.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);
         }
@@ -253,7 +254,7 @@ impl Folder {
         run.join(SUMMARY)
     }
 
-    /// The files of a run that others are made from, whether they exist or not.
+    /// The files of a run from which other files are made, whether they exist or not.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];

@@ -50,7 +50,7 @@ impl Trajectory {
         Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
-    /// Writes a chunk unless the first frame has the same. Zero rows give no chunk.
+    /// Writes a chunk unless the first frame has the same chunk. A chunk without rows is not written.
     fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
         let first = self.first.iter().find(|(known, _)| *known == name);
         if first.is_some_and(|(_, first)| *first == bytes) {

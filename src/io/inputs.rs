@@ -10,10 +10,10 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::NamedInput;
 
-/// Rejects writing a file or a folder if an input would be lost: one at that path, or in that folder.
+/// Rejects writing a file or a folder if this would destroy an input at that path or in that folder.
 ///
 /// # Errors
-/// [`OutputError::Input`] with the first of them.
+/// [`OutputError::Input`] with the first such input.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
     // A missing file replaces nothing.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
@@ -46,8 +46,8 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     }
 }
 
-/// Rejects changed inputs of a run. A missing input is not needed to continue, nor is a run that it started
-/// from.
+/// Rejects changed inputs of a run. Inputs that are missing and the predecessor of the run are ignored: they
+/// are not needed to continue.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

@@ -65,7 +65,7 @@ impl Dump {
             file.write_all(if is_periodic { b" pp" } else { b" ff" })?;
         }
         let (mut lower, mut upper) = frame.thickened();
-        // The bounds are those of all corners.
+        // The bounds include all corners of the parallelepiped.
         lower.x += tilt.min(0.0);
         upper.x += tilt.max(0.0);
         for ((lower, upper), tilt) in lower.iter().zip(&upper).zip([tilt, 0.0, 0.0]) {

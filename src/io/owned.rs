@@ -1,6 +1,6 @@
-//! List of all files that Carom wrote in the folder of a run. The list identifies a run, and nothing else in
-//! its folder is replaced or removed. It also records the progress of a run that is to replace this one, so
-//! that no other folder is mistaken for such a run.
+//! List of all files that Carom wrote in the folder of a run. The list identifies the folder as that of a
+//! run. Only listed files are replaced or removed. The list also records the progress of a run that is to
+//! replace this one, so that no other folder is mistaken for such a run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -89,8 +89,8 @@ impl Owned {
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to it; [`OutputError::NotPlain`] if a link, or anything
-    /// else than a plain file, has the name of one of its files, and [`OutputError::Foreign`] if its list is
-    /// not one. Nothing is changed then.
+    /// other than a plain file, has the name of one of its files; [`OutputError::Foreign`] if the file of its
+    /// list is not a list. Nothing is changed then.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);

@@ -100,7 +100,8 @@ impl PartialFile {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Syncs everything written so far to disk, and returns its description; `folder` is that of the run.
+    /// Syncs everything written so far to disk, and returns its description; `folder` is the folder of the
+    /// run.
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
@@ -146,7 +147,7 @@ impl PartialFile {
     }
 }
 
-/// A file under its temporary name, whichever name it has now.
+/// Opens a file under its temporary name, whether it has its temporary or its final name now.
 fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
     let partial = partial_of(path);
     if !partial.exists() {

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
 
-/// Event rate: number of events of one kind per time of the measurement, between particles of two species or
-/// with those of one.
+/// Event rate: number of events of one kind per time of the measurement. The events are between particles of
+/// two species, or between particles of one species and a wall or a thermostat.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// `core`, `capture`, `release`, `bounce` (by a finite step), `bond` (by its far end), `wall` or
@@ -19,7 +19,7 @@ pub struct Rate {
     /// Number of such events per time `[1 / time]`; `None` if no time passed.
     pub per_time: Option<f64>,
     /// Number of these events per particle of each species and time `[1 / time]`. In an event of two
-    /// particles of one species, both count. `None` for static particles.
+    /// particles of one species, both particles count. `None` for static particles.
     pub per_particle: Vec<Option<f64>>,
 }
 
@@ -65,8 +65,8 @@ impl Rate {
     }
 }
 
-/// The rates to print besides the collision rate of a run: all of them, or none if only cores of a single
-/// species had events.
+/// The rates to print in addition to the collision rate of a run: all rates, or none if only core events of a
+/// single species occurred.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

@@ -1,7 +1,7 @@
-//! A run that replaces another one. It is written to a folder inside the other's, which is unchanged until
-//! the new run is complete and sound. Then its files take the places of the old ones. If this is interrupted,
-//! it is completed when the folder is opened next. The list of the old run records the progress; anything
-//! else in such a folder is left alone.
+//! A run that replaces another one. It is written to a folder inside the folder of the old run, which is
+//! unchanged until the new run is complete and sound. Then its files replace the old ones. If this is
+//! interrupted, it is completed when the folder is opened next. The list of the old run records the progress;
+//! anything else in such a folder is left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
 
-/// Completes the work of a killed program: puts a complete run in the place of the old one, or removes an
-/// unusable one. The folder is locked.
+/// Completes the work of a killed program: replaces the old run by a complete new run, or removes an unusable
+/// new run. The folder is locked.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     if owned.replacement() == Replacement::None {
         return Ok(());
@@ -45,10 +45,10 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     owned.set_replacement(Replacement::None)
 }
 
-/// Puts all files of a complete run in the place of those of the old run.
+/// Replaces all files of the old run by the files of a complete new run.
 ///
 /// # Errors
-/// [`OutputError::Foreign`] if a file exists that neither of them wrote; [`OutputError::Write`].
+/// [`OutputError::Foreign`] if a file exists that neither run wrote; [`OutputError::Write`].
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
@@ -72,7 +72,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Renames a file, or a folder with all files of a format. A missing one has been moved before.
+/// Renames a file, or a folder with all files of a format. A missing file or folder has been moved before.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };

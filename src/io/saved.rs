@@ -57,7 +57,7 @@ pub enum SavedError {
 }
 
 impl SavedError {
-    /// Cure: what the user can do.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {

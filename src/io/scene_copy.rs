@@ -11,13 +11,13 @@ use crate::model::Limit;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// Writes a text and returns its checksum without the limit, by which scenes of other runs are recognized.
+/// Writes a text. Returns its checksum without the limit, which distinguishes the scenes of different runs.
 pub(super) fn create(path: PathBuf, text: &str) -> Result<u32, OutputError> {
     PartialFile::with_text(path, text)?.flush()?;
     Ok(identity(text))
 }
 
-/// Checks that the text is that of a checkpoint.
+/// Checks that the text is the same as at a checkpoint.
 pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
     let path = PartialFile::present(path);
     let text =
@@ -26,7 +26,7 @@ pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
     if found == expected { Ok(()) } else { Err(CheckpointError::Scene { path, found, expected }) }
 }
 
-/// Changes the limit in the text of a continued run, if it has another one.
+/// Changes the limit in the text of a continued run, if the run has another limit.
 pub(super) fn set_limit(path: &Path, limit: Limit) -> Result<(), OutputError> {
     let partial = partial_of(path);
     let text = fs::read_to_string(&partial).map_err(OutputError::write(&partial))?;

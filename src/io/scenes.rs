@@ -74,7 +74,7 @@ pub fn read_scene_text(
 /// ```
 ///
 /// # Errors
-/// As [`read_scene_text`]. A mistake in the particles is reported with their name and row.
+/// As [`read_scene_text`]. An error in the particles is reported with their name and row.
 pub fn read_scene_with(
     text: impl Into<String>,
     name: impl AsRef<Path>,
@@ -130,7 +130,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
 }
 
-/// Cure for a checkpoint from which nothing can start.
+/// Suggestion for a checkpoint from which nothing can start.
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {

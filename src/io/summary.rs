@@ -50,7 +50,7 @@ pub struct Summary {
     #[serde(default)]
     pub system: Option<System>,
     /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files
-    /// without it.
+    /// without this key.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
     /// Volume moves of the barostat in the measurement; absent without a barostat.
@@ -261,7 +261,8 @@ impl Summary {
     }
 }
 
-/// Present diameters relative to the simulation's scene, which has those of the last completed growth.
+/// Present diameters relative to the diameters in the simulation's scene, which date from its last completed
+/// growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }
@@ -317,7 +318,7 @@ fn observables(
 }
 
 /// Published values for a system in a stage, or in the last measurement, at its mean temperature. Diameters
-/// are larger than the scene's by a factor. Empty if the present volume is not that of the measurement.
+/// are those of the scene times `scale`. Empty if the present volume is not the volume of the measurement.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -327,7 +328,7 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
-    // A stage may have been measured in another volume than the final one.
+    // The volume in a stage may have differed from the final volume.
     let is_other_volume = match stage {
         Some(_) => run.has_barostat(),
         None => run.barostat.is_some(),

@@ -11,16 +11,19 @@ use crate::base::numbers::id;
 /// Particles connected by bonds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Their ids, each after a particle that it is bonded to; a linear chain from one end to the other.
+    /// Ids of the particles. Each id follows the id of a particle to which it is bonded. A linear chain runs
+    /// from one end to the other.
     pub ids: Vec<u32>,
-    /// For each, the index in `ids` of that particle; the first one is its own.
+    /// For each particle, the index in `ids` of the earlier particle to which it is bonded. The first
+    /// particle has its own index.
     pub parents: Vec<u32>,
     /// Whether it is a chain with two ends.
     pub is_linear: bool,
 }
 
 impl Component {
-    /// A component of all particles of a group, by their indices in it; `None` if bonds do not connect them.
+    /// A component of all particles of a group, by their indices in the group; `None` if bonds do not connect
+    /// them.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -79,7 +82,7 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// The start of each particle's partners in an array, and the array.
+/// Returns the start of each particle's partners in an array, and this array.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

@@ -9,9 +9,9 @@ const SAME: f64 = 1e-9;
 /// Weights of a multicanonical ensemble. A configuration with the potential energy `U` has the probability
 /// density `exp(-w(U))`, where `w(E)` depends on the energy alone.
 ///
-/// `w` is linear between its nodes. Below the first node and above the last it is linear, as in a canonical ensemble: below with the slope
-/// `1 / T` of one temperature, above with that of another. If `w` is the logarithm of the density of states
-/// at the nodes, all energies between them are visited equally often.
+/// `w` is linear between its nodes. Below the first node and above the last node it is linear, as in a
+/// canonical ensemble: the slope is `1 / T`, with one temperature below and another one above. If `w` is the
+/// logarithm of the density of states at the nodes, all energies between them are visited equally often.
 ///
 /// B. A. Berg and T. Neuhaus, Phys. Rev. Lett. 68, 9 (1992), [doi:10.1103/PhysRevLett.68.9](https://doi.org/10.1103/PhysRevLett.68.9).
 #[doc(alias = "multicanonical")]

@@ -3,20 +3,20 @@
 use super::UmbrellaPlan;
 use serde::{Deserialize, Serialize};
 
-/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each window
-/// of a distance, and the times of swaps between neighbours.
+/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, or for each
+/// umbrella window, and the times of swaps between neighbours.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExchangePlan {
-    /// Ascending or descending temperatures. Adjacent ones are neighbours. For umbrella windows, their common
-    /// temperature `[energy]`.
+    /// Temperatures in ascending or descending order. Adjacent temperatures are neighbours. Umbrella windows
+    /// have one common temperature `[energy]`.
     pub temperatures: Vec<f64>,
-    /// Between two attempts to swap `[time]`.
+    /// Time between two swap attempts `[time]`.
     pub interval: f64,
     /// Mean rate of collisions of each particle with the heat bath of its replica `[1 / time]`.
     pub rate: f64,
     /// Ensemble in which replicas sample the energies between those of the temperatures.
     pub ensemble: ExchangeEnsemble,
-    /// Windows of a distance, for the ensemble [`ExchangeEnsemble::Umbrella`].
+    /// Umbrella windows, for the ensemble [`ExchangeEnsemble::Umbrella`].
     pub umbrella: Option<UmbrellaPlan>,
 }
 
@@ -27,10 +27,11 @@ pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// All replicas in one multicanonical ensemble, which visits all energies between those of the temperatures equally often.
+    /// All replicas in one multicanonical ensemble. It visits all energies between those at the lowest and
+    /// highest temperature equally often.
     Multicanonical,
-    /// Umbrella sampling: a canonical ensemble in each window of a distance, at one temperature, with swaps
-    /// of replicas.
+    /// Umbrella sampling: a canonical ensemble in each umbrella window, at one temperature, with swaps of
+    /// replicas.
     Umbrella,
 }
 

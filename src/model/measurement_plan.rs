@@ -12,30 +12,30 @@ pub(crate) const MOST_BINS: u64 = 2000;
 /// Most cells of a profile.
 pub(crate) const MOST_CELLS: u64 = 10_000;
 
-/// Bins of a radial distribution function unless the scene says otherwise,
+/// Default number of bins of a radial distribution function.
 pub(crate) const RADIAL_BINS: u64 = 200;
 
-/// and of the distributions of speeds, of chains and of bond order.
+/// Default number of bins of the distributions of speeds, of chains and of bond order.
 pub(crate) const BINS: u64 = 100;
 
-/// Windows of time for the distributions of speeds unless the scene says otherwise,
+/// Default number of time windows for the distributions of speeds.
 pub(crate) const WINDOWS: u64 = 4;
 
-/// and most of them.
+/// Largest number of these time windows.
 pub(crate) const MOST_WINDOWS: u64 = 16;
 
-/// Most linear times of diffusion,
+/// Largest number of linear times of diffusion.
 pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
-/// and of transport.
+/// Largest number of linear times of transport.
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
-/// Names that stand in those of files, for the JSON Schema.
+/// Pattern of names that become part of file names, for the JSON Schema.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
 /// Measurement plan of a scene: its instruments; none by default.
 ///
-/// Where an interval is left open, the run chooses one from its expected duration.
+/// If an interval is not given, the run chooses one from its expected duration.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MeasurementPlan {
     /// Pressure tensor, compressibility factor, event rates by kind.
@@ -65,7 +65,7 @@ pub struct MeasurementPlan {
 }
 
 impl MeasurementPlan {
-    /// Whether nothing is asked for.
+    /// Whether there are no instruments.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -81,7 +81,7 @@ pub struct PressureTensor {
     pub interval: Option<f64>,
 }
 
-/// Bins of the profile of forces unless the scene says otherwise.
+/// Default number of bins of the profile of forces.
 pub(crate) const FORCE_BINS: u64 = 40;
 
 /// Forces on the walls and the other surfaces, `F = - sum J / t`, and the normal force on them along an axis.

@@ -80,7 +80,7 @@ impl Random {
     }
 
     /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is from `libm`, because
-    /// those of platforms differ in the last bit.
+    /// the logarithms of different platforms differ in the last bit.
     pub(crate) fn normal(&mut self) -> f64 {
         loop {
             let (x, y) = (2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);

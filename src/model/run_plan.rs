@@ -65,8 +65,8 @@ impl RunPlan {
         Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
     }
 
-    /// Index of the first random stream of a stage. For an index equal to the number of stages, it is that of
-    /// the last equilibration.
+    /// Index of the first random stream of a stage. If `stage` equals the number of stages, it is the stream
+    /// of the last equilibration.
     pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }

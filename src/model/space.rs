@@ -175,7 +175,8 @@ impl Space {
     }
 
     /// The largest coordinate of a side at which particles are wrapped; 0 if there is none. Wrapping rounds a
-    /// coordinate to a unit in the last place of this, however small the coordinate is later `[length]`.
+    /// coordinate to a unit in the last place of this value, however small the coordinate is later
+    /// `[length]`.
     #[must_use]
     pub(crate) fn farthest_side(&self) -> f64 {
         let upper = self.upper();

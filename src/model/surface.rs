@@ -21,7 +21,7 @@ pub struct SceneSurface {
     /// Names of the stages in which it is present; `measurement` for everything after the listed stages;
     /// empty for all.
     pub stages: Vec<String>,
-    /// Its motions in order of time. They do not overlap. The shape is the one before the first motion.
+    /// Its motions in order of time. They do not overlap. `shape` is the shape before the first motion.
     pub motions: Vec<SurfaceMotion>,
 }
 
@@ -120,8 +120,8 @@ pub enum SurfaceShape {
         /// Whether particles are inside.
         is_inside: bool,
     },
-    /// All places at a distance from a line between two ends: a cylinder with hemispherical ends, met from
-    /// outside; a bare line for radius 0.
+    /// All points within a distance from the line segment between two ends: a cylinder with hemispherical
+    /// ends, met from outside. Radius 0 gives a bare line segment.
     Capsule {
         /// `[length]`
         ends: [Vector; 2],

@@ -36,7 +36,7 @@ pub enum MotionKind {
         amplitude: Vector,
         /// Periods per time, `f` `[1 / time]`.
         frequency: f64,
-        /// Phase in turns: a quarter starts at the highest place.
+        /// Phase in turns: a quarter starts at the highest position.
         phase: f64,
     },
     /// Rotation by the angle `2 pi f t` about an axis, counterclockwise as seen from its tip.
@@ -80,7 +80,7 @@ mod endless {
     }
 }
 
-/// Place of a surface: a point `x` of its shape is at `R x + d`.
+/// Pose of a surface: a point `x` of its shape is at `R x + d`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// `R`.
@@ -138,7 +138,7 @@ impl Pose {
 /// The motion of a surface at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
-    /// Its place.
+    /// Its pose.
     pub pose: Pose,
     /// Velocity of the point `origin` `[length / time]`.
     pub velocity: Vector,
@@ -151,7 +151,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Velocity of the surface at a place in space `[length / time]`.
+    /// Velocity of the surface at a point in space `[length / time]`.
     #[must_use]
     pub fn velocity_at(&self, position: &Vector) -> Vector {
         self.velocity + self.spin.cross(&(position - self.origin))
@@ -164,14 +164,15 @@ impl Moment {
         (self.pose.place_of_shape(position), self.pose.direction_of_shape(&apart))
     }
 
-    /// The velocity in space, from one in the frame of the surface at a place in space `[length / time]`.
+    /// Converts a velocity in the frame of the surface, at a point in space, to the velocity in space
+    /// `[length / time]`.
     #[must_use]
     pub fn velocity_of(&self, position: &Vector, seen: &Vector) -> Vector {
         self.pose.direction(seen) + self.velocity_at(position)
     }
 
-    /// Acceleration in the frame of the surface, including those due to its rotation: `a - A - W x (W x r) -
-    /// 2 W x v'` `[length / time^2]`.
+    /// Acceleration in the frame of the surface, including the accelerations due to its rotation: `a - A - W
+    /// x (W x r) - 2 W x v'` `[length / time^2]`.
     #[must_use]
     pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
         let arm = position - self.origin;

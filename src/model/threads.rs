@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// With fewer particles per domain than this, domains were no faster than one engine, or hardly.
+/// Minimum number of particles per domain. With fewer particles, domains were hardly faster than one engine,
+/// or not at all.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
 /// Number of threads for a system. The results have the same bits for any number.

@@ -1,4 +1,4 @@
-//! Windows of a distance, for umbrella sampling.
+//! Umbrella windows: intervals of a distance, for umbrella sampling.
 
 use serde::{Deserialize, Serialize};
 

@@ -4,13 +4,14 @@
 //!
 //! > A pair interacts at the first time at which its overlap function `f <= 0` and `df/dt < 0`.
 //!
-//! An invalid state that improves is left alone. One that gets worse interacts immediately. Nothing here
-//! depends on absolute time, particle ids or boxes. At a zero of `df/dt`, the next derivative that is not
-//! zero decides whether `f` falls at once.
+//! A pair in an invalid state does not interact while its state improves. If the state gets worse, the pair
+//! interacts immediately. Nothing here depends on absolute time, particle ids or boxes. At a zero of `df/dt`,
+//! the next derivative that is not zero decides whether `f` falls at once.
 //!
-//! The answer is that of exact arithmetic, or the exact one for coefficients that differ by no more than
-//! their rounding, if every component is zero or between `1e-50` and `1e50` in magnitude (shown by the test
-//! target `oracle`). Scenes with larger numbers are rejected, because products of four would overflow.
+//! The result equals the result of exact arithmetic, or the exact result for coefficients that differ by no
+//! more than their rounding errors. This holds if every component is zero or between `1e-50` and `1e50` in
+//! magnitude, as the test target `oracle` shows. Scenes with larger numbers are rejected, because a product
+//! of four such numbers would overflow.
 //!
 //! | module | pairs | paper |
 //! |---|---|---|
@@ -19,7 +20,7 @@
 //! | [`plane`] | a particle and a flat wall, or the face of a cell | the rule in one dimension |
 //! | [`feature`] | a particle and a point, line or face of a surface, with its ends | Algorithms 2 to 6 on the motion across it |
 //! | `never` | proofs that there is never an event | |
-//! | [`stretch`] | when an overlap function requires an event, and which part of a feature it is on | |
+//! | [`stretch`] | when an overlap function requires an event, and where on a feature it happens | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;

@@ -1,8 +1,9 @@
-//! Free flight: how a particle moves between events, and two particles relative to each other.
+//! Free flight: the motion of a particle between events, and the relative motion of two particles.
 
 use crate::Vector;
 
-/// Position after free flight for `dt` from `position` with `velocity` and constant `acceleration` (paper, equation 1).
+/// Position after free flight for a time `dt` from `position`, with `velocity` and constant `acceleration`
+/// (paper, equation 1).
 ///
 /// `r(t + dt) = r + dt v + dt^2/2 a`.
 #[inline]

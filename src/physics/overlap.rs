@@ -1,9 +1,9 @@
-//! Overlap functions: positive in valid states, negative in invalid ones, zero on the discontinuity.
+//! Overlap functions: positive in valid states, negative in invalid states, zero on the discontinuity.
 //!
-//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for one
-//! that belongs inside (paper, equation 5). The type tells how the pair moves: [`Quadratic`] without relative
-//! acceleration, [`Quartic`] with it. Each detection algorithm takes one of the two, which corresponds to the
-//! paper's `Require` line.
+//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside the distance `s`, and `f- = -f+` for a pair
+//! that belongs inside (paper, equation 5). The type shows how the pair moves: [`Quadratic`] without relative
+//! acceleration, [`Quartic`] with relative acceleration. Each detection algorithm accepts only one of these
+//! types, as the `Require` line in the paper demands.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;

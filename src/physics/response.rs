@@ -23,11 +23,11 @@ pub enum Outcome {
 /// Radial state of a pair at a discontinuity, which determines the outcome.
 ///
 /// The radial motion is `B = v . r`, as in the overlap function, instead of `vn = B / |r|`. At a contact,
-/// `|r|` is close to the discontinuity's distance, often 1, where the square root of a float rounds down more
-/// often than up. A unit normal computed from it is too long by a quarter of a rounding on average, and each
-/// reflection along it adds `4 mu vn^2` times that much energy: a hard-sphere fluid would heat by 3e-16 kT
-/// per event. `B` and `|r|^2` need no square root. Both may be taken along any vector parallel to `r_ij`, of
-/// any length.
+/// `|r|` is close to the discontinuity's distance, often 1, and there the square root of a float rounds down
+/// more often than up. A unit normal computed from `|r|` is too long by a quarter of a rounding on average.
+/// Each reflection along this normal adds `4 mu vn^2` times this error to the energy. A hard-sphere fluid
+/// would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. Both may be taken along any vector
+/// parallel to `r_ij`, of any length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.
@@ -49,8 +49,8 @@ pub struct Response {
 
 /// Decides the response of a pair at a discontinuity.
 ///
-/// `energy_step` is `dU`, the potential energy beyond the discontinuity less the one before it `[energy]`. In terms of
-/// `vn = v_ij . rhat = B / |r|`:
+/// `energy_step` is `dU` `[energy]`, the potential energy beyond the discontinuity minus the potential energy
+/// before it. In terms of `vn = v_ij . rhat = B / |r|`:
 ///
 /// | at | condition | outcome | `vn'` |
 /// |---|---|---|---|
@@ -76,12 +76,13 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, restitution: f
         Side::Positive => Outcome::Capture,
         Side::Negative => Outcome::Release,
     };
-    // The pair crosses the discontinuity, even from a turning point, where it has no speed of its own.
+    // The pair crosses the discontinuity, even from a turning point, where its radial speed is zero.
     Response { outcome, radial: -side.sign() * beyond.sqrt() }
 }
 
-/// At a turning point, a pair that does not move towards the invalid side, within round-off, keeps its
-/// velocity. Reversing it would drive the pair in.
+/// Returns the radial motion after a reflection. At a turning point, a pair that does not move towards the
+/// invalid side, within round-off, keeps its velocity. Reversing the velocity would drive the pair to the
+/// invalid side.
 #[inline]
 fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
@@ -96,7 +97,7 @@ pub struct Leaving {
     pub tangential_scale: f64,
 }
 
-/// Contacts that would repeat this often within a contact time are sliding, not bouncing.
+/// Number of contacts within a contact time. A pair that would have more contacts slides instead of bouncing.
 const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
@@ -105,13 +106,13 @@ const SLIDING: f64 = 64.0;
 /// `closing` the relative acceleration towards the barrier, centrifugal or gravity (`[length / time^2]`,
 /// negative if it drives the pair away).
 ///
-/// A contact is elastic if either particle had its previous one less than `contact_time` ago (`is_recent`).
-/// That alone leaves a gap: with a restitution near 0 there is no speed left that a later elastic contact
-/// could preserve, and the events never end. A contact therefore leaves at least the speed that keeps the
-/// pair apart for one contact time, `closing * contact_time / 2`. If a pair slides along the barrier and
-/// arrives with hardly any normal speed, a small part of its tangential motion is turned into the normal
-/// direction, at constant kinetic energy, as the paper proposes for contacts without normal velocity. Neither
-/// rule ever adds energy.
+/// A contact is elastic if either particle had its previous contact less than `contact_time` ago
+/// (`is_recent`). This rule alone is not sufficient. With a restitution near 0 a contact leaves no speed that
+/// a later elastic contact could preserve, and the events never end. After a contact, the speed is therefore
+/// at least `closing * contact_time / 2`, which keeps the pair apart for one contact time. If a pair slides
+/// along the barrier and arrives with hardly any normal speed, a small fraction of its tangential motion is
+/// turned into the normal direction, at constant kinetic energy, as the paper proposes for contacts without
+/// normal velocity. Neither rule ever adds energy.
 #[inline]
 #[must_use]
 pub fn tc_contact(
@@ -197,7 +198,7 @@ mod tests {
             assert_eq!(outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -vn, 0.5).1, -vn);
             assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, vn, 0.5).1, vn);
         }
-        // A downward step is always taken. Otherwise the pair would stay at it forever.
+        // A pair always crosses a downward step. Otherwise it would stay at the step forever.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -1.0, 0.0, 0.5).1, -2.0);
     }
 
@@ -211,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_tc_model_leaves_a_pair_the_speed_to_stay_away_for_a_contact_time() {
-        // Back after 0.1 under acceleration 1 with speed 0.05.
+        // With speed 0.05 and acceleration 1, the pair is back after 0.1.
         assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
         assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "but never more than it had");
     }

@@ -1,4 +1,4 @@
-//! Chains: straight ones, and random ones that grow without overlaps.
+//! Chains: straight chains, and random chains that grow without overlaps.
 
 use crate::Vector;
 use crate::base::numbers::index;

@@ -9,8 +9,8 @@ use crate::model::space::Boundary;
 use crate::model::{Region, Space, Species, SpeciesId};
 use crate::prepare::lattice::root;
 
-/// Integers in these shares that add up to `count`: rounded down, with the rest given to the largest
-/// remainders.
+/// Integers in the given shares that add up to `count`. They are rounded down, and the remaining particles
+/// go to the largest remainders.
 pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
@@ -28,7 +28,7 @@ pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(S
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
-/// The actual shares of the integer numbers of particles, so that the box fits them exactly.
+/// The shares after rounding to integer numbers of particles, so that the box fits the particles exactly.
 pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let numbers = whole_numbers(&shares, index(count));
@@ -48,8 +48,8 @@ pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dime
     shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
 }
 
-/// The largest packing fraction of a mixture, by its number of species: `pi / (3 sqrt 2)` for equal spheres,
-/// `pi / (2 sqrt 3)` for equal disks. Mixtures can fill the holes as well.
+/// The largest packing fraction of a mixture of `species` species. For one species it is `pi / (3 sqrt 2)`
+/// for spheres and `pi / (2 sqrt 3)` for disks. Mixtures can fill the holes as well.
 pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
     match (dimensions, species) {
         (3, 1) => PI / (3.0 * SQRT_2),

@@ -142,11 +142,11 @@ struct Fit {
 }
 
 impl Fit {
-    /// Chooses the number of cells per axis that maximizes the distance of nearest sites, among those with
-    /// enough sites.
+    /// Chooses the number of cells per axis. Among all choices with enough sites, it maximizes the
+    /// distance of nearest sites.
     ///
-    /// Sites fill a periodic axis evenly. Along any other axis, the outermost stay half a `diameter` from the
-    /// region's sides.
+    /// Sites fill a periodic axis evenly. Along any other axis, the outermost sites stay half a `diameter`
+    /// from the region's sides.
     fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
         let basis = lattice.basis();
         let moving = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
@@ -170,7 +170,8 @@ impl Fit {
             .zip(lattice.edges())
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
-                // At most as many cells as particles, so that a flat region cannot require infinitely many.
+                // Limits the number of cells to the number of particles, so that a flat region cannot
+                // require infinitely many cells.
                 let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })

@@ -1,4 +1,4 @@
-//! Random packings: sequential insertion, and compression of small spheres if there is no room for that.
+//! Random packings: sequential insertion, and compression of small spheres if insertion finds no room.
 
 pub(crate) mod compression;
 pub(crate) mod insertion;
@@ -16,13 +16,13 @@ use crate::prepare::region::FillRegion;
 
 /// Particles to be placed at random.
 pub(crate) struct RandomFill<'a> {
-    /// The species of each.
+    /// The species of each particle.
     pub kinds: &'a [SpeciesId],
     pub species: &'a [Species],
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
-    /// Whether to place as many as fit by sequential insertion.
+    /// Whether to place as many particles as fit by sequential insertion.
     pub as_many_as_fit: bool,
     /// Whether the whole box is available, without other particles.
     pub has_box: bool,
@@ -32,8 +32,8 @@ pub(crate) struct RandomFill<'a> {
 }
 
 impl RandomFill<'_> {
-    /// Places particles one by one, or all together if that is too dense and they have a periodic box to
-    /// themselves. With `as_many_as_fit`, the result may be shorter than `kinds`.
+    /// Places particles one by one. If the fill is too dense for this and has a periodic box to itself,
+    /// places all particles together. With `as_many_as_fit`, the result may be shorter than `kinds`.
     ///
     /// # Errors
     /// [`NoPlace`] if there is no room for them; with `as_many_as_fit`, if not a single one fits.
@@ -54,7 +54,7 @@ impl RandomFill<'_> {
         }
     }
 
-    /// Radius and species of each.
+    /// Radius and species of each particle.
     fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, u32)> {
         self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0))
     }

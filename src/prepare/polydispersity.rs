@@ -1,8 +1,8 @@
 //! Distributions of diameters, divided into classes. Each class is a species.
 //!
-//! A class is a range of quantiles, `[k/n, (k+1)/n]` of `n`, and its diameter is the mean over that range.
-//! All classes therefore have equal shares, and their mean is exactly that of the distribution. Their
-//! variance lacks the variance within the classes.
+//! Of `n` classes, each is a range of quantiles, `[k/n, (k+1)/n]`, and its diameter is the mean over this
+//! range. All classes therefore have equal shares, and their mean is exactly the mean of the distribution.
+//! The variance within the classes is missing from the variance of their diameters.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -39,9 +39,9 @@ pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
 
 /// Diameters of the classes of a lognormal distribution `[length]`.
 ///
-/// `mean` and `deviation` are those of the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2
-/// / mean^2)`, and the mean between the quantiles `a` and `b` of a share `1/n` is `n mean [P(b - s) - P(a -
-/// s)]` with the normal distribution function `P`.
+/// `mean` and `deviation` describe the diameter. The logarithm of the diameter has the variance `s^2 =
+/// ln(1 + deviation^2 / mean^2)`. The mean between the quantiles `a` and `b` of a share `1/n` is `n mean
+/// [P(b - s) - P(a - s)]` with the normal distribution function `P`.
 pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
@@ -57,15 +57,15 @@ pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }
 
-/// The mass of a particle of a class if one of the mean diameter has `mass`. The material is the same, so
-/// that masses are proportional to volumes.
+/// The mass of a particle of a class, if a particle of the mean diameter has the mass `mass`. The material
+/// is the same, so masses are proportional to volumes.
 pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
 /// All numbers below `count`, ordered so that the first few are always spread evenly, in pairs around the
-/// middle. If the number of particles is not a multiple of the number of classes, the first classes get one
-/// more, and the mean diameter should hardly change.
+/// middle. If the number of particles is not a multiple of the number of classes, the first classes each
+/// get one more particle. With this order, the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -84,7 +84,7 @@ fn normal_distribution(z: f64) -> f64 {
 
 /// The quantile of a share, by bisection down to adjacent floats.
 fn normal_quantile(share: f64) -> f64 {
-    // Beyond these, double precision has nothing left.
+    // Beyond these limits, double precision cannot resolve the share.
     let (mut lower, mut upper) = (-40.0, 40.0);
     loop {
         let middle = 0.5 * (lower + upper);

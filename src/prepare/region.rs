@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Fraction of a length by which rounding may put a site outside.
+/// Tolerance for rounding, as a fraction of a length: a site may be outside by this fraction.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
@@ -115,8 +115,8 @@ impl FillRegion {
         let Self::Cone { radii: [a, b], length, .. } = self else { return None };
         let ends = [particle, length - particle];
         let room = ends.map(|end| self.room_at(end, particle));
-        // The height at which the surface is one particle radius away. Nothing is cut off if both ends are
-        // wide enough.
+        // The height at which the surface is one particle radius away from the axis. If both ends are wide
+        // enough, nothing is cut off.
         let slope = (b - a) / length;
         let apex = ends[0] - room[0] / slope;
         let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
@@ -163,7 +163,7 @@ impl FillRegion {
     }
 }
 
-/// A position in the unit disk perpendicular to an axis; in two dimensions on a line.
+/// A position in the unit disk perpendicular to an axis. In two dimensions, the disk is a line.
 fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
     let reach = if space.dimensions() == 3 { random.uniform().sqrt() } else { random.uniform() };
     loop {

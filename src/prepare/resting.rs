@@ -1,8 +1,9 @@
 //! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
 //!
-//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2
-//! v / a` (theory: free fall). At rest this time is zero, so that events never end. Just above rest, there
-//! are so many events that time hardly advances, and the TC model makes all of them elastic.
+//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after
+//! `2 v / a` (theory: free fall). At rest this time is zero, so that events never end. If the sphere is
+//! almost at rest, events are so frequent that time hardly advances. The TC model then makes all of them
+//! elastic.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -40,7 +41,8 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// A particle is at rest if it is in contact again within this fraction of the contact time of the TC model.
 const OF_CONTACT_TIME: f64 = 1e-4;
 
-/// The same as a fraction of the time in which a particle falls by its diameter, without a contact time.
+/// Without a contact time, the same limit as a fraction of the time in which a particle falls by its
+/// diameter.
 const OF_FALL: f64 = 1e-8;
 
 /// All particles at rest on something immobile, each listed once.
@@ -75,7 +77,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     found.into_iter().flatten().collect()
 }
 
-/// Adds the particles at rest on static ones.
+/// Adds the particles at rest on static particles.
 fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     let species = |number: u32| {
         let of = scene.particles[number as usize].species;

@@ -1,10 +1,10 @@
 //! Surfaces made of static spheres, arranged so that they do not leak.
 //!
-//! A sphere whose contact distance with the static spheres is `s` passes through a hole between them only if
-//! the hole's circumradius `R`, the distance from its middle to the nearest static spheres, exceeds `s`. Rows
-//! of spheres at most `d` apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) /
-//! 2`, for any shift of the rows: an empty circle cuts no chord longer than `d` out of either row, so its
-//! centre is at most `h / 2` from both.
+//! The contact distance of a moving sphere with the static spheres is `s`. The circumradius `R` of a hole
+//! is the distance from its middle to the nearest static spheres. The sphere passes through the hole only
+//! if `R` exceeds `s`. Rows of spheres at most `d` apart along the row and `h` from row to row leave holes
+//! of `R <= sqrt(d^2 + h^2) / 2`, for any shift of the rows. The reason: an empty circle cuts no chord
+//! longer than `d` out of either row, and its centre is at most `h / 2` from the nearer row.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -22,8 +22,8 @@ use crate::prepare::packing::occupancy::Contacts;
 /// tight.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// The default spacing of a square grid for a surface of this species `[length]`, the largest at which no
-/// moving species passes.
+/// The default spacing of a square grid for a surface of this species `[length]`: the largest spacing at
+/// which no moving species passes.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
     // The smallest species that meets the surface decides, because it would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
@@ -131,8 +131,8 @@ pub(crate) struct Layout {
 }
 
 impl Surface {
-    /// Approximate number of spheres of the surface, never less than half of it, to reject a surface before
-    /// it is created.
+    /// Approximate number of spheres of the surface, never less than half of the actual number. It serves
+    /// to reject a surface before it is created.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -201,9 +201,9 @@ fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
     layout
 }
 
-/// Circumradius of the holes in a grid of parallelograms: that of the triangle of its edges and the shorter
-/// diagonal, `R = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the
-/// edges.
+/// Circumradius of the holes in a grid of parallelograms. It is the circumradius of the triangle of the
+/// edges and the shorter diagonal, `R = |a| |b| |a - b| / (2 |a x b|)`. This triangle is not obtuse if
+/// both diagonals are longer than the edges.
 fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let b = if a.dot(b) < 0.0 { -b } else { *b };
     let diagonal = a - b;
@@ -212,8 +212,8 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
-        // Slanted rows: the distance `h` between rows is less than the edge, so the bound for shifted rows
-        // holds with the edge.
+        // In slanted rows, the distance `h` between rows is less than the edge. So the bound for shifted
+        // rows also holds with the edge in place of `h`.
         0.5 * libm::hypot(a.norm(), b.norm())
     }
 }
@@ -254,7 +254,7 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
     layout
 }
 
-/// A ring of spheres. Every other ring is turned by half a step, which makes most holes smaller than the
+/// A ring of spheres. Every other ring is turned by half a step. Most holes are then smaller than the
 /// bound.
 fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
     let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
@@ -330,7 +330,7 @@ mod tests {
         points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest hole, seen from random positions on the surface, must not exceed the claimed one.
+    /// The largest hole, measured from random positions on the surface, must not exceed the claimed hole.
     fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
         let layout = surface.layout(spacing, &Space::periodic_cube(1.0));
         let claimed = layout.hole.unwrap();

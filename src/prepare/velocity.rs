@@ -14,8 +14,8 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 
-/// Draws velocities for the moving particles of `particles`, without net momentum and exactly at a
-/// temperature, `T = 2 K / (D (N - 1))`.
+/// Draws velocities for the moving particles of `particles`. There is no net momentum, and the temperature
+/// is exact, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
     particles: &mut [Particle],
     species: &[Species],
@@ -104,10 +104,11 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
 
 /// Gives all moving particles the same speed, in random directions without net momentum.
 ///
-/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are opposite
-/// in randomly chosen pairs of particles of one species. If their number is odd, the last three are at 120
-/// degrees to each other in a random plane. The momentum is then zero for any masses. A single particle of a
-/// species, and on a line the last of an odd number, keeps its own direction.
+/// Subtracting the velocity of the centre of mass would make speeds differ. Instead, directions are
+/// opposite in randomly chosen pairs of particles of one species. If a species has an odd number of
+/// particles, the last three are at 120 degrees to each other in a random plane. The momentum is then zero
+/// for any masses. There are two exceptions: a single particle of a species, and the last of an odd number
+/// of particles on a line. Such a particle keeps its own direction.
 fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
     for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
@@ -147,11 +148,12 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     [first, across * sine - first * cosine, -across * sine - first * cosine].map(|direction| direction.normalize())
 }
 
-/// Removes the total momentum along the axes on which it is conserved, and scales velocities to exactly the
-/// temperature, `T = 2 K / f`.
+/// Removes the total momentum along the axes on which it is conserved. Then scales velocities to exactly
+/// the temperature, `T = 2 K / f`.
 ///
-/// `N` moving particles have `D N` degrees of freedom, less one for each conserved component of the momentum:
-/// `f = D N - c`, as in the measured temperature. A single particle keeps its momentum, `T = 2 K / D`.
+/// `N` moving particles have `D N` degrees of freedom, less one for each of the `c` conserved components
+/// of the momentum: `f = D N - c`, as in the measured temperature. A single particle keeps its momentum,
+/// `T = 2 K / D`.
 fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Species], cloud: &Cloud) {
     let moving = || members.iter().cloned().flatten();
     let (mut momentum, mut total_mass, mut count) = (Vector::zeros(), 0.0, 0_usize);
@@ -286,8 +288,8 @@ mod tests {
                     count += 1.0;
                 }
             }
-            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)). Half of the paired directions are independent,
-            // with deviations below 0.36 each.
+            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)). Of the paired directions, half are
+            // independent, each with a deviation below 0.36.
             let error = 4.0 * 0.36 / (0.5_f64 * count).sqrt();
             assert!((square / count - 1.0 / dimensions).abs() < error, "{}", square / count);
             assert!((fourth / count - 3.0 / (dimensions * (dimensions + 2.0))).abs() < error, "{}", fourth / count);

@@ -176,10 +176,10 @@ pub(crate) struct Ledger {
     initial_energy: f64,
     /// The total momentum at the start, or after the last growth; `None` if it is not conserved.
     initial_momentum: Option<Vector>,
-    /// The largest `sum m |v|` since then. Rounding errors are relative to the momenta at the time of
-    /// rounding.
+    /// The largest `sum m |v|` since the start or the last growth. Rounding errors are relative to the
+    /// momenta at the time of rounding.
     largest_momenta: f64,
-    /// The relative drift before that time.
+    /// The relative drift before the last growth.
     earlier_drift: f64,
     scale: f64,
     initial: Initial,

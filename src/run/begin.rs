@@ -32,7 +32,7 @@ pub enum RunError<E> {
 /// instruments.
 ///
 /// # Errors
-/// The recorder's. A simulation that cannot continue is not an error here, but an [`Ending`].
+/// The errors of the recorder. A simulation that cannot continue is not an error here, but an [`Ending`].
 pub fn run<R: Recorder>(
     scene: Scene,
     recorder: &mut R,
@@ -47,7 +47,7 @@ pub fn run<R: Recorder>(
 pub(super) enum Origin {
     Scene,
     Checkpoint,
-    /// It already has them.
+    /// A paused run, which already has its instruments.
     Pause,
 }
 
@@ -116,8 +116,8 @@ impl Run {
         self
     }
 
-    /// Plans rows, frames and instruments of the measurement for another end, which the run to be repeated
-    /// had originally.
+    /// Plans rows, frames and instruments of the measurement for another end: the original end of the run
+    /// that is repeated.
     pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
         self.state.planned = end;
         self
@@ -221,9 +221,10 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Runs to where another run of the same scene was interrupted, and ends there in the same way: after a
-    /// number of physical events since the start of the simulation, at a simulated time, which may be that of
-    /// a later cell transition. `watch` is that of [`Self::execute`]; when it breaks, the run ends at once.
+    /// Runs up to the point at which another run of the same scene was interrupted, and ends there in the
+    /// same way. The point is given by the number of physical events since the start of the simulation and by
+    /// a simulated time, which may be the time of a later cell transition. `watch` is as in
+    /// [`Self::execute`]. When `watch` breaks, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
         self,
         events: u64,
@@ -237,9 +238,10 @@ impl Run {
         drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
     }
 
-    /// Runs everything before the last measurement (stages, growth, equilibration) and pauses where that
-    /// begins, with its heat bath and its gravity. Returns the run, which continues with the same bits, and
-    /// `None`; or the run in its present state, and why it ended.
+    /// Runs everything before the last measurement (stages, growth, equilibration). Pauses at the beginning
+    /// of that measurement, with its heat bath and its gravity. Returns the run, which continues with the
+    /// same bits, and `None`. If the run ends earlier, returns the run in its present state, and why it
+    /// ended.
     ///
     /// `watch` is that of [`Self::execute`]. Results of measured stages are not recorded.
     ///

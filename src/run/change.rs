@@ -25,10 +25,10 @@ impl Run {
     /// present positions and velocities, at the start of the present stage. The present particles, bonds and
     /// static meshes replace those of the text.
     ///
-    /// `overrides` have the form of those of [`Scene::from_file_with`].
+    /// `overrides` have the same form as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`ChangeError`] if the text has a mistake or does not fit the state, for example with another box or a
+    /// [`ChangeError`] if the text has an error or does not fit the state, for example with another box or a
     /// larger diameter, and while diameters grow.
     pub fn changed(&self, text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Self, ChangeError> {
         if self.simulation.is_growing() || self.simulation.scale() != 1.0 {

@@ -120,8 +120,8 @@ impl Checkpoint {
         Kind::Checkpoint.is_that_of(path)
     }
 
-    /// Rejects an end of the measurement that has already passed, so that no scene names an end that was not
-    /// the end.
+    /// Rejects an end of the measurement that has already passed. Otherwise a scene could specify an end at
+    /// which its run did not end.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].

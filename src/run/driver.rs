@@ -29,7 +29,7 @@ use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation, Until};
 use crate::model::Limit;
 
-/// Steps of the engine between two calls of `watch`: the first time, and at most. A step is slow if particles
+/// Number of engine steps between two calls of `watch`: initially, and at most. A step is slow if particles
 /// have very many neighbours, so the number is adapted to the wall time. This affects nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
@@ -120,7 +120,7 @@ struct Driver<'a> {
     patience: u64,
     /// Steps of the engine until the next call of `watch`.
     steps: u64,
-    /// The maximum of these.
+    /// Largest number of engine steps between two calls of `watch`.
     most_steps: u64,
     /// A surface of the present stage that overlaps a particle.
     blocked: Option<Blocked>,
@@ -204,7 +204,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Advances to a time and returns `None`; or to a number of events or an obstacle, and returns which.
+    /// Advances to a time and returns `None`. If a number of events or an obstacle comes first, stops there
+    /// and returns its ending.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();
@@ -280,7 +281,7 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// The first process's value, because clocks, disks and signals differ between processes.
+    /// Returns the value of the first process, because clocks, disks and signals differ between processes.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }
@@ -361,7 +362,7 @@ mod tests {
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
-        // Forever past the other two.
+        // The third disk passes the other two forever.
         let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
         assert_eq!(passes.ending, Ending::GaveUp);
     }

@@ -165,7 +165,7 @@ struct Pace {
 }
 
 impl Pace {
-    /// Cost of work at a rate for some time, if it is out of proportion to the events.
+    /// Cost of work at a rate over a duration, if it is out of proportion to the events.
     fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
         let (steps, events) = (rate * duration, self.events * duration);
         let seconds = steps / STEPS_PER_SECOND;
@@ -198,9 +198,9 @@ impl Pace {
     }
 }
 
-/// Collision cross section of a moving particle, averaged over the species of its partners: that of each step
-/// `[length^(D - 1)]`, twice if a pair passes it inwards and outwards, and that of the core multiplied by
-/// Enskog's factor.
+/// Collision cross section of a moving particle, averaged over the species of its partners `[length^(D -
+/// 1)]`. It is the sum over all steps of the potential. A step that a pair passes inwards and outwards counts
+/// twice. The core is multiplied by Enskog's factor.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);

@@ -27,7 +27,7 @@ pub struct MeasuredStage {
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// Whether it was in equilibrium, or in a steady state.
     pub equilibrium: Equilibrium,
-    /// Results of the instruments of the scene in it.
+    /// Results of the scene's instruments in this stage.
     pub measured: Measured,
     /// Factor by which diameters had grown since the start of the scene.
     pub diameter_factor: f64,

@@ -120,7 +120,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
         }
     }
     let (passed, events) = *course.last()?;
-    // The number of events at a time, from the first part that has reached it.
+    // The number of events at a time, taken at the first check after that time.
     let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
@@ -207,8 +207,8 @@ mod tests {
 
     #[test]
     fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
-        // It cools within about 10^4 units of time, and the trial covers only part of that. The initial rate
-        // would give twenty times too many events.
+        // The system cools within about 10^4 units of time, and the trial covers only a fraction of this
+        // time. The initial rate would give twenty times too many events.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

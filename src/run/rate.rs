@@ -20,14 +20,15 @@ const STEPS: u64 = 500_000;
 /// two seconds. A single engine step may need very many of them.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
-/// Number of engine steps between two checks of these.
+/// Number of engine steps between two checks of the number of search steps.
 const BETWEEN: u64 = 64;
 
-/// Fewer events give no rate.
+/// Smallest number of events that gives a rate.
 const FEWEST: u64 = 10;
 
-/// Events per simulated time `[1 / time]`, from a trial in which each particle has some events; with too many
-/// particles for a trial, from kinetic theory at the initial speeds. `None` if neither gives a rate.
+/// Events per simulated time `[1 / time]`, from a trial in which each particle has a few events. With too
+/// many particles for a trial, the rate follows from kinetic theory at the initial speeds. `None` if neither
+/// gives a rate.
 ///
 /// The result depends only on the scene, not on the clock.
 #[must_use]

@@ -53,8 +53,8 @@ pub(super) struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// Increases the intervals, so that persistent overlaps cost little. The time of their resolution is
-    /// known to a tenth.
+    /// Increases the intervals by a tenth, so that persistent overlaps cost little. The time at which
+    /// overlaps are resolved is known to about a tenth.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
@@ -284,8 +284,9 @@ impl RunState {
     }
 }
 
-/// The simulated time in which a typical particle crosses the box at its speed, from rest, or at the
-/// temperature of an external source; or in which a heat bath has some collisions. Infinite if nothing moves.
+/// The simulated time in which the fastest particle crosses the box, at its initial speed, from rest with its
+/// acceleration, or at the temperature of an external source. With a heat bath, it is at most the time of
+/// [`MANY_COLLISIONS`]. Infinite if nothing moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -305,5 +306,5 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Number of Andersen collisions between two calls of `watch`: some hundredths of a second.
+/// Number of Andersen collisions between two calls of `watch`, which take a few hundredths of a second.
 const MANY_COLLISIONS: f64 = 1e4;

@@ -18,12 +18,12 @@ pub struct Agreement {
     /// `chi^2 = sum ((x - x_0) / error)^2` with the expected values for systems of the size of the runs,
     /// [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// The same with the published values for infinite systems; `None` if these are equal.
+    /// `chi^2` with the published values for infinite systems; `None` if these equal the values at the size.
     pub without_size: Option<f64>,
     /// Number of means, and of degrees of freedom, because nothing is fitted.
     pub freedom: usize,
     /// Number of means left out because the system is in another phase than the published one. If both phases
-    /// are published, the system is in the phase whose compressibility factor is nearer to its own.
+    /// are published, the phase of the system is the one with the nearer compressibility factor.
     pub other_phase: usize,
     /// Whether the published values are those of a crystal.
     pub is_of_crystal: bool,

@@ -1,4 +1,4 @@
-//! Numbers inside varied lists and tables, to plot against.
+//! Numbers inside varied lists and tables, as variables for plots.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +44,8 @@ impl Sweep {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
     }
 
-    /// Everything that state points can be plotted against: keys with numbers, and numeric entries of lists and tables, by key.
+    /// All variables for plots of state points: keys with numbers, and numeric entries of lists and tables,
+    /// by key.
     pub(crate) fn numbers(&self) -> Vec<Entry> {
         let names = self.state_point_names();
         let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);

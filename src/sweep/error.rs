@@ -9,7 +9,7 @@ use super::axis::{AxisError, MOST};
 use crate::io::OutputError;
 use crate::scene::SceneError;
 
-/// Error of a sweep as a whole. Errors at a single point are the fate of that point.
+/// Error of a sweep as a whole. An error at a single point is the outcome of that point.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -30,7 +30,8 @@ pub enum SweepError {
         /// The value.
         value: String,
     },
-    /// Two keys refer to the same value, or the second to a value that contains or is inside the first.
+    /// Two keys refer to the same value, or the value of the second key contains or is inside the value of
+    /// the first.
     #[error("`{first}` and `{second}` are the same value of the scene: the first one would have no effect")]
     SamePlace {
         /// The key that comes first.
@@ -109,7 +110,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Cure: what the user can do.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -69,7 +69,8 @@ pub struct Orders<'o> {
     /// Registers custom instruments with a run, on its thread: [`Run::instrument`]. A resumed run needs the
     /// same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Their names. A run that began with others is rejected before anything in its folder changes.
+    /// Names of the custom instruments. A run that began with other instruments is rejected before anything
+    /// in its folder changes.
     pub instrument_names: &'o [String],
 }
 

@@ -110,9 +110,10 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Creates the folder of a sweep, or opens that of the same sweep: the same text of the scene, the same
-    /// overrides and the same keys. The values of the axes may differ: existing runs stay, and the tables
-    /// show the present points. If several sweeps start in a folder at once, only one gets it.
+    /// Creates the folder of a sweep, or opens the existing folder of the same sweep: with the same text of
+    /// the scene, the same overrides and the same keys. The values of the axes may differ: existing runs
+    /// stay, and the tables show the present points. If several sweeps start in a folder at once, only one
+    /// gets it.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`]
@@ -132,9 +133,9 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Creates the record of a sweep, or finds that of the same one. A new record gets its final name in one
-    /// step and replaces none, so that only one of several sweeps gets the folder, before anything else is
-    /// created there.
+    /// Creates the record of a sweep, or finds the existing record of the same sweep. A new record gets its
+    /// final name in one step and replaces no other record. Therefore only one of several sweeps gets the
+    /// folder, before anything else is created there.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -161,7 +162,7 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // Includes those of runs that are no longer points.
+            // Includes the inputs of runs that are no longer points of the sweep.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -176,8 +177,8 @@ impl SweepFolder {
         &self.inputs
     }
 
-    /// The folder of an existing sweep, which is not changed. For processes that run points of a sweep begun
-    /// by another one.
+    /// Opens the folder of an existing sweep without changing it, for processes that run points of a sweep
+    /// begun by another process.
     ///
     /// # Errors
     /// [`SweepError::Read`] if it is not a sweep.

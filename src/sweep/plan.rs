@@ -17,7 +17,7 @@ use crate::scene::{NamedInput, SceneError, read_text};
 /// The key whose values are repetitions of the same state point.
 const SEED: &str = "seed";
 
-/// A key whose runs measure quantities that are otherwise given.
+/// The key of the barostat. Runs with a barostat measure quantities that scenes otherwise specify.
 const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: its axes, and their points in order, the last axis fastest.
@@ -60,7 +60,7 @@ impl Point {
 
 impl Sweep {
     /// A sweep of the scene in a file. `set` overrides values at all points, as in
-    /// [`read_scene`](crate::io::read_scene); the axes override theirs.
+    /// [`read_scene`](crate::io::read_scene); the axes override the values of their own keys.
     ///
     /// # Errors
     /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`],
@@ -210,7 +210,7 @@ impl Sweep {
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
-    /// For each of these names, the index of its axis. Keys of one axis change together.
+    /// For each name in [`Self::state_point_names`], the index of its axis. Keys of one axis change together.
     pub(crate) fn state_point_axes(&self) -> Vec<usize> {
         let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
@@ -224,7 +224,7 @@ impl Sweep {
     /// The scene at a point.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
+    /// [`SceneError`] with the first error.
     pub fn scene_at(&self, point: &Point) -> Result<Scene, SceneError> {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
@@ -233,7 +233,7 @@ impl Sweep {
     /// types. Cheap, because no particle is placed.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
+    /// [`SceneError`] with the first error.
     pub fn check_keys_at(&self, point: &Point) -> Result<(), SceneError> {
         Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
     }
@@ -243,11 +243,11 @@ impl Sweep {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Finds mistakes before anything is created: keys and types at all points, one complete scene, which is
+    /// Finds errors before anything is created: keys and types at all points, one complete scene, which is
     /// returned, and whether the seed has an effect.
     ///
     /// # Errors
-    /// [`SweepError::Scene`] with the first mistake, [`SweepError::SameRuns`] if seeds vary and change nothing.
+    /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if seeds vary and change nothing.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
         // There is at least one point. A scene that is invalid at one end of an axis may be valid at the
@@ -263,7 +263,7 @@ impl Sweep {
 
     /// Checks that another seed gives another run of a point.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
-        // Nor replicas, which a sweep rejects.
+        // Replicas are not checked either, because a sweep rejects them.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };

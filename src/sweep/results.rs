@@ -64,7 +64,8 @@ pub struct Value {
 pub struct Pooled {
     /// The mean of the means, with equal weights.
     pub mean: f64,
-    /// Its standard error from those of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is unknown.
+    /// Its standard error from the errors of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is
+    /// unknown.
     pub error: Option<f64>,
     /// Its standard error from the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the
     /// scatter is round-off, `None` for a single run.
@@ -293,7 +294,7 @@ fn values_of(
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // The program's order first, followed by additions of later versions.
+    // Known observables come first, in the order of the program. Observables added by later versions follow.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
@@ -314,7 +315,7 @@ fn values_of(
     observables.chain(numbers).collect()
 }
 
-/// Points that differ only in their seeds, in the order of the first of them.
+/// Points that differ only in their seeds, in the order of the first point of each group.
 fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();

@@ -17,8 +17,8 @@ pub(super) fn meaning(text: &str) -> String {
     spelled(&value_of(text))
 }
 
-/// An integer in decimal digits, however it was written, so that it has a single folder. Other values are
-/// unchanged.
+/// An integer in decimal digits, however it was written, so that each integer has a single folder. Other
+/// values are unchanged.
 pub(super) fn plain(text: &str) -> String {
     match value_of(text) {
         Value::Integer(number) => number.to_string(),

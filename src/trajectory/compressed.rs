@@ -129,7 +129,7 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // Each changed byte gives an error or, by chance of the checksum, the same text, and never a
+            // Each changed byte gives an error, or by chance of the checksum the same text, but never a
             // panic.
             for k in 0..60 {
                 let mut changed = packed.clone();

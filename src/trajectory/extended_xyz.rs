@@ -68,8 +68,8 @@ pub struct Pick {
     pub is_truncated: bool,
 }
 
-/// The frame of a trajectory file that is nearest to a time `[time]`, or the last one. Of two equally near
-/// frames, the earlier one in the file is taken. At most two frames are in memory at a time.
+/// Reads the frame of a trajectory file that is nearest to a time `[time]`, or the last frame. If two frames
+/// are equally near, the earlier frame in the file is read. At most two frames are in memory at a time.
 ///
 /// # Errors
 /// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,

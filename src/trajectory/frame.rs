@@ -100,7 +100,7 @@ pub struct Frame {
     pub lower: Vector,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
-    /// Whether what leaves on one side enters on the other, per axis.
+    /// Whether each axis is periodic: a particle that leaves on one side enters on the other.
     pub periodic: [bool; 3],
     /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 in a box at
     /// rest `[length]`.
@@ -113,7 +113,7 @@ pub struct Frame {
     pub bonds: Vec<[ParticleId; 2]>,
     /// The names of the bonds' interactions.
     pub bond_names: Vec<String>,
-    /// Index of each bond into these; empty if a file does not contain it.
+    /// For each bond, the index of its interaction in the names; empty if a file does not contain it.
     pub bond_kinds: Vec<u32>,
     /// Periods travelled by each particle along each axis, in the order of the particles; empty if a file
     /// does not contain them. [`Frame::unwrapped`] uses them.
@@ -171,8 +171,8 @@ impl Frame {
         }
     }
 
-    /// The names of the interactions of a scene's bonds, and the index of each bond into them; empty if one
-    /// has no name.
+    /// Returns the names of the interactions of a scene's bonds, and the index of each bond into the names.
+    /// Both are empty if an interaction has no name.
     #[must_use]
     pub fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
         let mut names: Vec<String> = Vec::new();
@@ -267,7 +267,7 @@ impl Frame {
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
-    /// The mass of each particle, if all are known; 0 for static ones, so that sums stay finite.
+    /// The mass of each particle, if all masses are known; 0 for static particles, so that sums stay finite.
     pub(crate) fn masses(&self) -> Option<Vec<f64>> {
         let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
         let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };

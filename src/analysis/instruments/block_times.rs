@@ -14,9 +14,9 @@ pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// An interval close to `interval` whose samples do not keep step with the scaling of velocities. The samples
-/// fall evenly on all times since the last scaling: the interval is neither a multiple nor a simple fraction
-/// of the time between two scalings. Each sample moves on from the one before by the golden section.
+/// Returns an interval close to `interval` that is neither a multiple nor a simple fraction of the time
+/// between two scalings of the velocities. The samples then fall evenly on all times since the last scaling.
+/// From one sample to the next, this time advances by the golden section.
 pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let Some(scaling) = scaling else { return interval };
@@ -56,8 +56,8 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // With the golden section, deviations grow as the logarithm. With tiny steps, they are as large
-            // as the number of steps in a period.
+            // With the golden section, deviations grow as the logarithm of the number of samples. With tiny
+            // steps, they are as large as the number of steps in a period.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

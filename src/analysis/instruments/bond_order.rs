@@ -70,7 +70,7 @@ fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
     cutoff.min(CellList::largest_range(&system.space))
 }
 
-/// Why the cutoff is shorter than the plan asks for; `None` if it is not.
+/// Explains why the cutoff is shorter than the plan requests; `None` if it is not shorter.
 pub(crate) fn shortened_cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> Option<String> {
     plan.cutoff.and_then(|asked| shortened(asked, cutoff(plan, system), &system.space))
 }

@@ -8,23 +8,25 @@ use crate::base::numbers::trunc_to_u32;
 /// Intended number of samples when they are cheap.
 const MOST: f64 = 200.0;
 
-/// Fewest intended samples, however expensive. As blocks, they are just enough for a standard error.
+/// Smallest intended number of samples, however expensive they are. This many blocks are just enough for a
+/// standard error.
 const FEWEST: f64 = 16.0;
 
-/// Operations that all samples together may always take, of about two nanoseconds each: one second.
+/// Number of operations that all samples together may always use. At about two nanoseconds per operation,
+/// they take one second.
 const FREE: f64 = 5e8;
 
-/// Operations allowed in addition to [`FREE`], for each particle and each time that it travels the mean
-/// distance between neighbours. This is a tenth of the engine's own work in a fluid, which takes about four
-/// microseconds.
+/// Number of operations allowed in addition to [`FREE`], per particle and flight. A flight is the time in
+/// which the particle travels the mean distance between neighbours. This is a tenth of the engine's own work
+/// in a fluid, which takes about four microseconds.
 const PER_FLIGHT: f64 = 200.0;
 
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
 /// Each sample takes `work` floating-point operations. An interval that is not given is chosen for 200
-/// samples in the expected duration. There are fewer, but at least 16, if 200 samples would take longer than
-/// a second and longer than a tenth of the run. The interval is neither a simple fraction nor a multiple of
-/// the time between two scalings of the velocities.
+/// samples in the expected duration. If 200 samples would take longer than a second and longer than a tenth
+/// of the run, there are fewer samples, but at least 16. The interval is neither a simple fraction nor a
+/// multiple of the time between two scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
     // Times closer than this are the same floating-point number.

@@ -20,8 +20,8 @@ use tracers::Tracers;
 /// Memory for the positions and velocities at all origins `[byte]`.
 const BUDGET: usize = 64 << 20;
 
-/// Number of origins kept beyond the span, for the long logarithmic lags. When there are more, every second
-/// one is dropped.
+/// Largest number of origins that are older than the span. They are kept for the long logarithmic lags. When
+/// there are more, every second origin is dropped.
 const MOST_LONG: usize = 16;
 
 /// Largest number of origins younger than the span: four overlap, one ends, one begins.
@@ -173,7 +173,7 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // The requested sample is due, even so late that the round-off of times exceeds the tolerance.
+        // The requested sample is due, even at times so late that their round-off exceeds the tolerance.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {

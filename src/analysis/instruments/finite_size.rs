@@ -17,12 +17,12 @@ const VISCOSITY: &str = "shear_viscosity";
 /// Name of the coefficient of an infinite system. The name of the species follows it.
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
-/// Largest relative error of a viscosity `eta` that is divided by. The mean of `1 / eta` is too large by its
-/// square, here a ninth of the term.
+/// Largest relative error of a viscosity `eta` used as a divisor. The mean of `1 / eta` is too large by the
+/// square of this error, here a ninth of the term.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Largest fraction of a coefficient that may be added from beyond the span. The terms that the theory of it
-/// neglects are of the next order.
+/// Largest fraction of a coefficient that may be added from times beyond the span. The theory of this
+/// contribution neglects terms of the next order.
 const LARGEST_TAIL: f64 = 0.1;
 
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
@@ -34,9 +34,9 @@ const LARGEST_TAIL: f64 = 0.1;
 /// path.
 ///
 /// The box suppresses all motion on scales longer than its edge. By the Oseen tensor of the periodic box, the
-/// correction does not depend on the size of the particles. It includes the motion of the centre of mass, so
-/// `D` must not be divided by the factor that makes up for that motion elsewhere: `1 - m / M` undoes the
-/// division, or `1 - 1 / N` for all particles together.
+/// correction does not depend on the size of the particles. It includes the motion of the centre of mass.
+/// Elsewhere `D` is divided by a factor that corrects for this motion; here the factor `1 - m / M` cancels
+/// that division, or `1 - 1 / N` for all particles together.
 ///
 /// Errors of both coefficients propagate as if they were independent. The error of the temperature is far
 /// smaller.
@@ -66,8 +66,8 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Temperature of the measurement `[energy]`.
     temperature: f64,
-    /// Whether the box is longer than the mean free path, which follows from the diffusion coefficient of all
-    /// particles. Only then are its flows hydrodynamic.
+    /// Whether the box is longer than the mean free path, so that its flows are hydrodynamic. The mean free
+    /// path follows from the diffusion coefficient of all particles.
     is_hydrodynamic: bool,
     /// Whether the viscosity was requested.
     has_viscosity: bool,
@@ -107,8 +107,8 @@ impl<'s> Fluid<'s> {
         })
     }
 
-    /// Part of a coefficient that lies beyond its span `[length^2 / time]`, from the measured viscosity or
-    /// else Enskog's.
+    /// Calculates the part of a coefficient that its span misses `[length^2 / time]`, from the measured
+    /// viscosity or, without one, from Enskog's viscosity.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
         let measured = self.viscosity.map(|it| it.mean);
@@ -122,8 +122,8 @@ impl<'s> Fluid<'s> {
         Some(missed).filter(|missed| missed.is_finite())
     }
 
-    /// The coefficient of an infinite system that corresponds to the coefficient of a box. `None` for
-    /// Green-Kubo coefficients, in a box that is not a cube, or if the viscosity was not requested.
+    /// Converts the coefficient of a box into the coefficient of an infinite system. `None` for Green-Kubo
+    /// coefficients, in a box that is not a cube, or if the viscosity was not requested.
     fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
         let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
         if !self.has_viscosity || !self.system.space.is_cube() {

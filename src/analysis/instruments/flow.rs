@@ -19,18 +19,20 @@ use passages::{MASS, NUMBER, Passages};
 /// Samples per run unless an interval is given.
 const SAMPLES: u32 = 2000;
 
-/// With more species than this, for example as many as diameters, species are not counted separately.
+/// With more species than this, species are not counted separately. A scene may have one species per
+/// diameter, for example.
 const MOST_SPECIES: usize = 20;
 
-/// A rectangle is checked at most this often for one particle between two samples.
+/// Largest number of crossings of one particle between two samples that are checked against a rectangle.
 const MOST_CROSSINGS: f64 = 1000.0;
 
 /// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
 ///
 /// The positions of a particle at two samples decide how often it passed. Along a periodic axis they include
-/// the periods that it travelled. Going forth and back between two samples is no passage, so the sum is exact
-/// at any interval. Whether and when it passed inside the rectangle follows from a straight line between both
-/// positions. The default interval is a 2000th of the duration; it grows if the run takes longer.
+/// the periods that it travelled. A particle that passes and returns between two samples does not count, so
+/// the sum is exact at any interval. A straight line between both positions decides whether and when the
+/// particle passed inside the rectangle. The default interval is a 2000th of the duration; it grows if the
+/// run takes longer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Flow {
     name: String,
@@ -52,7 +54,8 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    /// An unknown axis or species counts nothing. Reading a scene rejects both.
+    /// Starts the counting. With an unknown axis or species nothing is counted; the reader of scenes rejects
+    /// both.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let named = |word: &&str| plan.axis.as_deref() == Some(*word);
@@ -98,8 +101,8 @@ impl Flow {
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // Index of the last plane passed going up, and that of its image. A particle in the plane counts as
-        // beyond it.
+        // For the start and the end, the index of the last image of the plane that a particle passes on its
+        // way up. A particle in the plane counts as beyond it.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];

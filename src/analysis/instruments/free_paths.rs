@@ -31,13 +31,13 @@ const BLOCK: u64 = 64;
 /// them.
 ///
 /// The relative error of a mean is the error of the mean flight per event, `N t / n` for `n` flights in a
-/// time `t`, and likewise for paths. The scatter of single flights says little about it: all distance belongs
-/// to one flight or another, so a long flight leaves less for the next.
+/// time `t`, and likewise for paths. The scatter of single flights says little about this error. Flights
+/// share the whole distance, so a long flight leaves less distance for the next flight.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    /// By time, and by path unless particles accelerate or stream.
+    /// Finished flights by their times, and by their paths unless particles accelerate or stream.
     ended_flights: Vec<EndedFlights>,
     /// Velocity of the centre of mass if it is conserved. Paths are relative to it.
     drift: Vector,
@@ -53,7 +53,7 @@ pub(super) struct FreePaths {
 struct Flight {
     /// Time of its last Core event; `None` before the first one.
     begin: Option<f64>,
-    /// Time of its last event of any kind, and the path since the last Core event up to there.
+    /// Time of the particle's last event of any kind, and the path from its last Core event to that time.
     turned: f64,
     path: f64,
 }
@@ -102,7 +102,7 @@ impl FreePaths {
         }
     }
 
-    /// Moves everything on to a time.
+    /// Advances the sums to a time.
     fn fly(&mut self, time: f64, system: &SystemDescription) {
         let duration = (time - self.now).max(0.0);
         let flown = [system.moving.len() as f64 * duration, self.speeds * duration];
@@ -269,7 +269,7 @@ mod tests {
             measure(&mut simulation, &system, &mut instrument, 20.0);
             report(&instrument, &system)
         };
-        // They meet at x = 5, fly 4 to the walls and 4 back, every 8 time units.
+        // The particles meet at x = 5 every 8 time units: they fly 4 to the walls and 4 back.
         let still = measured(0.0);
         assert_eq!(number(&still, "mean_free_path").mean, Some(8.0));
         assert_eq!(number(&still, "mean_free_time").mean, Some(8.0));

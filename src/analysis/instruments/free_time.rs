@@ -10,8 +10,8 @@ use crate::analysis::published::{
 /// Highest packing fraction, by number of axes, for which the collision rate is estimated.
 const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 
-/// Temperature of the moving particles relative to their drift, or to the streaming in a sheared box
-/// `[energy]`.
+/// Temperature of the moving particles relative to their drift, or relative to the streaming velocity in a
+/// sheared box `[energy]`.
 fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     let drift = system.drift(sample.velocities);
     let mut twice_kinetic = 0.0;
@@ -25,9 +25,9 @@ fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
 }
 
-/// The fluid as if all particles were hard spheres of their diameters that fill the box evenly, in as many
-/// dimensions as the box has. This is good enough to choose times by. `None` if nothing moves or everything
-/// falls.
+/// Estimates the fluid as if all particles were hard spheres of their diameters that fill the box evenly, in
+/// as many dimensions as the box has. The estimate is good enough for the choice of times. `None` if nothing
+/// moves or everything falls.
 fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;

@@ -62,7 +62,8 @@ pub trait Instrument {
     /// Called with the particles at the end of the measurement, even if it was interrupted.
     ///
     /// By default it takes the requested sample if it is due now; your own method must do the same. A
-    /// checkpoint is written before this call, so a run that continues from it has not seen this end.
+    /// checkpoint is written before this call. A run that continues from this checkpoint has not seen the
+    /// call.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
@@ -70,7 +71,7 @@ pub trait Instrument {
         }
     }
 
-    /// Whether it needs to see events.
+    /// Whether the instrument needs to see events.
     fn has_events(&self) -> bool {
         false
     }
@@ -179,7 +180,7 @@ impl Instruments {
         self.kinds.iter_mut().map(Kind::get_mut).chain(self.registered.iter_mut().filter_map(Registered::get_mut))
     }
 
-    /// Whether one of them wants the run to end.
+    /// Whether one of the instruments requests the end of the run.
     pub(crate) fn is_done(&self) -> bool {
         self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
     }
@@ -208,7 +209,7 @@ impl Instruments {
         self.all_mut().for_each(|instrument| instrument.scaled(before, after, system));
     }
 
-    /// Whether any needs to see events.
+    /// Whether any instrument needs to see events.
     pub(crate) fn has_events(&self) -> bool {
         self.all().any(Instrument::has_events)
     }

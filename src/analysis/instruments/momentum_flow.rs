@@ -49,7 +49,7 @@ impl Transfer {
         let energy =
             movers[0].map_or(0.0, |(m, before, after)| 0.5 * m * (after.norm_squared() - before.norm_squared()));
         let apart = match event.kind {
-            // As the engine saw it, also across the sides of a sheared box.
+            // The separation as the engine saw it, also across the sides of a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Surface | EventKind::Thermostat => Vector::zeros(),
         };
@@ -91,7 +91,7 @@ pub(super) struct MomentumFlow {
     flow: Tensor,
     /// Its integral `[energy time]`.
     pub kinetic: Tensor,
-    /// `sum r_a J_b`, symmetrised, which only matters for sliding contacts `[energy time]`.
+    /// `sum r_a J_b`, symmetrised `[energy time]`. The symmetrisation matters only for sliding contacts.
     pub collisional: Tensor,
     /// The flow of energy, if requested.
     pub heat: Option<HeatFlow>,
@@ -185,8 +185,8 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    // In a sheared box the common velocity along x grows with that along y, and its current value is
-    // subtracted.
+    // In a sheared box the common velocity along x grows with the common velocity along y. Its current value
+    // is subtracted.
     let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {
         let streaming = system.streaming_velocity(&sample.positions[id as usize]);

@@ -23,7 +23,7 @@ pub struct NearPair {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NearPairsError {
-    /// The distance is not positive, or so long that a particle could meet another one twice.
+    /// The distance is not positive, or so long that two images of a particle could be within it.
     #[error(
         "pairs within a distance of {distance}, expected a positive one, up to half of the shortest period: {largest}"
     )]
@@ -139,7 +139,7 @@ mod tests {
         ] {
             let space = space(boundary, size);
             let positions = points(120, &space);
-            // Only some of them, and out of order.
+            // Four fifths of the particles, in descending order.
             let ids: Vec<u32> = (0..120).rev().filter(|id| id % 5 != 2).collect();
             let half = 0.5 * space.periods().min();
             for distance in [0.4, 1.3, half.min(1e3)] {

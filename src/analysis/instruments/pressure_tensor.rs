@@ -21,11 +21,11 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor from all events.
 ///
-/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of
-/// mass, if momentum along `a` or `b` is conserved; otherwise without the factor. Between walls each species
-/// has its own volume `V_i`, which its centres can reach, a radius away from the walls, and `r_a` is measured
-/// from the middle for each particle. The kinetic part is then `<sum m v_a v_b / V_i>`, with the factor of
-/// [`freed`]. The trace is `D (N T + W / (D t))`, derived at
+/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`. If momentum along `a` or `b` is conserved,
+/// velocities are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Between walls
+/// each species has its own volume `V_i`, which its centres can reach, a radius away from the walls. There
+/// `r_a` is measured from the middle for each particle. The kinetic part is then `<sum m v_a v_b / V_i>`,
+/// with the factor of [`freed`]. The trace is `D (N T + W / (D t))`, derived at
 /// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its
 /// kinetic part, `D rho T`. The kinetic part is exact unless particles accelerate; then it is integrated
 /// along straight lines between samples.
@@ -115,8 +115,8 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component is the time derivative of a bounded moment. This is so with walls across `a` that
-/// transfer no momentum along `b`, if nothing else does either: `d/dt sum m r_a v_b / V_i = sum m v_a v_b /
+/// Whether a component is the time derivative of a bounded moment. This holds with walls across `a`, if
+/// neither they nor anything else transfers momentum along `b`: `d/dt sum m r_a v_b / V_i = sum m v_a v_b /
 /// V_i + sum r_a J_b / V_i`. The mean over a time `t` is then the difference between both ends, divided by
 /// `t`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {

@@ -13,8 +13,8 @@ use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 
-/// Quantities averaged in each cell: number, mass, momentum along three axes, and, relative to the streaming,
-/// `m |v|^2` and the momentum along x.
+/// Quantities averaged in each cell: number, mass and momentum along three axes, then `m |v|^2` and the
+/// momentum along x, both relative to the streaming velocity.
 const ELEMENTS: usize = 7;
 
 /// Time averages in cells: number density, flow velocity and kinetic temperature.
@@ -23,11 +23,11 @@ const ELEMENTS: usize = 7;
 /// / V`, the velocity is `u = P / M`, and the temperature is `<sum m |v - u|^2> / f` with `<sum m |v - u|^2>
 /// = A - P^2 / M`. Errors follow from the errors of the means and their correlations.
 ///
-/// `f` counts the free velocity components, of `D` per particle, over `S` samples. The mean `u` removes one
-/// of each component from all `S <N>`. Each component of the total momentum that is conserved removes the
-/// fraction `M / M_total` of one from each sample, because then `<m v^2> = T (1 - m / M_total)`; the mean
-/// does not remove that fraction again. So `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c`
-/// conserved components.
+/// `f` is the number of free velocity components per sample, from `D` axes and `S` samples. Along each axis
+/// all samples have `S <N>` components, and the mean `u` removes one of them. Each conserved component of the
+/// total momentum removes the fraction `M / M_total` of a component from each sample, because then
+/// `<m v^2> = T (1 - m / M_total)`. The mean does not remove this fraction again. So
+/// `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c` conserved components.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
@@ -71,7 +71,7 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // Outside of the box by round-off, or in a grid elsewhere.
+                    // The position may be outside of the box by round-off, and the grid may be elsewhere.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
                         // The remainder may round up to the period itself.
                         offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
@@ -206,7 +206,7 @@ impl Profile {
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // Relative to the streaming, which is along x.
+        // Relative to the streaming velocity, which is along x.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {
@@ -231,7 +231,7 @@ impl Profile {
                 (first + 1, common.norm_squared() * part),
                 (first, -temperature / number),
             ];
-            // Only one particle, or no free component, has no temperature.
+            // A single particle, or a cell without a free component, has no temperature.
             (number * samples > 1.5 && degrees > 0.5 / samples)
                 .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
         });

@@ -29,9 +29,9 @@ impl Measured {
 
     /// Adds the results of a user's instrument, in a form that every reader accepts.
     ///
-    /// Names keep only letters, digits, `_` and `-`, because curves name files; a name that is taken gets a
-    /// number. Columns end with the shortest one of their curve, rows with a variable that is not finite are
-    /// left out, and values that are not finite become unknown.
+    /// Names keep only letters, digits, `_` and `-`, because curves name files. A number is appended to a
+    /// name that is already used. All columns of a curve are cut to the length of the shortest column. Rows
+    /// with a variable that is not finite are left out, and values that are not finite become unknown.
     pub(super) fn join(&mut self, own: Self) {
         for mut number in own.numbers {
             number.name = free_name(&number.name, self.numbers.iter().map(|other| other.name.as_str()));
@@ -128,7 +128,7 @@ pub struct Curve {
     pub series: Vec<Series>,
     /// Whether a plot has logarithmic axes, for the variable and for the values.
     pub is_logarithmic: [bool; 2],
-    /// Published or exact curves to draw beside it; may be empty.
+    /// Published or exact curves to draw with the measured curve; may be empty.
     pub published: Vec<Published>,
 }
 
@@ -173,7 +173,7 @@ impl Curve {
         Self { is_logarithmic, ..self }
     }
 
-    /// Adds curves from elsewhere to draw beside it.
+    /// Adds published or exact curves to draw with the measured curve.
     pub(super) fn beside(self, published: impl IntoIterator<Item = Published>) -> Self {
         Self { published: published.into_iter().collect(), ..self }
     }
@@ -272,7 +272,7 @@ impl Normalisation {
     }
 }
 
-/// A curve from elsewhere, for comparison.
+/// A published or exact curve, for comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Published {

@@ -42,7 +42,8 @@ pub(super) struct RadialDistribution {
     /// Class of each species; `None` for species that do not count.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Expected numbers of pairs of points: in all bins of all pairs, then in their bins near contact.
+    /// Expected numbers of pairs of uncorrelated points: first in all bins of all pairs of classes, then in
+    /// their bins near contact.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
@@ -124,7 +125,7 @@ impl RadialDistribution {
         self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }
 
-    /// The pair of any two classes.
+    /// Tabulates the index of the pair for any two classes.
     fn pair_table(&self) -> Vec<Option<usize>> {
         let count = self.classes.iter().flatten().max().map_or(0, |last| last + 1);
         let mut table = vec![None; count * count];
@@ -297,7 +298,7 @@ fn reach(system: &SystemDescription) -> f64 {
     CellList::largest_range(&system.space).min(system.space.size.norm())
 }
 
-/// Why a cutoff is shorter than requested; `None` if it is not.
+/// Explains why a cutoff is shorter than requested; `None` if it is not shorter.
 pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String> {
     (asked > cutoff).then(|| {
         let [asked, cutoff] = [asked, cutoff].map(digits);
@@ -313,7 +314,7 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
     })
 }
 
-/// Why the cutoff is shorter than the plan asks for; `None` if it is not.
+/// Explains why the cutoff is shorter than the plan requests; `None` if it is not shorter.
 pub(crate) fn shortened_cutoff(plan: &plan::RadialDistribution, system: &SystemDescription) -> Option<String> {
     let asked = plan.cutoff?;
     shortened(asked, asked.min(reach(system)), &system.space)

@@ -126,12 +126,12 @@ impl Registry {
         Ok(names)
     }
 
-    /// Checks that these are the instruments with which the run started.
+    /// Checks that the registered instruments are the instruments with which the run started.
     pub fn compare(&self, begun: &[String]) -> Result<(), InstrumentError> {
         compare(&self.names()?, begun)
     }
 
-    /// Starts all of them, at the start of the measurement.
+    /// Starts all instruments, at the start of the measurement.
     pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
         let entries = std::mem::take(&mut self.entries).into_iter();
         entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
@@ -151,7 +151,7 @@ impl Registry {
     }
 }
 
-/// Checks the names of instruments against those at the start of the run.
+/// Compares the names of instruments with the names at the start of the run.
 pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
     if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
         return Err(InstrumentError::NotRegistered { name: name.clone() });

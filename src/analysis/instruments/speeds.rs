@@ -241,8 +241,8 @@ fn lightest(class: &Class, system: &SystemDescription) -> f64 {
     class.species.iter().map(|(species, _)| mass_of(*species, system)).fold(f64::INFINITY, f64::min)
 }
 
-/// Velocities relative to the streaming and to the centre of mass along axes with conserved momentum. A
-/// single particle keeps its own velocity.
+/// Velocities relative to the streaming velocity, and relative to the centre of mass along axes with
+/// conserved momentum. A single particle keeps its own velocity.
 fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let both = sample.velocities.iter().zip(sample.positions);
     let mut velocities: Vec<Vector> =
@@ -255,7 +255,7 @@ fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<V
 }
 
 /// Twice the kinetic energy divided by the number of degrees of freedom. Each conserved component of the
-/// momentum removes one.
+/// momentum removes one degree of freedom.
 fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
     let moving = system.moving.iter().map(|&id| id as usize);
     let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();

@@ -17,7 +17,7 @@ use vectors::Shell;
 /// Largest number of vectors in a shell.
 const MOST_VECTORS: f64 = 20.0;
 
-/// A sample takes at most this many products of particles and vectors, as long as a shell keeps six vectors.
+/// Largest number of products of a particle and a vector in a sample, as long as a shell keeps six vectors.
 const MOST_PRODUCTS: f64 = 4e8;
 
 const FEWEST_VECTORS: f64 = 6.0;
@@ -178,7 +178,7 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescription) -> Vec<[f64; 2]> {
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
-    // Position of each axis's power in its table, which begins with the most negative one.
+    // Index of each axis's power in its table. The table begins with the most negative power.
     let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
@@ -186,7 +186,7 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // For the phase along x, the shear is undone: the point is moved back to the plane of the box's
+            // For the phase along x, the shear is removed: the point is moved back to the plane of the box's
             // lower corner.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }

@@ -19,9 +19,9 @@ const BLOCKS: u32 = 1000;
 
 /// Measures forces on surfaces from the momentum that particles transfer in contacts, `F = - sum J / t`.
 ///
-/// `J` is the impulse on a particle. Its normal component is never negative; the sum divided by the time and
-/// the area is the pressure on the surface, if its area is known. The normal force is also a curve along an
-/// axis, by the position of the particle.
+/// `J` is the impulse on a particle. Its normal component is never negative. The sum of the normal components
+/// divided by the time and by the area of the surface is the pressure on the surface, if the area is known.
+/// The normal force is also a curve along an axis, by the position of the particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceForces {
     blocks: SamplingTimes,

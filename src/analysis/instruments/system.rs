@@ -35,8 +35,8 @@ pub struct SystemDescription {
     pub moving: Vec<u32>,
     /// Contact distances of the cores of each pair of species `[length]`, if they have cores.
     pub cores: SpeciesPairs<f64>,
-    /// For each of these cores, the next larger distance at which the potential has a step, or the bond
-    /// potential between such particles `[length]`.
+    /// For each pair of species with cores, the next larger distance at which the potential has a step, or at
+    /// which the potential of a bond between such particles has a step `[length]`.
     pub(crate) steps_outside_cores: SpeciesPairs<f64>,
     /// The walls of the box and the other surfaces of the scene.
     pub surfaces: Vec<DescribedSurface>,
@@ -46,7 +46,7 @@ pub struct SystemDescription {
     pub bond_lengths: [f64; 2],
     /// Whether the total momentum is conserved.
     pub conserves_momentum: bool,
-    /// Axes along which the momentum is conserved; in a sheared box, relative to the streaming.
+    /// Axes along which the momentum is conserved; in a sheared box, relative to the streaming velocity.
     pub conserved_axes: [bool; 3],
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
@@ -186,8 +186,8 @@ impl SystemDescription {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
     }
 
-    /// The axes over which the pressure is averaged: those with walls, or all that are not flat if there are
-    /// no walls.
+    /// The axes over which the pressure is averaged: the axes with walls, or all axes that are not flat if
+    /// there are no walls.
     pub(super) fn pressed_axes(&self) -> Vec<usize> {
         let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
         if walled.is_empty() { self.axes().collect() } else { walled }
@@ -229,9 +229,9 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// In a sheared box, the velocity of the centre of mass relative to the streaming, along the axes on
-    /// which it is conserved. Zero in other boxes, where [`Self::drift`] holds for the whole measurement
-    /// `[length / time]`.
+    /// In a sheared box, the velocity of the centre of mass relative to the streaming velocity, along the
+    /// axes on which it is conserved. Zero in other boxes, where [`Self::drift`] holds for the whole
+    /// measurement `[length / time]`.
     pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
         if self.shear_rate == 0.0 || self.moving.len() < 2 {
             return Vector::zeros();
@@ -244,9 +244,9 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Factor of the mean square of a thermal velocity component, `T / m`, along an axis: `1 - m / M` if the
-    /// momentum is conserved, where `M` is the total moving mass, because velocities are relative to the
-    /// centre of mass. Otherwise 1.
+    /// Factor of the mean square of a thermal velocity component, `T / m`, along an axis. It is `1 - m / M`,
+    /// with the total moving mass `M`, if the momentum is conserved, because velocities are relative to the
+    /// centre of mass. Otherwise it is 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
@@ -280,8 +280,8 @@ impl SystemDescription {
     }
 }
 
-/// For two species that have a core, the next larger distance at which their potential has a step, or that of
-/// a bond between two of them.
+/// Finds, for two species that have a core, the next larger distance at which their potential has a step, or
+/// at which the potential of a bond between them has a step.
 fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
     let next = |core: f64, radii: &[f64]| radii.iter().copied().filter(|radius| *radius > core).reduce(f64::min);

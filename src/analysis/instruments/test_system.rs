@@ -48,7 +48,7 @@ pub(super) fn instrument<I>(
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
-/// Runs for a time, passes to an instrument what it asks for, and ends it.
+/// Runs for a time, passes the requested samples and events to an instrument, and ends the instrument.
 pub(super) fn measure(
     simulation: &mut Simulation,
     system: &SystemDescription,

@@ -25,10 +25,10 @@ const SAMPLES: u32 = 100;
 const MOMENTS_PER_FREE_TIME: f64 = 2.0;
 const LONGEST_FREE_TIMES: f64 = 40.0;
 
-/// Fewest and most moments per span that are chosen by default, and most that can be requested.
+/// Smallest and largest default number of moments per span, and the largest number that can be requested.
 const FEWEST: f64 = 20.0;
 const MOST_CHOSEN: f64 = 80.0;
-/// A default span takes at most one in this many parts of the duration.
+/// Smallest ratio of the duration to a default span.
 const SPANS: f64 = 20.0;
 
 /// Indices of the curves, each over lags from 1 to the last.
@@ -67,8 +67,8 @@ struct Moments {
 /// only in collisions between hard cores. If particles have potential energies, or differ, so that heat and
 /// matter flow together, the conductivity is not defined.
 ///
-/// Small systems of constant energy and momentum have smaller coefficients: for a hundred spheres by a few
-/// per cent, for the conductivity by ten.
+/// Small systems of constant energy and momentum have smaller coefficients. For a hundred spheres they are
+/// smaller by a few per cent, and the conductivity by ten per cent.
 ///
 /// Helfand, Phys. Rev. 119, 1 (1960), [doi:10.1103/PhysRev.119.1](https://doi.org/10.1103/PhysRev.119.1); Alder, Gass and Wainwright,
 /// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).

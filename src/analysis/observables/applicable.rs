@@ -21,7 +21,8 @@ pub struct ApplicableObservables {
     pub dimensions: f64,
     /// Number of free velocity components: `D N`, minus one for each conserved component of the momentum.
     pub degrees_of_freedom: f64,
-    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming.
+    /// Axes along which the total momentum is conserved; in a sheared box, relative to the streaming
+    /// velocity.
     pub conserved_axes: [bool; 3],
     /// Whether the total momentum is conserved: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
@@ -188,8 +189,8 @@ impl ApplicableObservables {
             self.number_density
                 * (temperature + counted.virial.total() / (self.dimensions * self.moving as f64 * duration))
         } else {
-            // Not from one temperature: in a driven or dissipative system the axes and species have their
-            // own.
+            // A single temperature would be wrong: in a driven or dissipative system each axis and each
+            // species has its own temperature.
             let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis].total()).sum();
             sum / (walled.len() as f64 * duration)
         })
@@ -205,8 +206,8 @@ impl ApplicableObservables {
         })
     }
 
-    /// The factor for all velocities relative to the drift, and the drift, that produce a temperature:
-    /// `sqrt(T / T_now)`. `None` if there is no temperature or everything is at rest.
+    /// Calculates the factor and the drift with which a scaling of all velocities relative to the drift
+    /// produces a temperature: `sqrt(T / T_now)`. `None` if there is no temperature or everything is at rest.
     pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
         let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
@@ -225,8 +226,8 @@ impl ApplicableObservables {
         [0, 1].map(|k| supplied[k] - lost[k] - stored[k])
     }
 
-    /// The common velocity of all particles relative to the streaming, along the axes on which it is
-    /// conserved, from their momentum relative to the streaming `[length / time]`.
+    /// The common velocity of all particles along the axes on which it is conserved, from their momentum.
+    /// Both are relative to the streaming velocity `[length / time]`.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }

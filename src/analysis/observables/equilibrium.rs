@@ -68,7 +68,7 @@ impl Equilibrium {
     const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \
          take the scatter of several seeds as the error";
 
-    /// Derived from the verdict on each observable, by name.
+    /// Derives the equilibrium from the verdict on each observable, by name.
     #[must_use]
     pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
         let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;

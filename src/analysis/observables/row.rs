@@ -16,7 +16,7 @@ pub struct Row {
     pub kinetic: f64,
     /// Current potential energy of pairs and of weight `[energy]`.
     pub potential: f64,
-    /// Energy supplied so far by thermostats, walls, growth and shear, minus the energy that they removed
+    /// Energy supplied so far by thermostats, walls, growth and shear, minus the energy removed by them
     /// `[energy]`.
     pub supplied: f64,
     /// Kinetic plus potential plus dissipated minus supplied energy: constant within round-off `[energy]`.

@@ -70,7 +70,7 @@ impl VolumePiece {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
 
-    /// At a sample `duration` later; `heat` is the integral of the temperature in between.
+    /// Advances to a sample `duration` later; `heat` is the integral of the temperature in between.
     ///
     /// The pressure of this interval is `(N T + W / (D t)) / V`, with the virial `W` of its events and its
     /// volume.
@@ -82,7 +82,7 @@ impl VolumePiece {
         Self { integrals: std::array::from_fn(|k| self.integrals[k] + more[k]), ..next }
     }
 
-    /// Means since an earlier sample, over a time.
+    /// Calculates the means since an earlier sample, divided by the time `duration`.
     pub fn since(&self, earlier: &Self, duration: f64) -> VolumeMeans {
         let [volume, inverse, square, pressure] =
             std::array::from_fn(|k| (self.integrals[k] - earlier.integrals[k]) / duration);

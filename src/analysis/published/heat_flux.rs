@@ -20,9 +20,9 @@ const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 /// `zeta = 2.127`. The two conditions and the number of particles determine `q` and `p`.
 ///
 /// This is exact to first order in the density and in the ratio of the mean free path to the distance. It
-/// neglects second-order terms in that ratio times the relative temperature difference. It also neglects how
-/// the density of the gas changes the jump: because a collision reaches over a diameter, this is of the order
-/// of a diameter times the gradient at each plate.
+/// neglects second-order terms in that ratio times the relative temperature difference. It also neglects the
+/// effect of the density of the gas on the jump. A collision reaches over a diameter, so this effect is of
+/// the order of a diameter times the gradient at each plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasBetweenPlates {
     /// Distance between the planes that centres can reach: the distance of the plates minus a diameter

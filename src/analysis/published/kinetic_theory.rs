@@ -78,9 +78,9 @@ pub(crate) fn is_hydrodynamic(edge: f64, mean_free_path: f64) -> bool {
     edge / TAU > mean_free_path
 }
 
-/// Number of spheres in the simulations behind Speedy's fit, which had 256 to 1000: it gives the coefficient
-/// of "some 500 particles", and larger systems diffuse faster (Sigurgeirsson and Heyes, Mol. Phys. 101, 469,
-/// 2003).
+/// Effective number of spheres in the simulations behind Speedy's fit. The simulations had 256 to 1000
+/// spheres, and the fit gives the coefficient of "some 500 particles". Larger systems diffuse faster
+/// (Sigurgeirsson and Heyes, Mol. Phys. 101, 469, 2003).
 pub(crate) const FITTED_SPHERES: f64 = 500.0;
 
 /// A fluid of equal elastic hard spheres in equilibrium, described by Enskog's theory.

@@ -17,9 +17,9 @@ pub struct PublishedValue {
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// What a system of this size has more than the value, in first order in `1 / N`; for the diffusion
-    /// coefficient in `1 / L`, relative to the system size of its source. 0 if unknown, and in files without
-    /// this field.
+    /// Value for a system of this size minus the published value, to first order in `1 / N`. For the
+    /// diffusion coefficient it is to first order in `1 / L`, relative to the system size of its source. 0 if
+    /// unknown, and in files without this field.
     #[serde(default)]
     pub finite_size: f64,
     /// Label of the result: `mKLM`.
@@ -42,16 +42,16 @@ impl PublishedValue {
     }
 }
 
-/// Largest packing fractions for the fluid's equations in three and two dimensions, and smallest one for the
-/// crystal's.
+/// Largest packing fractions for the equations of the fluid in three and in two dimensions, and smallest
+/// packing fraction for the equation of the crystal.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
 /// Label of the values for the crystal.
 pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
-/// Up to here Enskog's viscosity is accurate to a few per cent, and gives the dependence of the diffusion
-/// coefficient on the size of the box.
+/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent. Up to this fraction,
+/// it gives the dependence of the diffusion coefficient on the size of the box.
 const DIFFUSING: f64 = 0.42;
 
 /// Transport coefficients, which a heat bath changes.
@@ -88,10 +88,10 @@ struct Hard {
     temperature: Option<f64>,
 }
 
-/// Published values for a system in equilibrium. `population` is the number of particles of each species,
-/// `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. A thermostat
-/// may act; Andersen collisions destroy the memory behind transport. Values are known only for equal elastic
-/// hard particles in a periodic box; otherwise the list is empty.
+/// Lists published values for a system in equilibrium. `population` is the number of particles of each
+/// species, `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. A
+/// thermostat may act. Andersen collisions destroy the velocity correlations that determine transport. Values
+/// are known only for equal elastic hard particles in a periodic box; otherwise the list is empty.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -220,9 +220,9 @@ impl Hard {
         values
     }
 
-    /// The collision rate under both of its names. At constant energy, velocities are uniform on a sphere
-    /// with as many dimensions as there are degrees of freedom `f`. They collide more often than Maxwellian
-    /// ones, by the fraction `1 / (4 f)`.
+    /// Lists the collision rate under both of its names. At constant energy, velocities are uniform on a
+    /// sphere with as many dimensions as there are degrees of freedom `f`. Particles with such velocities
+    /// collide more often than particles with Maxwellian velocities, by the fraction `1 / (4 f)`.
     fn collisions(&self, rate: f64, compressibility: fn(f64) -> f64, label: &str, source: &str) -> [PublishedValue; 2] {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         let freedom = self.dimensions * (self.count as f64 - 1.0);

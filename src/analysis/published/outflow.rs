@@ -19,10 +19,11 @@ const FLOWING: f64 = 0.6;
 const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), doi:10.1016/0009-2509(61)85030-6; real, rough grains, \
     with C = 0.58, k = 1.4 and a packing fraction of 0.6";
 
-/// Outflow rate through an opening `[1 / time]`: Beverloo's law `C n sqrt(g) (D - k d)^(5/2)` with `C = 0.58`
-/// and `k = 1.4`, for a number density `n`, gravity `g`, and the diameters `D` of the opening and `d` of the
-/// grains; 0 if the opening is too small. For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`, where `A`
-/// is the area and `D` is four times the area over the circumference, both without a border of `k d / 2`.
+/// Calculates the outflow rate through an opening `[1 / time]` by Beverloo's law,
+/// `C n sqrt(g) (D - k d)^(5/2)` with `C = 0.58` and `k = 1.4`. `n` is the number density, `g` gravity, `D`
+/// the diameter of the opening and `d` the diameter of the grains. The rate is 0 if the opening is too small.
+/// For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`, where `A` is the area and `D` is four times the
+/// area over the circumference, both without a border of `k d / 2`.
 ///
 /// Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), [doi:10.1016/0009-2509(61)85030-6](https://doi.org/10.1016/0009-2509(61)85030-6);
 /// rectangles: Fowler and Glastonbury, Chem. Eng. Sci. 10, 150 (1959), [doi:10.1016/0009-2509(59)80042-7](https://doi.org/10.1016/0009-2509(59)80042-7).

@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
-/// Exact for every downward step in equilibrium: the number of pairs that bounce at it from inside for each
-/// pair that is released, `N_bounce / N_release = exp(eps / T) - 1`, with the depth `eps` of the step.
+/// Returns the number of pairs that bounce at a downward step from inside for each pair that is released:
+/// `N_bounce / N_release = exp(eps / T) - 1`, with the depth `eps` of the step. This is exact for every
+/// downward step in equilibrium.
 ///
 /// Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010), [doi:10.1063/1.3486567](https://doi.org/10.1063/1.3486567).
 #[must_use]
@@ -12,15 +13,16 @@ pub fn bounces_per_release(step: f64, temperature: f64) -> f64 {
     libm::expm1(step / temperature)
 }
 
-/// Second virial coefficient of a square well, exact, in units of its core's, `2 pi sigma^3 / 3`: `1 -
-/// (lambda^3 - 1) (exp(eps / T) - 1)`, where `lambda` is the ratio of well and core and `eps` the depth.
+/// Second virial coefficient of a square well, exact, in units of the coefficient of its core,
+/// `2 pi sigma^3 / 3`: `1 - (lambda^3 - 1) (exp(eps / T) - 1)`, where `lambda` is the ratio of well and core
+/// and `eps` the depth.
 #[must_use]
 pub fn second_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64) -> f64 {
     1.0 - (well_ratio * well_ratio * well_ratio - 1.0) * libm::expm1(depth / temperature)
 }
 
-/// Third virial coefficient of a square well, exact, in units of the square of its core's second coefficient,
-/// `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13) f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
+/// Third virial coefficient of a square well, exact, in units of the square of the second coefficient of its
+/// core, `(2 pi sigma^3 / 3)^2`: `-(1/3) int int f(r12) f(r13) f(r23)`, with Mayer's `f = exp(-u / T) - 1`.
 ///
 /// For a pair at a distance `r`, the inner integral is a sum of volumes shared by two spheres, and the outer
 /// integral is over polynomials (T. Kihara, Rev. Mod. Phys. 25, 831, 1953, gives them in closed form).

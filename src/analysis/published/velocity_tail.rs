@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 /// measurement. For these smooth functions the error is far below that of the theory.
 const INTERVALS: u32 = 400;
 
-/// Decay times of the slowest flow, after which nothing of it is left.
+/// Number of decay times of the slowest flow after which the flow is negligible.
 const DECAYS: f64 = 40.0;
 
 /// The tail in a box.

@@ -13,8 +13,8 @@ const LAST_STEP: f64 = 1e-9;
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Fewest samples shared by two groups of ensembles. The variance of their free-energy difference in units of
-/// the temperature is the inverse of this number; with fewer it would exceed one.
+/// Fewest samples shared by two groups of ensembles. The variance of their free-energy difference, in units
+/// of the temperature, is the inverse of this number. With fewer samples the variance would exceed one.
 const LEAST_SHARED: f64 = 1.0;
 
 /// Histograms of the potential energy of several ensembles together, mostly canonical ones at several
@@ -111,8 +111,9 @@ impl MultiHistogram<'_> {
         None
     }
 
-    /// Initial free energies from the mean energy of each ensemble. At temperatures they follow from `df /
-    /// d(1/T) = <U>` by the trapezoidal rule; with weights of the energy, the previous value is used.
+    /// Calculates initial free energies from the mean energy of each ensemble. For canonical ensembles they
+    /// follow from `df / d(1/T) = <U>` by the trapezoidal rule. For ensembles with weights of the energy, the
+    /// previous value is used.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];

@@ -12,8 +12,8 @@ pub enum Ensemble {
     },
     /// With weights of the energy: `u(U) = w(U)`.
     Multicanonical(EnergyWeights),
-    /// In a window of a coordinate that takes the place of the energy, at one temperature: `u` is zero inside
-    /// the window and infinite elsewhere.
+    /// In an umbrella window of a coordinate at one temperature. The coordinate replaces the energy: `u` is
+    /// zero inside the window and infinite elsewhere.
     Window {
         /// The lower and the upper end.
         ends: [f64; 2],

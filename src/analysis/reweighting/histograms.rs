@@ -3,13 +3,13 @@
 use super::density_of_states::{DensityOfStates, MultiHistogram};
 use super::ensemble::Ensemble;
 
-/// More energies than this are put into this many equal bins.
+/// Largest number of energy levels. If there are more energies, they are put into this many equal bins.
 const MOST_LEVELS: usize = 4096;
 
 /// Energies belong to the same level if they differ by less than this fraction, the round-off of their sums.
 const SAME: f64 = 1e-9;
 
-/// Largest number of blocks, each with as many rows.
+/// Largest number of blocks, all with the same number of rows.
 const MOST_BLOCKS: u64 = 512;
 
 /// The levels of the occurring energies: the first of two passes.
@@ -132,8 +132,9 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies of all ensembles at one time, in their order, and the other quantities: first all of
-    /// the first ensemble, then all of the second and so on. If a value is not finite, nothing is added.
+    /// Adds the energies of all ensembles at one time, in the order of the ensembles, and the other
+    /// quantities: first all quantities of the first ensemble, then all of the second and so on. If a value
+    /// is not finite, nothing is added.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
         let count = self.ensembles.len();
         let is_whole = energies.len() == count

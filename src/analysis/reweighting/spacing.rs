@@ -31,17 +31,17 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Ascending temperatures from the lowest to the highest `[energy]` with the same
-    /// [acceptance](Self::acceptance) between all neighbours. There are as few as possible with at least the
-    /// requested acceptance, which is between 0 and 1. `None` if there is no such number, or if there would
-    /// be more than a thousand.
+    /// Finds ascending temperatures from the lowest to the highest `[energy]` with the same
+    /// [acceptance](Self::acceptance) between all neighbours. There are as few temperatures as the requested
+    /// acceptance allows, which is between 0 and 1. `None` if no number of temperatures reaches it, or if
+    /// there would be more than a thousand.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {
             return None;
         }
         let fewest = self.ladder(lowest, highest, acceptance, MOST_TEMPERATURES)?;
-        // With the same number of steps, the largest acceptance that reaches the highest temperature.
+        // Finds the largest acceptance that reaches the highest temperature with the same number of steps.
         let steps = fewest.len() - 1;
         let (mut from, mut to, mut best) = (acceptance, 1.0, fewest);
         for _ in 0..HALVINGS {
@@ -54,8 +54,8 @@ impl DensityOfStates {
         Some(best)
     }
 
-    /// Temperatures up to the highest one, each as far from the previous one as the acceptance allows. `None`
-    /// if there are too many.
+    /// Lists temperatures up to the highest temperature, each as far from the previous temperature as the
+    /// acceptance allows. `None` if there are too many.
     fn ladder(&self, lowest: f64, highest: f64, acceptance: f64, most: usize) -> Option<Vec<f64>> {
         let mut temperatures = vec![lowest];
         let mut last = lowest;

@@ -83,7 +83,7 @@ impl CurveAverage {
         self.elements.get(element)?.estimate()
     }
 
-    /// The means of some elements with their standard errors, in this order.
+    /// The means of the given elements with their standard errors, in this order.
     pub(crate) fn estimates(&self, elements: impl IntoIterator<Item = usize>) -> Vec<Option<Estimate>> {
         elements.into_iter().map(|element| self.estimate(element)).collect()
     }
@@ -112,7 +112,8 @@ impl CurveAverage {
     /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df /
     /// dx_k`. For a ratio `R = x_a / x_b` these are `[(a, 1 / x_b), (b, -R / x_b)]`.
     ///
-    /// `None` if there are no terms or an element has no values; no error if their numbers of values differ.
+    /// `None` if there are no terms or an element has no values. There is no error if the elements have
+    /// different numbers of values.
     #[must_use]
     pub fn combination(&self, terms: &[(usize, f64)]) -> Option<Estimate> {
         let mut mean = 0.0;

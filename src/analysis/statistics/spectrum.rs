@@ -9,16 +9,17 @@ const STEPS: usize = 150;
 /// Slowest relaxation time in the fit, as a fraction of the series. Anything slower looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation of a quantity whose differences are fitted, as a fraction of the series. The lowest
-/// eight frequencies, of `2 pi / 50` each, are below it.
+/// Slowest relaxation time of a quantity whose differences are fitted, as a fraction of the series. The
+/// lowest eight frequencies, of `2 pi / 50` each, are below it.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Lasting differences are used only if they increase the logarithm of the likelihood by this much. With
-/// less, they may explain lowest frequencies that are weak by chance, and one error in a few hundred is too
-/// small by several times.
+/// Lasting differences are used only if they increase the logarithm of the likelihood by this much. With a
+/// smaller gain, they may explain low frequencies that are weak by chance. One error in a few hundred is then
+/// several times too small.
 const LEAST_GAIN: f64 = 6.0;
 
-/// The fastest relaxation takes this many values; it is white noise to within a tenth.
+/// Fastest relaxation time in the fit, in values of the series. Such a relaxation is white noise to within a
+/// tenth.
 const FASTEST: f64 = 0.5;
 
 /// Ratio of successive relaxation times.
@@ -44,13 +45,13 @@ const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 /// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
-/// The lowest frequencies are fitted one by one, higher ones in groups that grow with the frequency. The
-/// models are smooth, and a group takes no longer than a single frequency.
+/// Number of lowest frequencies that are fitted one by one. Higher frequencies are fitted in groups that grow
+/// with the frequency, because the models are smooth. A group takes no longer than a single frequency.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
-/// Number of lowest frequencies, and the fraction of their mean power that is the least value at frequency
-/// zero. By chance they exceed this once in 10,000 cases.
+/// Number of lowest frequencies, and the smallest density at frequency zero as a fraction of their mean
+/// power. The mean power exceeds this bound by chance once in 10,000 cases.
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 

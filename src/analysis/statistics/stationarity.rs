@@ -4,14 +4,14 @@ use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
 /// Largest difference between the means of the first quarter and of the second half, in standard errors. The
-/// first number is for errors that are known well; the second, divided by the number of independent values,
-/// is added for estimated errors. With both, fewer than one in 300 stationary series is called drifting
-/// (measured with autoregressive series, from -0.5 to 0.9 between neighbours). It is at most one in 25 if
-/// noise hides slow motion with only three to five independent values.
+/// first number is for errors that are known well. For estimated errors, the second number divided by the
+/// number of independent values is added. With both, fewer than one in 300 stationary series is called
+/// drifting (measured with autoregressive series, from -0.5 to 0.9 between neighbours). It is at most one in
+/// 25 if noise hides slow motion with only three to five independent values.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit if the error comes from the residuals about a straight line through the series or its second half,
-/// which are too small.
+/// Limit if the error comes from the residuals about a straight line through the series or its second half.
+/// Such errors are too small.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// Fewest independent values in the second half for a series to be called stationary.
@@ -24,7 +24,7 @@ const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 /// Shorter series have no result.
 const FEWEST_VALUES: usize = 20;
 
-/// Longer ones are merged.
+/// Neighbouring values of longer series are merged.
 const MOST_VALUES: usize = 512;
 
 /// Stationarity of a time series, by Geweke's test.
@@ -35,7 +35,7 @@ pub enum Stationarity {
     Stationary,
     /// All values are equal.
     Constant,
-    /// The mean of the second half is above that of the first quarter by this much, and not by chance.
+    /// The mean of the second half is above the mean of the first quarter by this much, and not by chance.
     Drifting(f64),
     /// The series is too short to estimate its correlation, or has values that are not finite.
     Unknown,
@@ -45,11 +45,12 @@ pub enum Stationarity {
 /// than chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral
 /// density at frequency zero is that of the second half, which is closer to equilibrium.
 ///
-/// If the second half may drift itself, the error also includes that of its residuals about a straight line.
-/// If it is too short, the residuals of the whole series are used.
+/// If the second half may drift itself, the error also includes the error from its residuals about a straight
+/// line. If the second half is too short, the residuals of the whole series are used.
 ///
-/// Half of a series may look faster than it is by chance, most often when the quarter before differs. So the
-/// series is drifting only if the residuals of the last three quarters about a straight line say the same.
+/// By chance, half of a series may look faster than it is, most often when the quarter before differs.
+/// Therefore the series is called drifting only if the residuals of its last three quarters about a straight
+/// line confirm it.
 #[must_use]
 pub fn stationarity(series: &[f64]) -> Stationarity {
     if series.len() > MOST_VALUES {

@@ -33,8 +33,8 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
 
 #[test]
 fn what_cancels_between_neighbours_does_not_count() {
-    // x = e - 0.6 e': its mean has the error of 0.4 e, half of what independent values of the same variance
-    // would have, and a sixth more or less.
+    // x = e - 0.6 e': the error of its mean is 0.4 times the error of the mean of e. Independent values with
+    // the variance of x would have 1.17 times the error of the mean of e.
     let (n, count) = (200, 60);
     let error = |seed| {
         let noise = correlated(0.0, n + 1, seed);
@@ -49,9 +49,9 @@ fn what_cancels_between_neighbours_does_not_count() {
 
 #[test]
 fn differences_of_what_lasts_for_several_values_do_not_count() {
-    // Differences of a relaxing quantity, such as the momentum between two walls, and of an oscillating one,
-    // such as the virial of a crystal, under a tenth of white noise. The mean has the error of the noise, and
-    // 1 / n of the quantity at both ends.
+    // Differences of two quantities under a tenth of white noise. One relaxes, such as the momentum between
+    // two walls, and the other oscillates, such as the virial of a crystal. The mean has the error of the
+    // noise, and 1 / n of the quantity at both ends.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -156,7 +156,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // Up to 1.85 if the slow part counts as certain as the noise. The scatter is known to 5 %.
+        // The ratio would be up to 1.85 if the slow part counted as certain as the noise.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -217,7 +217,7 @@ fn a_ratio_of_means_is_no_mean_of_ratios() {
         b.add(1.0 + x, 1.0);
     }
     let ratio = a.ratio(&b).unwrap();
-    // a - 2 b = - x: the error is that of the mean of x, sqrt(1 / 12 / 4000).
+    // a - 2 b = - x: the error equals the error of the mean of x, sqrt(1 / 12 / 4000).
     let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
     assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
     assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");

@@ -77,8 +77,8 @@ const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 /// Start of a report written by the program.
 const HEAD: &[u8] = b"scene    ";
 
-/// Compares a file of a run with that of the replay. `ends_itself`: the run ended in a way that the replay
-/// cannot.
+/// Compares a file of a run with the corresponding file of the replay. `ends_itself`: the run ended in a
+/// way that the replay cannot reproduce.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -110,7 +110,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // Arrays after a name belong to it.
+                // Indented lines, such as arrays, belong to the name above them.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));

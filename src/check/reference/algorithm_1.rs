@@ -25,25 +25,26 @@ impl Polynomial {
         Self::new(&f.map(|coefficient| side.sign() * coefficient))
     }
 
-    /// Its value by Horner's scheme.
+    /// Evaluates the polynomial by Horner's scheme.
     #[must_use]
     pub fn value(&self, t: f64) -> f64 {
         self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
 
-    /// Its derivative.
+    /// Returns the derivative of the polynomial.
     #[must_use]
     pub fn derivative(&self) -> Self {
         Self(self.0.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect())
     }
 
-    /// The first `t > after` at which it changes sign (`FindNextRoot`); a double root does not count.
+    /// Returns the first `t > after` at which the polynomial changes sign (`FindNextRoot`); a double root
+    /// does not count.
     #[must_use]
     pub fn next_root(&self, after: f64) -> Option<f64> {
         self.sign_changes(after).first().copied()
     }
 
-    /// All `t > after` at which it changes sign, ascending.
+    /// Returns all `t > after` at which the polynomial changes sign, in ascending order.
     ///
     /// Between two sign changes of its derivative a polynomial is monotone and changes sign at most once.
     /// Brent's method (crate `roots`) finds that root.
@@ -78,7 +79,7 @@ impl Polynomial {
         Some(last + step)
     }
 
-    /// The sign just after `t`: that of the first derivative that is not zero there.
+    /// The sign just after `t`: the sign of the lowest derivative that is not zero at `t`.
     fn sign_after(&self, t: f64) -> f64 {
         let value = self.value(t);
         if value != 0.0 {
@@ -90,17 +91,17 @@ impl Polynomial {
         }
     }
 
-    /// The point at which it leaves `sign`. It is known to have this sign before, although rounding at `from`
-    /// may say otherwise.
+    /// The point at which the polynomial changes from `sign` to the opposite sign. The polynomial is known
+    /// to have this sign before, although rounding at `from` may say otherwise.
     fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
-        // Brent's method multiplies values with each other. Scaled by the largest, they do not overflow.
+        // Brent's method multiplies function values. Division by the largest value prevents overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
         let is_before = |t: f64| self.value(t) * sign > 0.0;
-        // A root at the very start belongs to the past. The change after it is wanted.
+        // A root exactly at the start belongs to the past. The search is for the next sign change.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        // The crate returns a point of the previous step, which need not be close. It counts only if the sign
-        // changes there.
+        // The crate returns a point of its previous step, which need not be close to the root. The point
+        // counts only if the sign changes there.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
             .ok()
             .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
@@ -134,7 +135,7 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
-/// Algorithm 1 for a feature with ends: the first time at which `f <= 0` and falls, and no extent is
+/// Algorithm 1 for a feature with ends: the first time at which `f <= 0`, `f` decreases, and no extent is
 /// negative.
 #[must_use]
 pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
@@ -143,7 +144,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // Between two sign changes nothing changes.
+    // Between two sign changes of these polynomials, the condition stays true or stays false.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();
@@ -210,7 +211,7 @@ mod tests {
         assert_eq!(first_on(&falling, &[from(1.0), until(3.0)]), Some(2.0));
         assert_eq!(first_on(&falling, &[from(2.0), until(2.0)]), Some(2.0), "ends are on it");
         assert_eq!(first_on(&falling, &[until(1.0)]), None);
-        // It comes onto the feature too low, which is an immediate event.
+        // The sphere moves onto the feature when it is already too low: an immediate event.
         let late = first_on(&falling, &[from(2.5), until(3.0)]).unwrap();
         assert!((late - 2.5).abs() < 1e-14, "{late}");
         assert_eq!(first_on(&falling, &[from(3.0), until(2.5)]), None);

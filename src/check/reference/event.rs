@@ -18,7 +18,7 @@ pub enum EventKind {
     },
     /// A particle at a surface of the scene.
     Surface {
-        /// Its index among the surfaces.
+        /// Index of the surface in the scene.
         number: usize,
     },
 }
@@ -44,6 +44,6 @@ pub struct Event {
     pub dissipated: f64,
     /// Velocities of the particle and of its partner before the event `[length / time]`; zero for a wall.
     pub before: [Vector; 2],
-    /// Their velocities after the event `[length / time]`.
+    /// Velocities of the particle and of its partner after the event `[length / time]`.
     pub after: [Vector; 2],
 }

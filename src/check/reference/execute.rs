@@ -73,7 +73,8 @@ impl Reference {
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
         let mass = encounter.reduced_mass;
         let event = self.reflect(i, &encounter, EventKind::Surface { number: feature.surface });
-        // Away from the surface, which surrounds the particle if it is inside.
+        // The normal points away from the surface. If the surface surrounds the particle, the sign
+        // changes.
         let sign = contact.side.sign();
         let event = Event { normal: event.normal * sign, impulse: event.impulse * sign, ..event };
         let Some(moment) = moment else { return Some(event) };

@@ -1,9 +1,9 @@
-//! Moving surfaces: Algorithm 1 in the frame of the surface if that gives polynomials, and otherwise a search
-//! by bisection.
+//! Moving surfaces: Algorithm 1 in the frame of the surface if the gaps are polynomials in that frame, and
+//! otherwise a search by bisection.
 //!
-//! A time interval is skipped if bounds on speed and acceleration show that the gap stays open or opens, or
-//! that the foot stays off the feature. Other intervals are halved down to round-off. This is slow, and
-//! shares no steps with the engine.
+//! A time interval is skipped in two cases: if bounds on speed and acceleration show that the gap stays
+//! open or opens, or if they show that the foot stays off the feature. Other intervals are halved down to
+//! round-off. This is slow, but no step is shared with the engine.
 
 use super::rules::Side;
 use super::surfaces::{Across, Barrier, Feature, Motion};
@@ -12,14 +12,14 @@ use crate::model::MotionKind;
 use crate::model::surface_motion::{Piece, Timeline};
 use std::f64::consts::TAU;
 
-/// A search is continued after this time `[time]`.
+/// Longest time interval of one search; after it, the search is scheduled again `[time]`.
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
 /// A flight beside a surface that oscillates or turns, from a simulated time on.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Passage {
     pub feature: Feature,
-    /// The flight from that time on.
+    /// The motion of the particle, starting at the simulated time `now`.
     pub motion: Motion,
     /// The motion of the surface.
     pub piece: Piece,
@@ -44,8 +44,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Time from a simulated time to the next event of a sphere with the feature of a moving surface; none is
-    /// reported before `from`.
+    /// Time from the simulated time `now` to the next event of a sphere with the feature of a moving
+    /// surface. No event before `from` is reported.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -70,15 +70,15 @@ impl Feature {
 }
 
 impl Passage {
-    /// The flight in the frame of the surface, a time after now.
+    /// The motion in the frame of the surface, `after` the simulated time `now`.
     pub fn seen(&self, after: f64) -> Motion {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// The first event between two times from now. If the search is cut short, the time up to which no event
-    /// is possible.
+    /// The first event between two times, both counted from now. If the search is cut short: the time up
+    /// to which no event is possible.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
-        // A time from now is rounded like the simulated time to which it leads.
+        // A time counted from now has the rounding error of the corresponding simulated time.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
     }
 
@@ -145,15 +145,15 @@ impl Search<'_> {
 }
 
 impl Across {
-    /// Smallest distance from contact within some time before and after, given bounds on speed and
-    /// acceleration.
+    /// Smallest distance from contact within `time` before and after the present, given bounds on speed
+    /// and acceleration.
     pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
         let (gap, opening) = gap_and_opening(self);
         let length = self.position.norm();
         let (opening, bend) = match self.barrier {
             Barrier::Flat => (opening, acceleration),
             Barrier::Round { side: Side::Positive, .. } => (opening / length, acceleration),
-            // From inside, motion along the sphere also brings it closer.
+            // If the particle is inside the sphere, motion along the sphere also decreases the gap.
             Barrier::Round { side: Side::Negative, .. } => {
                 let nearest = length - speed * time;
                 let around = if nearest > 0.0 { speed * speed / nearest } else { f64::INFINITY };

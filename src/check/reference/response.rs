@@ -12,12 +12,13 @@ pub enum Outcome {
     Capture,
     /// One step outwards.
     Release,
-    /// Reflection from a finite step that costs too much, or at the end of a bond.
+    /// Reflection from a finite step that costs more than the radial kinetic energy, or at the end of a
+    /// bond.
     Bounce,
 }
 
-/// The outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and `vn`
-/// after it.
+/// Returns the outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij .
+/// rhat`, and the value of `vn` after the event.
 ///
 /// It crosses if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`: `vn'^2 = vn^2 - 2 dU / mu`.
 /// Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a finite step.
@@ -30,12 +31,12 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restit
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { restitution } else { 1.0 };
-    // At a turning point it may already recede by rounding.
+    // At a turning point, rounding may already have made the pair recede.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
-/// Two particles at a discontinuity, or a particle at a wall, which is a partner without curvature that never
-/// moves.
+/// Two particles at a discontinuity, or a particle at a wall. A wall is a partner that has no curvature
+/// and never moves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub seen: Discontinuity,
@@ -55,7 +56,8 @@ pub(super) struct Encounter {
 }
 
 impl Encounter {
-    /// The outcome and `v_ij` after it. `moving` lists the particles that are not static.
+    /// Returns the outcome and the value of `v_ij` after it. `moving` lists the particles that are not
+    /// static.
     pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
@@ -90,8 +92,8 @@ pub(super) struct Arrival {
     pub closing: f64,
 }
 
-/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if one of the two
-/// had its previous contact less than `t_c` ago.
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic if either
+/// particle had its previous contact less than `t_c` ago.
 #[derive(Debug)]
 pub(super) struct TcModel {
     /// `t_c` `[time]`.
@@ -101,18 +103,18 @@ pub(super) struct TcModel {
 }
 
 impl TcModel {
-    /// No contact so far.
+    /// Creates the model without previous contacts.
     pub fn new(contact_time: f64, particles: usize) -> Self {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// A contact of moving particles at `time`: the speed away from the barrier, and the factor for the
-    /// motion along it.
+    /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the
+    /// factor for the motion along the barrier.
     ///
-    /// This extends the published model, in which a restitution near 0 leaves no speed to keep. A particle
-    /// that arrives fast enough leaves with at least `closing t_c / 2`, which brings it back after `t_c`. If
-    /// its normal speed is almost zero, below a 64th of that, it takes the speed from the motion along the
-    /// barrier, at constant kinetic energy.
+    /// This extends the published model, in which a restitution near 0 leaves no normal speed. A particle
+    /// that arrives fast enough leaves with at least the speed `closing t_c / 2`, which brings it back
+    /// after `t_c`. If its normal speed is almost zero, below a 64th of this speed, it takes the speed
+    /// from the motion along the barrier. The kinetic energy then stays constant.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

@@ -2,7 +2,7 @@
 
 use crate::model::potential::Potential;
 
-/// The side of a discontinuity on which a pair is: where its valid states are.
+/// The side of a discontinuity on which the valid states of a pair lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {
     /// Valid beyond the distance: `f+`, Core and Capture.
@@ -12,8 +12,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// 1 or -1. `f+` times this is the overlap function of this side, and the distance grows in this
-    /// direction on the valid side.
+    /// Returns 1 or -1. `f+` times this sign is the overlap function of this side. The valid side is
+    /// towards larger distances for 1, and towards smaller distances for -1.
     #[must_use]
     pub fn sign(self) -> f64 {
         match self {
@@ -32,8 +32,9 @@ pub(super) struct Discontinuity {
     pub energy_step: f64,
 }
 
-/// The discontinuity on one side of a pair in state `k`. The outer one, `s_k`, is seen from its negative
-/// side; the inner one, `s_{k+1}`, from its positive side. `U_k` is the energy in between.
+/// Returns the discontinuity on one side of a pair in state `k`. The pair is on the negative side of the
+/// outer discontinuity, `s_k`, and on the positive side of the inner discontinuity, `s_{k+1}`. Between the
+/// two, the energy is `U_k`.
 pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
     let (s, u) = (potential.radii(), potential.energies());
     // Lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.

@@ -16,11 +16,12 @@ pub(in super::super) struct Feature {
 
 #[derive(Debug, Clone, Copy)]
 enum Shape {
-    /// A point at a distance, seen from a side.
+    /// Points at a distance `radius` from `centre`, approached from one side.
     Point { centre: Vector, radius: f64, side: Side },
-    /// A line through a point along a unit vector: infinite, or from the point over a length.
+    /// A line through a point along a unit vector: infinite, or a segment of a given length that begins at
+    /// the point.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
-    /// A half space, or with `corners` one side of a face.
+    /// A half space or, with `corners`, one side of a triangular face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
 }
 
@@ -33,7 +34,7 @@ pub(in super::super) struct Motion {
     pub radius: f64,
 }
 
-/// The part of a motion across a feature, on which its overlap function depends.
+/// The components of a motion across a feature. The overlap function of the feature depends only on them.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Across {
     pub position: Vector,
@@ -154,7 +155,7 @@ impl Feature {
             Shape::Line { start, along, radius: own, side, .. } => {
                 let across = |vector: Vector| vector - along * along.dot(&vector);
                 let [position, velocity, push] = [position - start, velocity, acceleration].map(across);
-                // If the acceleration is along the line, only round-off is left across it.
+                // If the acceleration is along the line, its component across the line is only round-off.
                 let acceleration = if push.norm() > 1e-14 * acceleration.norm() { push } else { Vector::zeros() };
                 Across { position, velocity, acceleration, barrier: round(own, side) }
             }
@@ -213,8 +214,8 @@ impl Feature {
         }
     }
 
-    /// Corners of a box around it, infinite along unlimited directions. A surface met from inside has no
-    /// limits.
+    /// Returns the corners of a bounding box of the feature, infinite along unlimited directions. A
+    /// feature approached from inside has no limits.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
@@ -234,7 +235,8 @@ impl Feature {
         }
     }
 
-    /// The largest coordinate of its defining points, and the radius around them `[length]`.
+    /// Returns the largest coordinate of the points that define the feature, plus the radius around them
+    /// `[length]`.
     pub fn farthest(&self) -> f64 {
         match self.shape {
             Shape::Point { centre, radius, .. } => centre.amax() + radius,
@@ -245,7 +247,7 @@ impl Feature {
         }
     }
 
-    /// Error of its normal in units of round-off `[1]`.
+    /// Returns the error of the normal of the feature in units of round-off `[1]`.
     pub fn slenderness(&self) -> f64 {
         match self.shape {
             Shape::Plane { corners: Some(corners), .. } => slenderness(&corners),

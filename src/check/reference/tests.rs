@@ -1,5 +1,6 @@
-//! Each event of the engine is compared with the rules and the response of the reference, from the state
-//! before it. Errors do not carry over to the next event, so a whole run can be compared to round-off.
+//! Compares each event of the engine with the rules and the response of the reference, starting from the
+//! state before the event. Errors do not carry over to the next event, so a whole run can be compared to
+//! round-off.
 
 use super::response::{Encounter, TcModel};
 use super::rules::{Discontinuity, seen};
@@ -16,11 +17,12 @@ const EVENTS: u64 = 300;
 /// Fewest compared events of each kind; all kinds have a few hundred.
 const FEWEST: u32 = 50;
 
-/// Round-off of a velocity from all operations of an event, on either side, and from what the engine adds so
-/// that a reflection is effective.
+/// Round-off of a velocity: from all operations of an event in both implementations, and from the small
+/// speed that the engine adds to make a reflection effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// Times that agree to this fraction may be on either side of the contact time.
+/// If the time since the last contact agrees with the contact time to this fraction, it may count as
+/// shorter or longer.
 const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone)]
@@ -98,7 +100,8 @@ impl Recipe {
 /// Compares each event of the engine with the reference.
 struct Judge<'a> {
     reference: &'a mut Reference,
-    /// The contact time itself, and slightly shorter and longer ones by rounding.
+    /// TC models with the contact time itself, and with contact times that are shorter and longer by
+    /// rounding.
     tc_models: Vec<TcModel>,
     counts: &'a RefCell<BTreeMap<String, u32>>,
 }
@@ -165,8 +168,8 @@ impl Judge<'_> {
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }
 
-    /// Checks that the engine's event is one that the reference could have produced, with the contact time or
-    /// with one that rounding cannot distinguish from it.
+    /// Checks that the engine's event is an event that the reference could have produced. The contact time
+    /// may differ from the nominal value by rounding.
     fn compare(
         &mut self,
         event: &engine::Event,

@@ -24,12 +24,13 @@ const BAMME: Source = Source {
 const SWINGS: Source =
     Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };
 
-/// The TC model allows no flight shorter than this, so there are finitely many.
+/// The TC model excludes flights shorter than this time, so the number of flights is finite.
 const CONTACT_TIME: f64 = 1e-9;
-/// More bounces than it takes to go from 1 down to the contact time: 20 / ln(1 / e), for e up to 0.97.
+/// Exceeds the number of bounces from a flight time of 1 down to the contact time: 20 / ln(1 / e), for e
+/// up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
-/// The time at which infinitely many bounces are over.
+/// Compares the time at which an infinite sequence of bounces ends.
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space =
@@ -96,7 +97,7 @@ pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
 /// Contacts with the ends of the string between two calls of `watch`.
 const CHUNK: u64 = 1000;
-/// More than ten swings need; a swing takes about a thousand contacts.
+/// More than the calls for ten swings: a swing has about a thousand contacts.
 const MOST_CHUNKS: usize = 10_000;
 
 /// Period of a bob on a bond, released from the horizontal.
@@ -116,8 +117,9 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
-    // The length is between 1 - slack and 1, and the period goes as its square root. A start in the middle of
-    // the slack gives the bob a radial motion with (4 slack)^(3/2) / 8 of the energy.
+    // The length is between 1 - slack and 1, and the period is proportional to the square root of the
+    // length. A start in the middle of the slack gives the radial motion of the bob a fraction (4
+    // slack)^(3/2) / 8 of the energy.
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
@@ -125,8 +127,8 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     ])
 }
 
-/// Times at which the bob passes the lowest point, between the contacts on both sides of it, at nearly
-/// constant speed.
+/// Times at which the bob passes the lowest point. They are interpolated between the contacts before and
+/// after it, where the speed is nearly constant.
 fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, StatePointError> {
     let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
     for _ in 0..MOST_CHUNKS {
@@ -134,8 +136,8 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
             break;
         }
         advance(&mut simulation, CHUNK, watch, |event| {
-            // The normal points from the partner to the particle; towards the bob it is the direction of the
-            // string.
+            // The normal points from the partner to the particle. If it points towards the bob, it has the
+            // direction of the string.
             let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
                 passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));

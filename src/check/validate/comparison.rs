@@ -1,12 +1,13 @@
-//! A measured quantity beside its published value, and the verdict.
+//! A measured quantity, its published value, and the verdict.
 
 use crate::analysis::statistics::Estimate;
 
-/// Largest deviation in standard errors that passes. One in 16,000 normal deviates is larger.
+/// Largest deviation that passes, in standard errors. A normally distributed error exceeds it once in
+/// 16,000 cases.
 pub const MOST_ERRORS: f64 = 4.0;
 
-/// Largest standard error relative to the expected value for a meaningful comparison. With a larger one, a
-/// value that is a fifth off would pass.
+/// Largest standard error, relative to the expected value, for a meaningful comparison. With a larger
+/// standard error, a value that deviates by a fifth would pass.
 const LARGEST_ERROR: f64 = 0.05;
 
 /// Source of a reference value.
@@ -54,7 +55,7 @@ pub struct Comparison {
 pub enum Verdict {
     /// Within four standard errors plus the allowance.
     Pass,
-    /// Further off.
+    /// Outside four standard errors plus the allowance.
     Fail,
     /// The standard error is unknown, or too large for a conclusion.
     Unresolved,
@@ -104,7 +105,7 @@ impl Comparison {
         self.measured.map(|measured| measured - self.published)
     }
 
-    /// The difference in standard errors; `None` if there are none.
+    /// Returns the difference in standard errors; `None` without a standard error.
     #[must_use]
     pub fn deviation(&self) -> Option<f64> {
         let error = self.standard_error.filter(|error| *error > 0.0)?;
@@ -152,7 +153,7 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // Smaller by the least amount that the sum of both resolves.
+        // The allowance is smaller than the difference by the smallest amount that the sum resolves.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

@@ -10,8 +10,8 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before the measurement, which destroy the lattice, and in the measurement, long
-/// before clusters form.
+/// Contacts per particle before the measurement and during it. The first contacts destroy the lattice. The
+/// measurement ends long before clusters form.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
@@ -28,7 +28,7 @@ const GASES: u64 = 8;
 pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let mut slopes = Vec::new();
     for gas in 0..GASES {
-        // Far from seeds that people type.
+        // These seeds are far from the seeds that users choose.
         slopes.extend(cool(restitution, seed.wrapping_add(gas << 32), watch)?);
     }
     let e = restitution;
@@ -55,7 +55,7 @@ fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super
     for _ in 0..CONTACTS[1] {
         advance(&mut simulation, block, watch, |_| {})?;
         let kinetic = simulation.energy().kinetic;
-        // A block is one contact per particle.
+        // One contact per particle has passed.
         slopes.push(-libm::log(kinetic / last));
         last = kinetic;
     }

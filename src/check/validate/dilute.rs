@@ -20,8 +20,8 @@ const EXACT: Source = Source {
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    // The shortest run of other points leaves an uncertainty of 4 to 8 % of the coefficient here; 5 % is too
-    // much for a verdict.
+    // The shortest run of the other state points would leave an uncertainty of 4 to 8 % of the coefficient
+    // here. A verdict needs less than 5 %.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
@@ -33,8 +33,8 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     Ok(vec![coefficient(z, warmed, effort.particles() as f64)])
 }
 
-/// `B_2` from `Z = 1 + (1 - 1 / N) (B_2 rho + B_3 rho^2 + ...)`, in units of that of the cores: each of `N`
-/// particles has `N - 1` partners.
+/// Derives `B_2` from `Z = 1 + (1 - 1 / N) (B_2 rho + B_3 rho^2 + ...)`, in units of the `B_2` of the hard
+/// cores. The factor in `N` arises because each of `N` particles has `N - 1` partners.
 fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison {
     let (freedom, partners) = (3.0 * (count - 1.0), 1.0 - 1.0 / count);
     let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
@@ -45,12 +45,13 @@ fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison 
         standard_error: z.standard_error.map(|error| error / (density * partners)),
     });
     let expected = second(temperature);
-    // At constant energy the temperature fluctuates by at most T^2 2 / f, which shifts a mean by half of that
-    // times the curvature.
+    // At constant energy, the variance of the temperature is at most T^2 2 / f. This shifts a mean by half
+    // of the variance times the curvature.
     let step = 1e-3 * temperature;
     let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
     let fluctuation = curvature.abs() * temperature * temperature / freedom;
-    // The terms after the third, as if the series were geometric from the second on.
+    // The sum of the terms after the third, estimated as a geometric series that begins with the second
+    // term.
     let rest = third * third / expected.abs();
     Comparison::statistical(QUANTITIES[0], measured, expected, EXACT).allow(fluctuation + rest, FINITE_AND_REST)
 }

@@ -36,8 +36,8 @@ const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
-/// Densities at which the diffusion coefficient is known. Below, Speedy's fit has few points; above, it
-/// deviates more and more.
+/// Densities at which the diffusion coefficient is known. Speedy's fit rests on few points below this
+/// range, and deviates more and more above it.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -96,10 +96,10 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 
 /// Diffusion coefficient in a periodic cube with a given number of spheres, and its uncertainty.
 ///
-/// The fit is to simulations in cubes, too. Yeh and Hummer's term, with Enskog's coefficients, converts from
-/// their size to this one. At these densities Enskog's values are accurate to a few per cent, which matters
-/// less than the factor of two in the number of spheres of the fit: its cube root changes the term by a
-/// quarter, and the coefficient by 3 %.
+/// The fit was made to simulations in cubes, too. Yeh and Hummer's finite-size term, with Enskog's
+/// coefficients, converts from the size of those cubes to this size. At these densities Enskog's values
+/// are accurate to a few per cent. The uncertainty of the number of spheres in the fit, a factor of two,
+/// matters more: its cube root changes the term by a quarter, and the coefficient by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
@@ -127,7 +127,8 @@ fn fluid(
     let z = compressibility(packing_fraction);
     let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
     let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
-    // At constant energy, velocities are Maxwellian to within 1 / (4 D N) of the speed of contacts.
+    // At constant energy, velocities are Maxwellian except for a relative change 1 / (4 D N) of the speed
+    // at contacts.
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![
@@ -161,7 +162,7 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Edges twice as long leave half of the term: 1 / (2 (2^(1/3) - 1)) = 1.924 allowances.
+            // Edges twice as long halve the finite-size term: 1 / (2 (2^(1/3) - 1)) = 1.924 allowances.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

@@ -14,10 +14,11 @@ use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 
-/// Temperatures of the plates; the start is in between.
+/// Temperatures of the plates. The initial temperature of the gas is between them.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// With this many contacts the flux is accurate to two per cent: each contact carries little of it.
+/// With this many contacts, the flux is accurate to two per cent. Each contact carries only little of the
+/// flux.
 const FEWEST_EVENTS: u64 = 1_000_000;
 /// Edge of the plates, longer than the mean free path.
 const WIDTH: f64 = 20.0;
@@ -27,7 +28,7 @@ const THEORY: Source = Source {
     full: "Fourier's law with Enskog's conductivity; temperature jumps of hard spheres: Sone, Ohwada and Aoki, Phys. Fluids A 1, 363 (1989), doi:10.1063/1.857457",
 };
 
-/// Distance of the plates: about ten mean free paths, and at least forty diameters.
+/// Distance between the plates: about ten mean free paths, and at least forty diameters.
 pub(super) fn distance(packing_fraction: f64) -> f64 {
     (10.0 * 0.12 / packing_fraction).max(40.0)
 }
@@ -57,7 +58,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // The effect of a diameter more or less between the plates, half of one at each.
+    // The effect of one diameter on the distance between the plates: half a diameter at each plate.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {

@@ -1,7 +1,7 @@
-//! A Lennard-Jones liquid in finer and finer steps, compared with the smooth potential.
+//! A Lennard-Jones liquid with successively finer steps, compared with the smooth potential.
 //!
-//! Averages of a stepped potential differ from those of the smooth one by the square of the step width. Two
-//! widths give the size of the difference.
+//! An average over a stepped potential differs from the average over the smooth potential in proportion to
+//! the square of the step width. Two widths determine the difference.
 
 use super::state_point::{Compared, Watch, build, finish, one_species};
 use super::{Comparison, Effort, Source};
@@ -42,7 +42,7 @@ pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compare
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
 
-/// Extrapolation to zero step width, from one width and half of it: `(4 narrow - wide) / 3`.
+/// Extrapolates to zero step width from a wide step and a step half as wide: `(4 narrow - wide) / 3`.
 fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimate>, published: f64) -> Comparison {
     let pair = wide.zip(narrow);
     let extrapolated = pair.map(|(wide, narrow)| Estimate {
@@ -56,7 +56,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
     Comparison::statistical(quantity, extrapolated, published, ALLEN_TILDESLEY).allow(change, WIDTH)
 }
 
-/// Energy per particle including its kinetic part, and pressure.
+/// Returns the total energy per particle, including kinetic energy, and the pressure.
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)
@@ -75,7 +75,7 @@ fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>
     Ok([energy, finished.observable("pressure")])
 }
 
-/// Lennard-Jones in steps, shifted by the value of the smooth potential at the cut-off.
+/// The stepped Lennard-Jones potential, shifted by the value of the smooth potential at the cut-off.
 fn shifted(steps: usize) -> Result<Potential, PotentialError> {
     let cut = Potential::stepped_lennard_jones(1.0, 1.0, CUTOFF, steps, 50.0)?;
     let s6 = (CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF).recip();
@@ -101,7 +101,8 @@ mod tests {
     #[test]
     fn the_last_step_is_a_small_one() {
         let potential = shifted(100).unwrap();
-        // Within a width of 0.017 of the cut-off, where the smooth potential has a slope of 0.039.
+        // The outermost step is within 0.017 of the cut-off, where the smooth potential has a slope of
+        // 0.039.
         assert!(potential.energies()[1] < 0.0 && potential.energies()[1] > -0.039 * 0.017);
     }
 }

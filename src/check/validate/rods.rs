@@ -1,9 +1,9 @@
 //! Hard rods on a ring, with exact times of all contacts.
 //!
-//! Equal rods exchange their velocities, like points that pass through each other on a ring of length `L - N
-//! sigma`. In a time `t`, two velocities meet `|v_i - v_j| t / (L - N sigma)` times, rounded up or down, each
-//! time with the impulse `m |v_i - v_j|`. So the count is known to one for each pair, and the mean over any
-//! time to one contact for each.
+//! Equal rods exchange their velocities, like points that pass through each other on a ring of length `L -
+//! N sigma`. In a time `t`, two velocities meet `|v_i - v_j| t / (L - N sigma)` times, rounded up or down.
+//! Each meeting has the impulse `m |v_i - v_j|`. So the number of contacts of each pair is known to within
+//! one contact, over any time interval.
 
 use super::state_point::{Compared, Watch, advance, build, one_species};
 use super::{Comparison, Effort, Source};
@@ -52,8 +52,8 @@ pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_
     let (time, event_counts) = (simulation.time(), simulation.event_counts());
     // Z = 1 + W / (N T t), and T (N - 1) = 2 K on a line, without net momentum.
     let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
-    // The positions of N rods on a ring fill L (L - N sigma)^(N - 1): one rod is anywhere, and the others
-    // share the gaps.
+    // The configurations of N rods on a ring have the volume L (L - N sigma)^(N - 1): one rod has any
+    // position, and the other rods share the gaps.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
         Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial.total() / work), expected, TONKS)

@@ -61,7 +61,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         Ending::Interrupted => return Err(StatePointError::Interrupted),
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
-        // No state point has growing spheres, or an equilibration that ends by itself.
+        // No state point has growing spheres, or an equilibration that ends by a criterion.
         Ending::Time
         | Ending::Events
         | Ending::Condition
@@ -106,11 +106,11 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
     (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
 }
 
-/// The comparisons of a state point, or why there are none.
+/// The comparisons of a state point, or the reason why there are none.
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
-/// Contacts per particle before the measurement. This is many times the ten or so that velocities need, and
-/// the hundred or so that a dense lattice needs to melt.
+/// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per
+/// particle, and a dense lattice needs about a hundred to melt.
 pub(super) fn equilibration(effort: Effort) -> u64 {
     150 * effort.particles()
 }

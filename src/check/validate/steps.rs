@@ -10,8 +10,8 @@ use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
 use crate::scene::{Amount, Lattice};
 
-/// Number of blocks, whose means give the standard errors. Wells empty and fill in about ten contacts per
-/// particle; a block is longer.
+/// Number of blocks; their means give the standard errors. Wells empty and fill within about ten contacts
+/// per particle, and a block is longer than this.
 const BLOCKS: u64 = 40;
 const DEPTH: f64 = 1.0;
 
@@ -29,7 +29,7 @@ struct Block {
     captures: f64,
     releases: f64,
     bounces: f64,
-    /// Mean over its time `[energy]`.
+    /// Mean temperature over the time of the block `[energy]`.
     temperature: f64,
 }
 
@@ -69,7 +69,8 @@ fn block(
     Ok(Block { temperature: 2.0 * integral / (now - start) / freedom, ..block })
 }
 
-/// Ratios of sums, with the errors of their linear parts. The law follows the temperature of the blocks.
+/// Ratios of sums, with errors from linear propagation. The law is evaluated at the temperature of the
+/// blocks.
 fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     let count = blocks.len() as f64;
     let average = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>() / count;
@@ -86,9 +87,9 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     // d/dT of exp(eps / T).
     let slope = -height / temperature * libm::exp(height);
     let bounces = ratio(|block| block.bounces, slope);
-    // At constant energy, velocities with f free components exceed eps with the probability (1 - 2 eps / (f
-    // T))^((f - 1) / 2). In addition the temperature fluctuates by at most T^2 2 / f, which shifts the mean
-    // of exp(eps / T) by half of that times its curvature.
+    // At constant energy, velocities with f free components exceed eps with the probability (1 - 2 eps /
+    // (f T))^((f - 1) / 2). In addition, the temperature fluctuates with a variance of at most T^2 2 / f.
+    // This shifts the mean of exp(eps / T) by half of the variance times the curvature of exp(eps / T).
     let allowance = libm::exp(height) * height * ((1.0 - height).abs() + height + 2.0) / freedom;
     vec![
         Comparison::statistical(
@@ -120,7 +121,7 @@ mod tests {
     #[test]
     fn blocks_that_obey_the_law_have_no_error_but_the_curvature() {
         let compared = law(&lawful(), 3000.0);
-        // The linear change of the law with temperature is taken out. Its curvature, (2e-3)^2, and the
+        // The linear dependence of the law on temperature is removed. Its curvature, (2e-3)^2, and the
         // products of deviations remain.
         assert!(compared[0].standard_error.unwrap() < 1e-5, "{compared:?}");
         assert!(compared[0].difference().unwrap().abs() < 1e-5, "{compared:?}");

@@ -1,5 +1,5 @@
-//! The motion across one discontinuity: the present and future distance from it of a pair, or of a particle
-//! and a wall or a surface.
+//! The motion across one discontinuity: the present and future distance of a pair from the discontinuity,
+//! or of a particle from a wall or a surface.
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
@@ -24,19 +24,20 @@ pub(super) enum Boundary {
     Plane,
 }
 
-/// A relative flight, from a time in the window on.
+/// A relative flight that begins at a time in the window.
 #[derive(Debug, Clone)]
 pub(super) struct Approach {
     /// Time in the window at which the state holds `[time]`.
     pub since: f64,
-    /// Relative position then `[length]`.
+    /// Relative position at that time `[length]`.
     pub position: Vector,
-    /// Relative velocity then `[length / time]`.
+    /// Relative velocity at that time `[length / time]`.
     pub velocity: Vector,
     /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
-    /// Its position along a feature with ends. The feature exists only between them.
+    /// Position of the particle's foot on a feature with ends. The discontinuity exists only between the
+    /// ends.
     pub foot: Option<Foot>,
     /// The motion beside a surface that oscillates or turns; otherwise the acceleration is constant.
     pub swing: Option<Arc<Swing>>,
@@ -72,15 +73,15 @@ impl Approach {
         }
     }
 
-    /// Whether it exists at the start of the flight.
+    /// Whether the discontinuity exists at the start of the flight.
     pub fn is_on_now(&self) -> bool {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
     /// Distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
     ///
-    /// Computed from the positions. The overlap function would lose the digits of a small gap to its large
-    /// terms.
+    /// The gap is computed from the positions. In the overlap function, large terms would cancel the
+    /// digits of a small gap.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
@@ -113,8 +114,8 @@ impl Approach {
             for _ in 0..MOST_TURNS {
                 let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
                 look(self.since + at * (1.0 - BESIDE));
-                // Rounding may place the root after the time at which it was found, so that it would be found
-                // again.
+                // Rounding may place the root slightly later than the time found. The same root would then
+                // be found again.
                 after = at * (1.0 + BESIDE);
                 look(self.since + after);
             }
@@ -160,8 +161,8 @@ impl Approach {
         }
     }
 
-    /// The overlap function of the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative
-    /// from inside.
+    /// The overlap function, as a function of the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`,
+    /// or its negative if the pair is inside.
     fn polynomial(&self) -> Polynomial {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         match self.boundary {
@@ -205,7 +206,7 @@ mod tests {
 
     #[test]
     fn the_lowest_gap_is_found_between_the_ends() {
-        // Passes at a distance of 1/2, at time 3.
+        // The particles pass each other at a distance of 1/2, at time 3.
         let pair = Approach {
             since: 1.0,
             position: Vector::new(-2.0, 0.5, 0.0),

@@ -38,15 +38,16 @@ pub(super) struct ContactMemory {
 enum Last {
     Never,
     At(Elapsed),
-    /// Before this time, which is when the record begins.
+    /// No contact since the record began at this time; earlier contacts are unknown.
     Before(Elapsed),
 }
 
-/// A contact counts as sliding if this many contacts would follow each other in a contact time.
+/// A contact counts as sliding if this many contacts would follow each other within one contact time.
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// For particles without contacts so far, or with an unknown history before a time.
+    /// Creates the memory for particles without previous contacts, or with an unknown history before a
+    /// time.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
@@ -58,8 +59,8 @@ impl ContactMemory {
         }
     }
 
-    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off leaves
-    /// it open.
+    /// Whether any of the particles had its previous contact less than `t_c` ago; `None` if round-off
+    /// leaves the answer open.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let is_of_this = |&particle: &u32| match self.last[particle as usize] {
             Last::Never => Some(false),
@@ -78,10 +79,10 @@ impl ContactMemory {
 
     /// All ways in which a motion may leave a barrier within round-off.
     ///
-    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. No contact
-    /// removes so much speed that the next one would follow within `t_c`: at least `closing t_c / 2` is left.
-    /// A contact that arrives with less than this divided by [`SLIDING`] slides, and leaves with this speed,
-    /// taken from the motion along the barrier.
+    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. At least the
+    /// speed `closing t_c / 2` is left, so that the next contact does not follow within `t_c`. If the
+    /// arrival speed is less than this speed divided by [`SLIDING`], the contact slides: the particle
+    /// leaves with this speed, taken from the motion along the barrier.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
@@ -111,7 +112,8 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
     let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
-    // Uncertainty of the square. The root of a small square is uncertain by its root.
+    // Uncertainty of the square. If the square is small, the uncertainty of its root is the root of this
+    // uncertainty.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
     Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }

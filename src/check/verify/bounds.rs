@@ -1,4 +1,4 @@
-//! Round-off bounds. No tolerance is chosen; each is counted from the numbers that were rounded.
+//! Round-off bounds. None is a chosen tolerance: each bound is counted from the numbers that were rounded.
 
 use super::moving::Sway;
 use super::world::World;
@@ -6,16 +6,16 @@ use crate::Vector;
 use crate::engine::{Elapsed, States};
 
 /// Number of roundings between the state at a prediction and the state at its event. For a pair, six
-/// coordinates are rounded by one free flight (three operations), by the time of the event and by a wrap,
-/// once in the engine and once here; the sum in the overlap function has eight terms. Each rounding is below
-/// one unit in the last place of the scales below.
+/// coordinates are rounded by one free flight (three operations), by the time of the event and by a wrap.
+/// This happens once in the engine and once here. The sum in the overlap function has eight terms. Each
+/// rounding is below one unit in the last place of the scales defined below.
 const ROUNDINGS: f64 = 32.0;
 
 /// Speeds below the square root of the smallest floating-point number have squares of 0, so their norm or
 /// energy has no digits.
 const SMALLEST: f64 = 1.5e-154;
 
-/// This many roundings of a number of the order of `scale`.
+/// Returns the error of [`ROUNDINGS`] roundings of a number of the order of `scale`.
 pub(super) fn rounded(scale: f64) -> f64 {
     ROUNDINGS * f64::EPSILON * scale + SMALLEST
 }
@@ -24,7 +24,7 @@ pub(super) fn rounded(scale: f64) -> f64 {
 /// proves nothing, however large the rounded numbers are.
 const MOST_OF_DISTANCE: f64 = 1e-6;
 
-/// Whether a length within round-off is still far too large for a discontinuity at `distance`.
+/// Whether a length within its round-off bound is still far too large for a discontinuity at `distance`.
 pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
     length.abs() > MOST_OF_DISTANCE * distance
 }
@@ -34,13 +34,13 @@ pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
 pub(super) struct Flight {
     /// Largest coordinate rounded since the last event `[length]`.
     length: f64,
-    /// Largest speed since then `[length / time]`.
+    /// Largest speed since the last event `[length / time]`.
     pub speed: f64,
     /// Error of the velocity from the rounding of event times under acceleration `[length / time]`.
     falling: f64,
-    /// Time since then `[time]`.
+    /// Time since the last event `[time]`.
     duration: f64,
-    /// Angle by which a rotating surface turns within the rounding of a time `[1]`.
+    /// Angle by which a rotating surface turns within the round-off of a time `[1]`.
     turning: f64,
 }
 
@@ -60,15 +60,15 @@ impl Flight {
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
-        // Times are rounded as times since the epoch; a prediction may be in an earlier epoch than its event.
-        // Here they are rounded once more, as times in the window.
+        // Times are rounded as times since the epoch. A prediction may be in an earlier epoch than its
+        // event. In the verifier, times are rounded once more, as times in the window.
         let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         let times = duration + since_epoch.max(states.elapsed.after(window));
         // A coordinate is rounded once more at every wrap, however far it was extrapolated.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
         // The engine rounds states once when it moves them to the next epoch.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
-        // Beyond a side its coordinate may be as large as the period, whatever it was before.
+        // A coordinate outside the box may be as large as the period, whatever its previous value was.
         let largest = position.amax() + speed * times + world.periods.amax();
         let length = largest * (1.0 + (wraps + epochs) / ROUNDINGS);
         let falling = if acceleration > 0.0 {
@@ -84,7 +84,7 @@ impl Flight {
         rounded(self.length)
     }
 
-    /// After an event that increased its speed by at most `gained` `[length / time]`.
+    /// Scales after an event that increased the speed by at most `gained` `[length / time]`.
     pub fn leaving(&self, gained: f64) -> Self {
         Self { speed: self.speed + gained, ..*self }
     }
@@ -109,11 +109,12 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// At a discontinuity at `distance`.
+    /// Bounds at a discontinuity at `distance`.
     ///
-    /// The overlap function is a difference of squares. Its round-off is that of the squared separation at
-    /// the prediction, at most as far as the two flew since their latest events; as a distance it is `|r|^2 /
-    /// s`.
+    /// The overlap function is a difference of squares. Its round-off is the round-off of the squared
+    /// separation at the prediction. Since the later of their latest events, the two particles have
+    /// flown a limited distance; the separation is at most `distance` plus this distance. As a distance, the
+    /// round-off is `|r|^2 / s`.
     pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
         let flown = (a.speed + b.speed) * a.duration.min(b.duration);
         let separation = (distance + flown).min(world.diagonal.max(distance));
@@ -124,7 +125,8 @@ impl Bounds {
         Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
     }
 
-    /// After an event that increased their speeds by at most `gained`; the new velocities are rounded then.
+    /// Bounds after an event that increased the speeds by at most `gained`. The new velocities are
+    /// rounded, too.
     pub fn leaving(&self, gained: f64) -> Self {
         let velocity = self.velocity + rounded(gained);
         Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }

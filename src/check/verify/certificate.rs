@@ -34,7 +34,8 @@ pub enum End {
     Asked,
     /// All events up to the planned end of the run are proven.
     RunEnded,
-    /// The replay ended differently from the recorded run, so the proof is of another run.
+    /// The replay ended differently from the recorded run, so the proof does not apply to the recorded
+    /// run.
     Departed {
         /// The recorded end of the run.
         recorded: RunEnd,
@@ -78,11 +79,11 @@ pub struct Counts {
     pub wall: u64,
     /// Contacts with surfaces of the scene.
     pub surface: u64,
-    /// Events with another one due earlier by less than round-off.
+    /// Events at which another event was due earlier, by less than round-off.
     pub ties: u64,
-    /// Events without a closing speed beyond round-off: turning points.
+    /// Events whose closing speed is within round-off: turning points.
     pub turning_points: u64,
-    /// Events in an invalid state beyond round-off.
+    /// Events at which the state was invalid beyond round-off.
     pub in_invalid_state: u64,
     /// Completed windows of simulated time; each starts with a search of all pairs.
     pub windows: u64,
@@ -110,14 +111,14 @@ pub struct Certificate {
     pub duration: f64,
     /// Counts of the verified events.
     pub counts: Counts,
-    /// Margins to the bounds.
+    /// Margins of the proof.
     pub margins: Margins,
     /// Largest distance from the discontinuity at an event in a valid state, relative to the distance of the
     /// discontinuity.
     pub largest_gap: f64,
     /// Deepest overlap at an event, relative to the distance of the discontinuity.
     pub deepest_overlap: f64,
-    /// Why it ended.
+    /// Reason why the verification ended.
     pub end: End,
 }
 

@@ -1,7 +1,7 @@
 //! Shows by distances, not by roots, that a flight never reaches a discontinuity.
 //!
-//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether there are any,
-//! so a search without roots is no proof.
+//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether roots
+//! exist. So a search that finds no roots is no proof.
 
 use super::approach::{Approach, Boundary};
 use super::rules::Side;
@@ -12,14 +12,15 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Largest number of pieces of a flight that are searched.
 const MOST_PIECES: u32 = 10_000;
 
-/// A margin beyond what is far enough.
+/// Safety factor for distances and times that are just large enough.
 const BEYOND: f64 = 1.01;
 
 impl Approach {
     /// Whether nothing is ever due, with a margin for the rounding of coordinates of magnitude `size`
     /// `[length]`.
     ///
-    /// Only from outside of a sphere. A pair inside always reaches the sphere, unless it is at rest.
+    /// This can be shown only outside a sphere. A pair inside always reaches the sphere, unless it is at
+    /// rest.
     pub fn is_clear(&self, size: f64) -> bool {
         // Beside a surface that oscillates or turns for ever, nothing can be shown.
         if self.swing.is_some() {
@@ -41,14 +42,15 @@ impl Approach {
         v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
     }
 
-    /// Whether the distance does not decrease with any power of the time.
+    /// Whether no power of the time in the squared distance has a negative coefficient.
     fn recedes(&self) -> bool {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0
     }
 
-    /// Whether it passes a sphere, checked piece by piece up to the time from which it is certainly beyond
-    /// it. The speed in the middle of a piece and the acceleration limit its length.
+    /// Whether the flight passes a sphere without contact. The flight is checked piece by piece, up to the
+    /// time from which it is certainly beyond the sphere. The speed in the middle of a piece and the
+    /// acceleration limit the length of the piece.
     fn passes(&self, distance: f64, size: f64) -> bool {
         let [length, speed, push] = [&self.position, &self.velocity, &self.acceleration].map(|vector| vector.norm());
         let from_rest = (length + distance) * BEYOND;

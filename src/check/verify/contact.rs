@@ -5,7 +5,7 @@ use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// Surfaces of the scene have numbers from this one on in events; smaller numbers are walls.
+/// In events, surfaces of the scene have this number or a larger one; smaller numbers are walls.
 const FIRST_SURFACE: u32 = 6;
 
 /// A contact: a pair of particles, or a particle and a wall of the box or a surface of the scene.

@@ -21,7 +21,7 @@ enum Search {
     Never,
     /// Due at this time from now `[time]`.
     Due(f64),
-    /// The images of a pair pass each other for ever, and have not met so far.
+    /// The images of a pair pass each other for ever, but no contact was found so far.
     Open,
 }
 
@@ -30,8 +30,8 @@ impl Verifier {
     /// no particle at any wall or surface has another event.
     ///
     /// # Errors
-    /// [`Fault::EndedEarly`] with something that is due; [`Fault::EndNotShown`] if nothing due is found but
-    /// the proof is not complete either.
+    /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if no due event is found but the
+    /// proof is not complete either.
     pub fn witness_end(&mut self) -> Result<(), Fault> {
         let mut left = MOST_IMAGES;
         let mut open: Option<Contact> = None;
@@ -48,7 +48,7 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// A wall that the particle is not shown to miss.
+    /// Returns the contact with a wall if the proof that the particle misses the wall fails.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -76,7 +76,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // One with ends has infinitely many images.
+            // A feature with ends has infinitely many images.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -178,7 +178,7 @@ impl Verifier {
             // The same configuration returns after one period.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // The reach of a cube with a tenth of the remaining images.
+        // The distance along each axis over which a cube holds a tenth of the remaining images.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(last_within(0.0, 2.0, 0.0, 1.0), 0.5);
         assert_eq!(last_within(-5.0, 2.0, 0.0, 1.0), 3.0);
         assert_eq!(last_within(5.0, 2.0, 0.0, 1.0), 0.0);
-        // Up at 4 and back again, ending through -1.
+        // The flight rises with speed 4, falls back, and leaves through -1.
         let last = last_within(0.0, 4.0, -2.0, 1.0);
         assert!((last - (2.0 + 5.0_f64.sqrt())).abs() < 1e-14, "{last}");
         assert_eq!(last_within(0.0, 0.0, 2.0, 1.0), 1.0);

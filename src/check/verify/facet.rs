@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// Relative rounding in the comparison that skips distant features.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// Number of radii beyond which no gap is due to round-off.
+/// Distance in units of the radius. At larger distances, a gap cannot be due to round-off.
 const NEAR: f64 = 1.001;
 
 /// A feature of a surface, or its image in a periodic box.
@@ -42,8 +42,8 @@ pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
     all.flat_map(|feature| images(feature, &scene.space, periods, radius)).map(Facet::of).collect()
 }
 
-/// A feature with all images that particles may meet within a window: within half a period of the box, plus
-/// one period of motion.
+/// A feature with all images that particles may meet within a window. The images are within half a period
+/// of the box, plus one period of motion.
 fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec<Feature> {
     let mut images = vec![feature];
     for axis in (0..3).filter(|&k| periods[k] > 0.0) {
@@ -71,7 +71,7 @@ fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec
 impl Facet {
     fn of(feature: Feature) -> Self {
         let (farthest, slenderness) = (feature.farthest(), feature.slenderness());
-        // An index that no surface has stands for one that is too large.
+        // An index that is too large becomes an index that no surface has.
         let surface = u32::try_from(feature.surface).unwrap_or(u32::MAX);
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }
@@ -105,8 +105,8 @@ impl Facet {
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// The flight of a particle towards it in a piece of its motions, if there are any, from a simulated time
-    /// on; `since` is that time in the window.
+    /// The flight of a particle towards the facet, in a piece of the surface's motions if it moves. The
+    /// flight begins at the simulated time `now`; `since` is the same time in the window.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
@@ -117,8 +117,8 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether a particle is shown never to reach it, in the frame of a surface that continues its motion for
-    /// ever, in a box without periodic axes. Coordinates have the magnitude `size` `[length]`.
+    /// Whether a particle is shown never to reach the facet, in the frame of a surface that continues its
+    /// motion for ever. The box has no periodic axes. Coordinates have the magnitude `size` `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -129,7 +129,8 @@ impl Facet {
         if across.foot.is_none() {
             return false;
         }
-        // A face from behind: a particle that never reaches the other side does not come through it.
+        // The particle is behind the face. If it never reaches the front, it does not come through the
+        // face.
         let height = across.position.x + radius;
         if across.boundary == Boundary::Plane && height < 0.0 {
             let along = |length: f64| Vector::new(length, 0.0, 0.0);
@@ -174,7 +175,7 @@ impl World {
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 
-    /// The existing facets that a particle can meet and may reach in some time.
+    /// The existing facets that a particle can meet and may reach within `time`.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
         let motion = self.motion(states, i);
         let Motion { position, velocity, acceleration, radius } = motion;

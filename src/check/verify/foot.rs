@@ -16,7 +16,7 @@ impl Foot {
         self.extents.map(|extent| Polynomial::new(&extent))
     }
 
-    /// The distance from the nearest end after some time, negative beyond it `[length]`.
+    /// The distance from the nearest end at the time `dt`, negative beyond the end `[length]`.
     pub fn within(&self, dt: f64) -> f64 {
         self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)
     }

@@ -72,7 +72,8 @@ impl Verifier {
         }
     }
 
-    /// An event of two particles: at a discontinuity of theirs, due, and with the right outcome.
+    /// Checks an event of two particles: at a discontinuity of their potential, due, and with the right
+    /// outcome.
     pub(super) fn check_pair(
         &mut self,
         event: &Event,
@@ -126,7 +127,7 @@ impl Verifier {
         Some((side, seen, interaction.restitution))
     }
 
-    /// An event at a wall of the box: due, and with the right outcome.
+    /// Checks an event at a wall of the box: due, and with the right outcome.
     pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let radius = self.world.radius(i);
@@ -137,7 +138,7 @@ impl Verifier {
         let approach = wall_approach(&self.world, &self.before, i, &wall, now);
         let flights = self.flights(&contact);
         let bounds = self.bounds(&contact, &approach, &flights);
-        // A point has no length of its own for comparison.
+        // A point particle has no length of its own for comparison.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
         self.note_contact(&[i], after);
@@ -145,7 +146,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// An event at a surface of the scene: at one of its features, due, and with the right outcome there.
+    /// Checks an event at a surface of the scene: at one of its features, due, and with the right outcome
+    /// there.
     pub(super) fn check_surface(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };
@@ -243,7 +245,7 @@ impl Verifier {
         Encounter { world, event, before, after, bounds, flights, contacts, margins: &mut proof.margins }
     }
 
-    /// The event was due: at its discontinuity, and closing.
+    /// Checks that the event was due: at its discontinuity, and closing.
     fn check_contact(
         &mut self,
         contact: Contact,
@@ -263,7 +265,8 @@ impl Verifier {
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // If it is deeper, it was in an invalid state before it was due, and that part was already checked.
+        // A deeper particle was in an invalid state before the event was due. That part was already
+        // checked.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

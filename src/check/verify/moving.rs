@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 
 /// Tolerance for the start of a motion, in units of the round-off of the simulated time.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// Largest number of periods of an oscillation or a rotation in one window. The surface returns after each.
+/// Largest number of periods of an oscillation or a rotation in one window. The surface returns after each
+/// period.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
 /// Largest number of windows of a motion that are searched to show that nothing will ever happen.
@@ -54,24 +55,24 @@ pub(super) struct Carried {
 
 /// Scales of rounded numbers at a moving surface.
 ///
-/// Positions and velocities of the surface are functions of the simulated time, with its limited digits. A
-/// contact is found to a rounding of that time, or to a fraction of a period.
+/// Positions and velocities of the surface are functions of the simulated time, whose digits are limited.
+/// The time of a contact is found to within its round-off, or to a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
     /// Coordinates `[length]`.
     pub length: f64,
     /// Speed of the surface at the particle `[length / time]`.
     pub speed: f64,
-    /// Change of its speed within the round-off of the time `[length / time]`.
+    /// Change of the surface's speed within the round-off of the time `[length / time]`.
     pub falling: f64,
-    /// Angle by which it turns in that time `[1]`.
+    /// Angle by which the surface turns within the round-off of the time `[1]`.
     pub turning: f64,
-    /// Its acceleration, plus the change of that in that time `[length / time^2]`.
+    /// Acceleration of the surface, plus its change within the round-off of the time `[length / time^2]`.
     pub push: f64,
 }
 
 impl Motions {
-    /// Motions for states whose time starts at a simulated time.
+    /// Motions for states whose time zero is the simulated time `start_time`.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -93,7 +94,7 @@ impl Motions {
         self.timelines.get(surface as usize)?.as_ref()
     }
 
-    /// Possible rounding between the start of a motion and the event that shows it.
+    /// Largest rounding error between the start of a motion and the event at which it shows.
     fn rounding(&self, now: f64) -> f64 {
         ROUNDINGS * (now.abs() + self.start_time.abs())
     }
@@ -131,7 +132,8 @@ impl Motions {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Time from now in which all surfaces continue their motions and bounds on them are useful.
+    /// Time from now during which all surfaces continue their motions and bounds on the motions are
+    /// useful.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
@@ -139,8 +141,8 @@ impl Motions {
         pieces.map(steady).fold(f64::INFINITY, f64::min)
     }
 
-    /// For each moving surface, the box that a particle sweeps in its frame, in some time; empty if none
-    /// moves.
+    /// For each moving surface, the box that a particle sweeps within `time`, in the frame of the surface.
+    /// The list is empty if no surface moves.
     pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
         let now = self.now(elapsed);
         let of = |surface: u32| {
@@ -201,8 +203,8 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether a whole time interval of a motion is searched for an event. If the gaps are not polynomials, only
-/// a number of periods is.
+/// Whether a whole time interval of a motion is searched for an event. If the gaps are not polynomials,
+/// the search covers only a limited number of periods.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }

@@ -17,7 +17,8 @@ use crate::engine::event::{Event, Outcome};
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// All states at the time of the event: along the flights before it, and after it.
+    /// All states at the time of the event. `before`: along the flights before the event. `after`: after
+    /// the event.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -66,7 +67,8 @@ impl Motion<'_> {
 }
 
 impl Encounter<'_> {
-    /// The table of outcomes: Core, Capture, Release or Bounce, from the energy step and the radial kinetic energy.
+    /// Checks a pair event against the table of outcomes: Core, Capture, Release or Bounce. The energy
+    /// step and the radial kinetic energy decide.
     pub fn check_pair(
         &mut self,
         j: u32,
@@ -110,7 +112,7 @@ impl Encounter<'_> {
         self.check_barrier(&motion, restitution, &bend, &arriving)
     }
 
-    /// A reflection off a wall.
+    /// Checks a reflection off a wall.
     pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
         let mut normal = Vector::zeros();
         normal[usize::from(wall.axis)] = wall.inwards();
@@ -120,7 +122,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, wall.restitution, &bend, &Vector::zeros())
     }
 
-    /// A reflection off a feature of a surface, in the frame of the surface.
+    /// Checks a reflection off a feature of a surface, in the frame of the surface.
     pub fn check_surface(&mut self, touch: &Touch, restitution: f64, carried: &Carried) -> Result<(), Fault> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
@@ -130,7 +132,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, restitution, &bend, &velocity)
     }
 
-    /// A reflection off a surface with a velocity; the normal points to the particle.
+    /// Checks a reflection off a moving or immobile surface; the normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -174,7 +176,8 @@ impl Encounter<'_> {
         }
     }
 
-    /// The outcome that the energies demand. If they are equal within round-off, the outcome found.
+    /// Returns the outcome that the energies demand. If the energies are equal within round-off, returns
+    /// the outcome found.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -249,8 +252,8 @@ impl Encounter<'_> {
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Each velocity changes by the impulse along the normal, by its share of the turned motion along the
-    /// barrier, and by nothing else.
+    /// Checks that each velocity changes only by the impulse along the normal, and by its share of the
+    /// turned motion along the barrier.
     fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
         let mu = motion.reduced_mass;
         let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
@@ -276,9 +279,9 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// In the frame of the barrier, kinetic energy changes by the step and by what the barrier dissipates.
-    /// The energy step at a surface is its work, which does not appear in that frame. `speed_bound` is the
-    /// uncertainty of the speed after the barrier.
+    /// Checks that in the frame of the barrier, kinetic energy changes by the step and by the dissipated
+    /// energy. The energy step at a surface is the work of the surface, which does not appear in that
+    /// frame. `speed_bound` is the uncertainty of the speed after the barrier.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;

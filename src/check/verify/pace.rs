@@ -6,11 +6,12 @@ use crate::engine::States;
 
 /// Length of the first window: particles at the mean speed travel this fraction of the longest range.
 const FIRST: f64 = 0.1;
-/// Fewest events per window, because small systems would otherwise only open windows.
+/// Fewest events per window. With fewer events, small systems would spend most of the time opening
+/// windows.
 const FEWEST: u64 = 64;
 
-/// Chooses windows with about as many events as particles. Searching all pairs once then takes as long as
-/// searching the pairs of two particles at every event.
+/// Chooses windows with about as many events as particles. Searching all pairs once per window then takes
+/// as long as searching the pairs of two particles at every event.
 #[derive(Debug)]
 pub(super) struct Pace {
     target: f64,
@@ -25,23 +26,24 @@ impl Pace {
         Self { target: duration(speed, acceleration, FIRST * world.longest_length) }
     }
 
-    /// Adjusts the length of the next window to the one that ended.
+    /// Adjusts the length of the next window, given the window that ended.
     pub fn learn(&mut self, window: &Window, world: &World) {
         let wanted = (world.moving.len() as u64).max(FEWEST) as f64;
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
     }
 
-    /// The length of a window that begins now; the next event is `next` away.
+    /// The length of a window that begins now, if the next event occurs after the time `next`.
     ///
-    /// The fastest particle does not travel around a periodic box within it, so few images come near.
+    /// Within the window, the fastest particle does not travel around a periodic box, so few images come
+    /// near.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// The time in which the fastest of some particles may travel around a periodic box; infinite if it is more
-/// than `within`.
+/// The time in which the fastest of the given particles may travel around a periodic box. It is infinite
+/// if it exceeds `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {

@@ -28,8 +28,8 @@ impl Start {
         Self { distance: apart.norm(), parting, rounding: rounded(largest) }
     }
 
-    /// The number of radii that the pair is beyond. If it is at a radius, the side follows from whether the
-    /// two move apart.
+    /// The number of potential radii that are larger than the distance of the pair. If the pair is at a
+    /// radius, the side follows from whether the two particles move apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,
@@ -50,7 +50,7 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Derived from the distances of all pairs. This is the only time that distances decide them.
+    /// Derives pair states from the distances of all pairs. Distances decide pair states only this once.
     pub fn from_distances(world: &World, states: &States) -> Self {
         let at_start = |i, j, bond: &Potential| Start::of(world, states, i, j).state(bond);
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
@@ -73,7 +73,7 @@ impl Pairs {
         pairs
     }
 
-    /// From a list of captured pairs; all others are uncaptured.
+    /// Takes pair states from a list of captured pairs; all other pairs are uncaptured.
     ///
     /// # Errors
     /// [`Fault::Unknown`] if a pair cannot be in the given state.
@@ -88,7 +88,7 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// All pairs uncaptured except the bonded ones, which have the states of `state_of`.
+    /// Makes all pairs uncaptured except bonded pairs, whose states are given by `state_of`.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {

@@ -21,7 +21,7 @@ const STEPS: u64 = 20_000;
 pub struct EventRange {
     /// Number of events to replay first without a proof.
     pub from: u64,
-    /// Number of events to prove then.
+    /// Number of events to prove after the skipped events.
     pub events: u64,
 }
 
@@ -41,7 +41,7 @@ impl RunEnd {
     }
 }
 
-/// A function that is asked now and then whether to continue.
+/// A function that is called repeatedly and decides whether to continue.
 type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
 
 /// Progress of a verification.
@@ -58,7 +58,8 @@ pub struct VerifyProgress {
 }
 
 impl VerifyProgress {
-    /// Completed fraction of the way to the range, or of the range: 0 to 1.
+    /// Completed fraction of the events before the range or, once the range has begun, of the range: 0 to
+    /// 1.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let EventRange { from, events } = self.range;
@@ -70,9 +71,9 @@ impl VerifyProgress {
 
 /// Replays a scene and proves a range of its events.
 ///
-/// The replay ends at the planned end of the run. `watch` is called now and then, and a break ends the replay
-/// at once. If the range does not begin at the start, the initial pair states come from the engine; from
-/// there on they follow from the events alone.
+/// The replay ends at the planned end of the run. `watch` is called repeatedly, and a break ends the
+/// replay at once. If the range does not begin at the start, the initial pair states come from the engine.
+/// All later pair states follow from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
@@ -80,9 +81,9 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// Like [`verify`], but the replay ends where the run did, whatever ended its equilibration. If the proof
-/// reaches that end, the number of events and the time are compared with those of the run: [`End::Departed`]
-/// if they differ.
+/// Like [`verify`], but the replay ends where the run ended, whatever ended its equilibration. If the
+/// proof reaches this end, its number of events and its time are compared with the recorded values. If
+/// they differ, the result is [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -140,7 +141,7 @@ struct Replay<'w> {
     ends: Option<Until>,
     /// The recorded end of the run; `None` ends at the planned end.
     recorded: Option<RunEnd>,
-    /// Whether the recorded time of the run is over.
+    /// Whether the replay has reached the recorded time of the run.
     has_run_out: bool,
 }
 
@@ -175,8 +176,8 @@ impl Replay<'_> {
         self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
     }
 
-    /// Limit of the next step near the recorded end: first its remaining events, then the time without
-    /// events. An event in that time is one too many.
+    /// Limit of the next step near the recorded end. First the remaining events are replayed, then the
+    /// remaining time without events. Any event in the remaining time is one too many.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -190,7 +191,7 @@ impl Replay<'_> {
         }
     }
 
-    /// How the replay ends when the run does.
+    /// Returns how the replay ends when the run ends.
     fn ended(&self) -> End {
         let (events, time) = (self.events(), self.simulation.time());
         if let Some(recorded) = self.recorded {
@@ -208,7 +209,7 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Ends an interval, or the recorded run, at its time.
+    /// Ends the current interval if `time` has reached its end, and otherwise the recorded run.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.time <= time) {
             self.ends = None;
@@ -238,7 +239,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// At the start of the range.
+    /// Creates the verifier at the start of the range.
     fn verifier(&mut self) -> Result<Verifier, Fault> {
         let mut verifier = self.verifier_of_first_stage()?;
         self.tell_stage(&mut verifier)?;
@@ -265,7 +266,7 @@ impl Replay<'_> {
         Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), start_time)
     }
 
-    /// Proves one event after the other.
+    /// Proves the events one after the other.
     fn prove(&mut self, verifier: &mut Verifier) -> End {
         let end = loop {
             let done = verifier.proof.counts.events();
@@ -325,7 +326,7 @@ impl Replay<'_> {
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 
-    /// The engine reports that nothing will happen any more: checks this.
+    /// Checks the engine's report that nothing will happen any more.
     fn idle(&self, verifier: &mut Verifier) -> End {
         verifier.witness_end().map_or_else(|fault| self.violated(fault), |()| End::Idle)
     }

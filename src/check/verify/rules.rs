@@ -1,5 +1,5 @@
-//! The steps of potentials and the contacts with barriers, read from the scene without anything prepared by
-//! an engine.
+//! The steps of potentials and the contacts with barriers, read directly from the scene. No data prepared
+//! by an engine are used.
 
 use crate::Vector;
 use crate::model::potential::Potential;

@@ -38,8 +38,8 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     Some(ends)
 }
 
-/// Equilibrations and measurements in their order, including those without an end, each with whether it ends
-/// by its measurements.
+/// Equilibrations and measurements in order, including intervals without a planned end. The flag tells
+/// whether an interval ends by its measurements.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };

@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 /// Tolerance of the lowest gap, in units of the round-off of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Largest number of evaluations in one search for the next event. A search that finds none continues from
-/// there as if one were due: a particle may lie on a surface for ever, where only rounding says whether it
-/// comes closer.
+/// Largest number of evaluations in one search for the next event. A search that finds no event within
+/// this number continues later, as if an event were due. This occurs if a particle lies on a surface for
+/// ever: only rounding then decides whether it comes closer.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of such a surface.

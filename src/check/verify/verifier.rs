@@ -20,8 +20,8 @@ use std::ops::ControlFlow;
 
 /// Verifier of a sequence of events.
 ///
-/// It is given each event with the states after it, [`Verifier::witness`], and uses nothing that an engine
-/// predicts, remembers or sorts into cells.
+/// It receives each event with the states after it, in [`Verifier::witness`]. It uses nothing that an
+/// engine predicts, remembers or sorts into cells.
 #[derive(Debug)]
 pub struct Verifier {
     pub(super) world: World,
@@ -34,7 +34,7 @@ pub struct Verifier {
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
-    /// Due already, but deeper in the invalid side only by round-off.
+    /// Events that are already due; they are deeper on the invalid side only by round-off.
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
@@ -108,7 +108,7 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// Like [`Self::witness`], unless `watch`, which is asked now and then, breaks.
+    /// Like [`Self::witness`], but ends if `watch`, which is called repeatedly, breaks.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -125,7 +125,7 @@ impl Verifier {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
             EventKind::Surface => self.check_surface(event, contact, after)?,
-            // There is no rule for it.
+            // The rule does not cover thermostat events.
             EventKind::Thermostat => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
@@ -150,7 +150,7 @@ impl Verifier {
     }
 
     /// Proves that nothing was due up to a time without an event, and that the flights lead to the given
-    /// states, unless `watch`, which is asked now and then, breaks.
+    /// states. Ends if `watch`, which is called repeatedly, breaks.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -225,7 +225,8 @@ impl Verifier {
 
     /// Opens the next window at the end of this one.
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // In the epoch of the latest states; in that of the window the time might have fewer digits.
+        // The time is in the epoch of the latest states. In the epoch of the window it might have fewer
+        // digits.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -288,12 +289,13 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps a contact that is overdue by round-off. If it has turned, it may be due again later.
+    /// Keeps a contact that is overdue by round-off. If the motion has turned, the contact may be due
+    /// again later.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
-            // From the time in the window at which it turned.
+            // Search again from the time in the window at which the motion turned.
             self.window.ask(due.claim, due.approach.streamed(time));
         }
     }

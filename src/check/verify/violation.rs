@@ -12,7 +12,8 @@ use thiserror::Error;
 pub enum Quantity {
     /// The unit vector between the two `[1]`.
     Normal,
-    /// Changes of the two velocities, compared with the impulse of the event `[length / time]`.
+    /// Changes of the velocities of both particles, compared with the impulse of the event `[length /
+    /// time]`.
     Velocity,
     /// Total momentum of both `[mass length / time]`.
     Momentum,
@@ -62,7 +63,7 @@ pub enum Fault {
         /// By how much `[time]`.
         by: f64,
     },
-    /// An event due earlier did not happen: it was missed, or delayed behind others.
+    /// An event was due earlier but did not happen: it was missed, or executed after later events.
     #[error(
         "{contact} were due at t = {due}, and went {deeper:.3e} deeper into the invalid side since then; round-off explains \
         {bound:.1e}"
@@ -72,7 +73,7 @@ pub enum Fault {
         contact: Contact,
         /// Simulated time at which it was due.
         due: f64,
-        /// Decrease of the overlap function's distance while it was negative.
+        /// Increase of the depth on the invalid side since the event was due.
         deeper: f64,
         /// Round-off bound.
         bound: f64,
@@ -156,7 +157,8 @@ pub enum Fault {
         /// Its speed.
         speed: f64,
     },
-    /// A gap or overlap within round-off that is still far too large, because the numbers have so few digits.
+    /// A gap or overlap that is within round-off but far too large, because the numbers have too few
+    /// digits.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"

@@ -16,10 +16,10 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Relative rounding in the comparison that skips distant pairs: some tens of roundings of lengths.
+/// Relative rounding in the comparison that skips distant pairs: several tens of roundings of lengths.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
 /// Largest number of images of one pair that are searched. Within a window no particle travels around the
-/// box, and a range is at most half a period: that makes six images along an axis.
+/// box, and a range is at most half a period. This gives at most six images along an axis.
 const MOST_IMAGES: f64 = 4096.0;
 
 /// An event that the rule demands.
@@ -29,7 +29,7 @@ pub(super) struct Due {
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// Flight numbers of both when this was computed.
+    /// Flight numbers of both particles when the event was computed.
     versions: [u32; 2],
 }
 
@@ -48,7 +48,7 @@ impl PartialOrd for Due {
 }
 
 impl Ord for Due {
-    /// The earliest is the greatest, so that a heap returns it first.
+    /// Orders the earliest event as the greatest, so that a heap returns it first.
     fn cmp(&self, other: &Self) -> Ordering {
         other.time.total_cmp(&self.time).then_with(|| other.claim.cmp(&self.claim))
     }
@@ -249,7 +249,7 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
     }
 }
 
-/// Largest displacement of a flight in some time `[length]`.
+/// Largest displacement of a flight within `time` `[length]`.
 pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }

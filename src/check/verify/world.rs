@@ -46,13 +46,14 @@ pub(super) struct World {
     meetings: Vec<Vec<bool>>,
     /// Edges of periodic axes, 0 for others `[length]`.
     pub periods: Vector,
-    /// The shortest of them; infinite if there are none `[length]`.
+    /// The shortest period; infinite if no axis is periodic `[length]`.
     pub shortest_period: f64,
     /// The longest distance between two particles; infinite if they can fly off `[length]`.
     pub diagonal: f64,
     /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,
-    /// A typical length of the particles: the longest range, or the diameter if there is none `[length]`.
+    /// A typical length of the particles: the longest range, or the diameter if no pair has a range
+    /// `[length]`.
     pub longest_length: f64,
     /// The largest coordinate of a wall `[length]`.
     pub farthest_wall: f64,
@@ -135,7 +136,7 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether a moving particle `i` and `j` are visited here, rather than as `j` and `i`.
+    /// Whether a pair with a moving particle `i` is visited as `i` and `j`, rather than as `j` and `i`.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }
@@ -178,12 +179,13 @@ impl World {
         self.shortest(states.positions[i as usize] - states.positions[j as usize])
     }
 
-    /// The nearest image of a separation of any length.
+    /// Returns the nearest image of any separation vector.
     pub fn shortest(&self, mut apart: Vector) -> Vector {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                // Nearly always one period away; the quotient is for particles that have left the box.
+                // The nearest image is nearly always one period away. The quotient is for particles that
+                // have left the box.
                 let is_next = apart[k].abs() <= 1.5 * period;
                 apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
@@ -194,8 +196,8 @@ impl World {
     /// The images of a separation that come within `reach` along each axis; `None` if there are more than
     /// `most`.
     ///
-    /// Their number is known before memory is allocated: a long enough flight passes more images than fit
-    /// into memory.
+    /// The number of images is counted before memory is allocated: a very long flight passes more images
+    /// than fit into memory.
     pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
         let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
         let ends = |k: usize| {
@@ -223,7 +225,7 @@ impl World {
         Some(images)
     }
 
-    /// A position moved by whole periods to where the engine keeps particles.
+    /// Moves a position by whole periods to the range in which the engine keeps particles.
     pub fn brought_back(&self, mut position: Vector) -> Vector {
         if !self.is_in_box(&position) {
             for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
@@ -234,8 +236,8 @@ impl World {
         position
     }
 
-    /// Whether a position is where the engine keeps particles: along periodic axes at most half a period
-    /// outside of the box.
+    /// Whether a position is in the range in which the engine keeps particles: along periodic axes, at
+    /// most half a period outside the box.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
             let fraction = (position[k] - self.scene.space.lower[k]) / self.periods[k];

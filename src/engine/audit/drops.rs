@@ -1,14 +1,16 @@
 //! Skipped contacts: a pair, or a particle and a wall, flies on into an overlap, and the audit has to find
 //! it.
 //!
-//! Of each scene the next contact after some events is dropped: the predictions of both particles are put off, to a time at which the overlap
-//! has a depth that is chosen at random over eleven powers of ten. What happens in between, cell transitions and the events of others included, is
-//! the engine's own. Where one of the two meets another particle or wall first, the contact is due at once, as it would be if a prediction had missed
-//! it, or the two are driven apart, which no event of theirs can tell: these are counted by themselves.
+//! In each scene, a number of events passes, and the next contact is skipped. The predictions of both
+//! participants are postponed to a time at which the overlap has a given depth. This depth is chosen at
+//! random over eleven orders of magnitude. Until then the engine runs as usual, including cell transitions
+//! and the events of other particles. A participant may meet another particle or a wall first. The contact is
+//! then due at once, as if a prediction had missed it, or the participants are driven apart, and none of
+//! their events can reveal the overlap. These cases are counted separately.
 //!
 //! An overlap deeper than round-off must be counted at an event, without a search over all pairs. The test
-//! computes round-off independently: with twice as many roundings, and from everything that moved since the
-//! start of the scene.
+//! computes round-off independently, with twice as many roundings, and from all motion since the start of the
+//! scene.
 //!
 //! `CAROM_DROPS` is the number of scenes (20 unless given): `CAROM_DROPS=1000 cargo test --release --lib drops -- --nocapture`.
 
@@ -33,11 +35,11 @@ use scenes::Dice;
 struct Dropped {
     /// Depth of the overlap when the contact was executed late, relative to the distance.
     depth: f64,
-    /// Its round-off bound.
+    /// Round-off bound of this depth.
     round_off: f64,
-    /// Whether one of the two had another event first.
+    /// Whether a participant had another event first.
     is_disturbed: bool,
-    /// Whether the rest of the run has an event in an invalid state.
+    /// Whether the rest of the run counts an event in an invalid state.
     is_found: bool,
 }
 
@@ -51,7 +53,7 @@ struct Passing {
     distance: f64,
     /// Depth relative to the distance, as a function of the time since the contact.
     depth: Box<dyn Fn(f64) -> f64>,
-    /// Duration for which it becomes deeper.
+    /// Duration for which the overlap becomes deeper.
     deepens_for: f64,
     speed: f64,
     /// Largest length that was rounded.
@@ -68,7 +70,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let time = Some(prediction.contact_time).filter(|time| time.is_finite())?;
     let space = &engine.state.space;
     let box_scale = 4.0 * space.farthest_side() + space.size.norm();
-    // Times are rounded relative to the current epoch or an earlier one.
+    // Times are rounded relative to the current epoch or an earlier epoch.
     let clock = engine.elapsed() + (time - engine.clock.now) + engine.clock.last_reached;
     let me = engine.streamed(i, time);
     match prediction.contact {
@@ -122,7 +124,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     }
 }
 
-/// Delays the next contact. Returns the consequence, or why it cannot be judged.
+/// Delays the next contact. Returns the consequence, or the reason why it cannot be judged.
 fn pass_over<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     dice: &mut Dice,
@@ -171,7 +173,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
         return Err("no event in time");
     }
     let scale = passing.scale + engine.counts.accepted_overlap / f64::EPSILON;
-    // A cell transition may have found it earlier.
+    // A cell transition may have found the overlap earlier.
     let depth = (passing.depth)(engine.clock.now - passing.time);
     if is_disturbed {
         let rest = Until { time: engine.time() + 10.0, events: engine.counts.executed + 1_000 };

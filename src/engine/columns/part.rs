@@ -8,8 +8,8 @@ use crate::engine::sources::Sources;
 use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// An engine for some of the particles, in a given order, without ids and without event sources that act
-    /// on the whole system. The queue is empty and keeps its settings.
+    /// Returns an engine for a subset of the particles, in a given order. It has no ids and no event sources
+    /// that act on the whole system. The queue is empty and keeps its settings.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

@@ -1,4 +1,4 @@
-//! Records: all data of one particle, to move it between engines.
+//! Records: all data of a particle, with which it is moved between engines.
 
 use crate::Vector;
 use crate::engine::columns::Order;
@@ -17,9 +17,9 @@ pub(in crate::engine) struct Record {
     pub body: Body,
     /// Its number in memory.
     pub number: u32,
-    /// The row of the species; `None` if there is only one.
+    /// The row of the species; `None` if there is only one species.
     pub species: Option<u16>,
-    /// Periods travelled; `None` keeps the present ones, or zero for a new particle.
+    /// Periods travelled. `None` keeps the present values, or means zero for a new particle.
     pub images: Option<[i32; 3]>,
     /// Time of its last contact in the TC model, since the epoch.
     pub last_contact: f64,
@@ -27,14 +27,15 @@ pub(in crate::engine) struct Record {
     pub surface_contacts: u32,
     /// States of its pairs; `None` if pairs have no states.
     pub captured: Option<Vec<PairState>>,
-    /// Cell or list centre; `None` keeps the present one, or derives it from the position of a new particle.
+    /// Cell or list centre. `None` keeps the present value, or derives the value of a new particle from its
+    /// position.
     pub place: Option<Place>,
-    /// Its prediction; `None` if it has to be predicted now.
+    /// Prediction of the particle; `None` if the particle must be predicted now.
     pub prediction: Option<Prediction>,
 }
 
 impl Record {
-    /// A new particle with the given id, at a time since the epoch.
+    /// Creates the record of a new particle with the given id, at a time since the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
@@ -51,7 +52,7 @@ impl Record {
 }
 
 impl Record {
-    /// The record of a step that changed only motion and prediction.
+    /// Creates the record of a step that changed only motion and prediction.
     pub fn of_motion(number: u32, body: Body, prediction: Prediction) -> Self {
         let record = Self::new(body.name, body.position, body.velocity, body.time);
         Self { number, body, prediction: Some(prediction), ..record }
@@ -73,13 +74,13 @@ impl Record {
 
 #[cfg_attr(not(test), expect(dead_code, reason = "for particles that come and go: no scene has such yet"))]
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Copies of some particles.
+    /// Returns copies of the given particles.
     pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
         let mut records = Vec::with_capacity(particles.len());
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // Pair states are stored with the partner.
+                // The pair states of a static particle are stored with its partners.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
@@ -94,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Removes particles. Particles that were predicted to meet one of them are predicted again.
+    /// Removes particles. Other particles that were predicted to meet a removed particle are predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
@@ -115,8 +116,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with absent particles
     /// are dropped.
     ///
-    /// A copied particle with its place and prediction continues with the same bits if its partners are
-    /// present.
+    /// A particle that is copied with its place and prediction continues with the same bits if its partners
+    /// are present.
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {
@@ -140,8 +141,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle that has just been inserted; `first` is the number of the first inserted one. A
-    /// static particle is found by the predictions of others.
+    /// Predicts a particle that has just been inserted. `first` is the number of the first inserted particle.
+    /// The predictions of other particles find a static particle.
     fn predict_inserted(&mut self, particle: u32, record: &Record, first: u32) {
         if self.is_static(particle) {
             let mut near = Candidates::default();

@@ -1,5 +1,5 @@
-//! Neither the order in memory nor the buckets change a bit, and copies of all particles continue as the
-//! originals would.
+//! Neither the order in memory nor the number of buckets changes a single bit of the results. Copies of all
+//! particles continue as the originals would.
 
 use super::Order;
 use crate::Vector;
@@ -15,8 +15,8 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// Events, final state and counts of a run whose particles are shuffled after every `every` events, with a
-/// given number of buckets in the queue.
+/// Returns the events, final state and counts of a run. Its particles are shuffled after every `every`
+/// events, and its queue has a given number of buckets.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,
@@ -45,7 +45,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine.counts.totals)
 }
 
-/// Shuffles the particles: by renumbering them in memory, or by removing all and inserting copies.
+/// Shuffles the particles. They are renumbered in memory, or all are removed and copies are inserted.
 fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
     let mut old: Vec<u32> = engine.particles().collect();
     for last in (1..old.len()).rev() {

@@ -16,7 +16,7 @@ pub(in crate::engine) enum With {
     Surface(u32),
     /// A heat bath.
     Bath,
-    /// The other particles of a distance that is held within a window.
+    /// The other particles whose distance a restraint holds within a window.
     Restraint,
     /// A program that sets or scales velocities.
     Program,
@@ -33,7 +33,7 @@ pub(in crate::engine) struct Change {
     pub after: [Vector; 2],
     /// Momentum that the particle gains `[mass length / time]`.
     pub impulse: Vector,
-    /// Vector from the other to the particle, and its squared length.
+    /// Vector from the other party to the particle, and its squared length.
     pub line: Vector,
     pub squared: f64,
     /// Distance of the discontinuity `[length]`.
@@ -49,8 +49,8 @@ pub(in crate::engine) struct Change {
 }
 
 impl Change {
-    /// A velocity change of one particle that is not caused by a conservative force. All energy that it gains
-    /// counts as supplied.
+    /// Creates a velocity change of one particle that no conservative force causes. All energy that the
+    /// particle gains counts as supplied.
     #[inline]
     pub fn of_one(other: With, particle: u32, before: &Vector, after: Vector, inverse_mass: f64) -> Self {
         let gained = after - before;
@@ -83,7 +83,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Writes the velocities and returns the previous ones.
+    /// Writes the velocities and returns the previous velocities.
     #[inline(always)]
     fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
         let [of_particle, of_partner] = change.after;
@@ -103,8 +103,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// The event for observers. It is passed by value, so that a change is never written to memory without
-    /// observers.
+    /// The event for observers. The change is passed by value. Without observers, it is thus never written to
+    /// memory.
     #[cold]
     #[inline(never)]
     fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {

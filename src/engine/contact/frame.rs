@@ -21,7 +21,7 @@ pub(in crate::engine) struct Frame {
     pub stretch: f64,
     /// `v_ij`.
     pub velocity: Vector,
-    /// How fast the discontinuity moves outwards `[length / time]`.
+    /// Speed at which the discontinuity moves outwards `[length / time]`.
     pub opening_speed: f64,
     /// Along `line`.
     pub approach: Approach,
@@ -29,13 +29,15 @@ pub(in crate::engine) struct Frame {
 
 /// Factor that turns the squared length of the line of centres into an ordinary divisor.
 ///
-/// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
-/// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread
-/// the roundings evenly, and leave a head-on collision of simple numbers exact. Spheres of diameter 4/3 are the ones whose squared
-/// distance nine sixteenths take to a power of two: their line stays as long as it is.
+/// Spheres of diameter 1 meet where `|r|^2` is within a few floats of 1. Division by `1 + k eps` rounds up
+/// more often than down. The mean bias is a twentieth of a rounding, and it heats a fluid by the same amount
+/// in every event. A factor of 9/16 distributes the roundings evenly. A head-on collision with simple numbers
+/// remains exact. The factor 9/16 turns the squared distance of spheres of diameter 4/3 into a power of two,
+/// so their line keeps its length.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The digits of `9/16 |r|^2`, moved so that those next to a power of two, on either side, are the smallest numbers.
+    // The digits of `9/16 |r|^2`, shifted by a constant. Numbers next to a power of two, on either side, thus
+    // have the smallest values.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
@@ -43,8 +45,8 @@ pub(in crate::engine) fn stretch(squared: f64) -> f64 {
 /// The digits of a float.
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// Floats within this distance of a power of two are treated as next to it. Contacts are within some tens of
-/// floats of their distance, and the bias falls with the number.
+/// Floats within this distance of a power of two are treated as next to it. Contacts are within a few tens of
+/// floats of their distance. The bias decreases with the number of floats.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -92,7 +94,7 @@ pub(super) fn opening(speed: f64, squared: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }
 }
 
-/// A direction for two particles at the same point: the one in which they approach.
+/// A direction for two particles at the same point: the direction in which they approach each other.
 fn any_normal(velocity: &Vector) -> Vector {
     velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
 }

@@ -1,6 +1,7 @@
-//! Contact laws: from a frame, the velocities afterwards.
+//! Contact laws, which compute the velocities after a contact from its frame.
 //!
-//! Steps of a potential with constant restitution or the TC model, for pairs and for surfaces.
+//! The laws cover steps of a potential, with constant restitution or the TC model, for pairs and for
+//! surfaces.
 
 use super::frame::{Frame, opening};
 use crate::Vector;
@@ -9,8 +10,8 @@ use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Leaving, Response, respond, tc_contact};
 
-/// Uncertainty of a relative velocity, as a fraction of the speeds: two roundings of each velocity, by the
-/// last event and the one before.
+/// Uncertainty of a relative velocity, as a fraction of the speeds: two roundings of each velocity, one in
+/// each of its last two events.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
 /// The motion before a contact, for the TC model.
@@ -20,7 +21,7 @@ pub(in crate::engine) struct Arrival {
     pub speed: f64,
     /// Tangential speed `[length / time]`.
     pub tangential: f64,
-    /// Normal acceleration towards each other, which causes the next contact `[length / time^2]`.
+    /// Normal acceleration towards the other party `[length / time^2]`, which causes the next contact.
     pub closing: f64,
 }
 
@@ -90,8 +91,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    /// The velocities of a pair afterwards, from the change of `v_ij` along `r_ij` divided by its length, and
-    /// from the factor of the tangential part.
+    /// Returns the velocities of a pair after a contact. They follow from the change of `v_ij` along `r_ij`,
+    /// divided by the length of `r_ij`, and from the factor of the tangential velocity.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
@@ -116,9 +117,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Records an inelastic contact whose speed is lost in the rounding of the velocities.
     ///
-    /// In an inelastic collapse each contact leaves a fraction of the speed. In exact arithmetic that
-    /// continues forever within a finite time. With rounding it continues until the speeds have no digits
-    /// left. A chance contact is that slow with a probability of the square of [`LOST`].
+    /// In an inelastic collapse each contact leaves a fraction of the speed. In exact arithmetic, infinitely
+    /// many contacts follow within a finite time. With rounding, contacts follow until the speeds have no
+    /// digits left. An ordinary contact is as slow as this only with a probability equal to the square of
+    /// [`LOST`].
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;
@@ -130,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Applies the TC model to a contact and updates its memory.
+    /// Applies the TC model to a contact and updates the model's contact times.
     fn tc_model(&mut self, particles: &[u32], restitution: f64, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
@@ -146,9 +148,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Adds `change` to `v_i - v_j`, at constant total momentum.
     ///
-    /// The heavier particle gets its share `w / (w_i + w_j)`, and the lighter one the remainder, so that the
-    /// sum is exact. Two shares rounded separately would always miss it by the same amount, and an elastic
-    /// contact would have a restitution of `1 +- eps` in every event.
+    /// The heavier particle gets its share `w / (w_i + w_j)`, and the lighter particle gets the remainder, so
+    /// that the sum is exact. If both shares were rounded separately, their sum would always differ from
+    /// `change` by the same amount. An elastic contact would then have a restitution of `1 +- eps` in every
+    /// event.
     #[inline]
     fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
@@ -159,13 +162,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Rounds a reflection outwards: in the rounded numbers that detection sees, the pair must leave the
-    /// discontinuity.
+    /// Rounds a reflection outwards. The pair must leave the discontinuity in the rounded numbers that
+    /// detection sees.
     ///
-    /// A change below the spacing of floats has no effect, and the same event would be due again forever.
-    /// Changes by this spacing, doubled until they have an effect, change the energy by round-off only. At
-    /// relative rest, a pair outside its core stays where it is. A pair at the end of its bond must move
-    /// inside.
+    /// A change below the spacing of floats has no effect, and the same event would be due again forever. The
+    /// change is therefore replaced by this spacing, doubled until it has an effect. This alters the energy
+    /// by round-off only. At relative rest, a pair outside its core stays where it is. A pair at the end of
+    /// its bond must move inside.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;

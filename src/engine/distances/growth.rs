@@ -13,18 +13,18 @@ use crate::model::Growth;
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
-/// Cells and lists are made for spheres that are larger by up to this factor. With a smaller factor they are
-/// rebuilt more often, with a larger one they search farther.
+/// Cells and lists are made for spheres that are larger by up to this factor. With a smaller factor, cells
+/// and lists are rebuilt more often. With a larger factor, searches cover larger distances.
 const STAGE: f64 = 1.1;
 
-/// Diameters are `1 + rate (t - start)` times those of the scene.
+/// Growth of the diameters, which are `1 + rate (t - start)` times the diameters of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
     /// `[1 / time]`
     pub rate: f64,
     /// Time since the epoch.
     start: f64,
-    /// Cells and lists are valid for diameters up to this factor times those of the scene.
+    /// Cells and lists are valid for diameters up to this factor times the diameters of the scene.
     pub reach: f64,
     /// Factor at which the growth ends.
     largest: f64,
@@ -48,18 +48,19 @@ impl GrowingDiameters {
         self.start -= shift;
     }
 
-    /// Time since the epoch at which the spheres outgrow cells or lists; infinite if they do not.
+    /// Time since the epoch at which the spheres become too large for the cells or lists; infinite if they
+    /// never do.
     pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
 
-/// Time until two spheres touch whose contact distance is now `distance` and grows at `speed`.
+/// Time until two spheres touch. Their contact distance is now `distance` and grows at `speed`.
 ///
 /// `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`, with the rule of
-/// [`crate::physics::detection`]: the first time at which `f <= 0` and falling. The quadratic may open
-/// downwards, because every pair meets in the end. It has the form of a ball above a floor, with an
-/// acceleration of either sign.
+/// [`crate::physics::detection`]: the first time at which `f <= 0` and falling. If growth is faster than the
+/// relative motion, every pair meets in the end, and the quadratic opens downwards. It has the same form as
+/// the height of a ball above a floor, with an acceleration of either sign.
 #[inline]
 pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);
@@ -101,7 +102,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.state.images.set(|particle| images[bodies[particle as usize].name as usize]);
     }
 
-    /// Lets all diameters grow from now on, up to `largest` times those of the scene.
+    /// Lets all diameters grow from now on, up to `largest` times the diameters of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
         self.join();
         let growing = GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest };
@@ -111,7 +112,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres again once they are as large as cells or lists allow.
+    /// Sorts the spheres into new cells or lists when they have reached the largest size for the present
+    /// cells or lists.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -137,7 +139,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 }
 
 impl Simulation {
-    /// Lets all diameters grow from now on, to at most `largest` times what they are.
+    /// Lets all diameters grow from now on, to at most `largest` times their present values.
     ///
     /// The scene has been checked: growth needs hard spheres without gravity in a periodic box.
     pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
@@ -196,7 +198,7 @@ mod tests {
     fn a_contact_is_due_at_once_only_where_the_gap_closes() {
         assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
         assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
-        // It recedes at 0.25 and the diameter grows at 0.5: contact at once, although it moves away.
+        // The pair recedes at 0.25, but the diameter grows at 0.5. The contact is thus immediate.
         assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
     }
 }

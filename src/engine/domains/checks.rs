@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Some(whole.clone())
     }
 
-    /// Compares the complete state of the domains after a window with the single engine's.
+    /// Compares the complete state of the domains after a window with the state of the single engine.
     pub(super) fn check_window(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,

@@ -1,4 +1,4 @@
-//! A system cut into domains, and one window of it. Each process has some of the domains.
+//! A system cut into domains, and a single window of its run. Each process runs its share of the domains.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};
@@ -30,7 +30,8 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub is_complete: bool,
     /// Whether no window has been accepted since the cut.
     pub is_fresh: bool,
-    /// Results of the last comparison: by domain of this process, and the part that all processes need.
+    /// Results of the last comparison for each domain of this process, and the outcomes that all processes
+    /// need.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
     /// The heat bath before this window.
@@ -39,9 +40,9 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
 
 /// How a window ended.
 pub enum End {
-    /// All agree.
+    /// All domains agree.
     Agreed,
-    /// The window must end before this time: a copy differs, or a particle came too far.
+    /// The window must end before this time, because a copy differs or a particle came too far.
     Difference(f64),
     Uncovered(f64),
 }
@@ -121,7 +122,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         team.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, &transfers));
     }
 
-    /// Moves all domains to the next epoch, after the single engine.
+    /// Moves all domains to the next epoch, once the single engine has moved.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved, team: &Team) {
         let to_publish = team.each(self.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
         self.compared =

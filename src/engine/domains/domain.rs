@@ -1,4 +1,5 @@
-//! A domain: an engine that owns particles, holds copies of those around them, and runs alone for a window.
+//! A domain: an engine that owns particles, holds copies of the particles around them, and runs alone for a
+//! window.
 
 use super::exchange::Step;
 use super::log::Log;
@@ -24,13 +25,14 @@ pub struct Held {
     pub whole: u32,
     /// The number of the domain that owns it.
     pub owner: u8,
-    /// Digest of all its steps in this window and of their results, predictions included; 0 before the first
-    /// step. If two states are equal before a window and their digests are equal, they are equal after it.
+    /// Digest of all steps of the particle in this window and of their results, predictions included. It is 0
+    /// before the first step. If two states are equal before a window and their digests are equal, they are
+    /// equal after it.
     pub digest: u64,
 }
 
 impl Held {
-    /// A particle before a window.
+    /// Creates the entry of a particle before a window.
     pub fn new(whole: u32, owner: u8, known_to: u64) -> Self {
         Self { known_to, whole, owner, digest: 0 }
     }
@@ -41,43 +43,43 @@ impl Held {
     }
 }
 
-/// An engine over some of the particles. It has its own numbers for them, besides the numbers in the whole
-/// system.
+/// An engine for a subset of the particles. Each particle has a local number here, in addition to its global
+/// number in the whole system.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
     /// The number of this domain, and its bit in sets of domains.
     pub number: u8,
     pub bit: u64,
-    /// By local number.
+    /// The particles by local number.
     pub held: Vec<Held>,
     /// Owned particles, and owned particles that another domain also holds.
     pub owned: Marks,
     pub shared: Marks,
     /// Local index by global index; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles elsewhere.
     pub here: Vec<u32>,
-    /// Events counted by other domains, which are not counted here.
+    /// Events that other domains count, and this domain does not.
     pub elsewhere: Box<Counts>,
     /// Number of particles at the cut.
     first: usize,
-    /// States before each step, to undo this window.
+    /// States before each step, to roll this window back.
     pub log: Log,
     /// Whether a contact changes nothing but motion and prediction.
     pub is_plain: bool,
-    /// Steps in this window of shared particles, and these particles, each listed once.
+    /// Steps of shared particles in this window, and the particles that had these steps, each listed once.
     pub steps: Vec<Step>,
     pub touched: Vec<u32>,
-    /// Owned particles that changed their place in this window.
+    /// Owned particles that changed their cell or their list centre in this window.
     pub moved: Vec<u32>,
     /// Statistics of the steps of this window.
     pub tally: Tally,
-    /// Upcoming collisions with the heat bath in this window, by local number, the next one last.
+    /// Upcoming collisions with the heat bath in this window, by local number. The next collision is last.
     pub collisions: Vec<(u32, Collision)>,
     /// Time of an event that this domain cannot handle alone.
     pub trouble: Option<f64>,
 }
 
-/// Number of particles at which the domains are cut again, given the number at the last cut.
+/// Returns the number of particles above which the domains are cut again, given the number at the last cut.
 fn most(first: usize) -> usize {
     first + first / 8 + 64
 }
@@ -130,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         domain
     }
 
-    /// Asks for large pages. Arrays that have grown have lost theirs.
+    /// Asks for large pages. Arrays that have grown have lost their large pages.
     fn enlarge(&self) {
         self.engine.enlarge();
         enlarge(&self.held);
@@ -169,7 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Moves to the next epoch with the whole system. Particles without recent events are brought forward.
-    /// Returns those to publish where others have copies, by local number.
+    /// Returns the particles to publish, by local number, with the domains that hold copies of them.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -195,7 +197,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         record
     }
 
-    /// Whether enough copies have arrived that removing the stale ones pays.
+    /// Whether so many copies have arrived that it pays to remove the stale copies.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
     }
@@ -222,7 +224,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         (self.tally, self.trouble) = (Tally::new(), None);
     }
 
-    /// Undoes this window.
+    /// Rolls this window back.
     pub fn undo(&mut self, start: f64) {
         self.engine.clock.now = start;
         let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };

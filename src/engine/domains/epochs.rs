@@ -7,8 +7,8 @@ use crate::engine::{Reason, Until};
 use std::time::Instant;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Ends the epoch as the event loop does: in the domains, or in the single engine if all particles have
-    /// to be looked at.
+    /// Ends the epoch as the event loop does. This happens in the single engine if all particles must be
+    /// examined, and otherwise in the domains.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 /// A step of a shared particle, which the domains compare.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// Local number; in messages to other domains, the global one.
+    /// Local number of the particle; in messages to other domains, its global number.
     pub particle: u32,
-    /// Whether it only repeated a prediction, which nobody can have read.
+    /// Whether the step only repeated a prediction. No other particle can have read that prediction.
     pub is_void: bool,
     /// Time since the epoch.
     pub time: f64,
@@ -30,32 +30,32 @@ pub struct Step {
 pub struct Report {
     pub from: u8,
     pub to: u8,
-    /// Global numbers of particles that had steps, and the digests of these.
+    /// Global numbers of the particles that had steps, and the digests of their steps.
     pub touched: Vec<(u32, u64)>,
-    /// All these steps, by global number.
+    /// All steps of these particles, by global number.
     pub steps: Vec<Step>,
 }
 
 /// Current state of a particle, sent by its owner.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
-    /// The domain that owns it.
+    /// The domain that owns the particle.
     pub from: u8,
     /// Global number, as everywhere in the record.
     pub particle: u32,
-    /// The id of the partner in its prediction.
+    /// The id of the partner in the particle's prediction.
     pub partner: u32,
     /// The domains that receive it.
     pub to: u64,
     pub record: Record,
 }
 
-/// A particle that has come near other domains, or into the region of one.
+/// A particle that has come near other domains, or has entered the region of another domain.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Transfer {
     /// Global number.
     pub particle: u32,
-    /// Domains that hold it from now on, and the domain that owns it.
+    /// Domains that hold the particle from now on, and the domain that owns it.
     pub known_to: u64,
     pub owner: u8,
 }
@@ -63,12 +63,13 @@ pub struct Transfer {
 /// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step of an owned particle that differs in a domain whose own particles may have read
-    /// it.
+    /// Time of the first step of an owned particle that differs from the step of a copy. Only copies are
+    /// considered that particles of their domain may have read.
     pub difference: Option<f64>,
-    /// Owned particles whose copies differ at the end, and the domains of these copies: by local number.
+    /// Owned particles, by local number, whose copies differ at the end, and the domains that hold these
+    /// copies.
     pub to_publish: Vec<(u32, u64)>,
-    /// Owned particles that others are to hold, or to own.
+    /// Owned particles that other domains will hold or own from now on.
     pub transfers: Vec<Transfer>,
 }
 
@@ -93,7 +94,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         reports
     }
 
-    /// Compares the particles of this domain with the reports on their copies in other domains after a window.
+    /// Compares the particles of this domain, after a window, with the reports on their copies in other
+    /// domains.
     pub fn compare(&self, regions: &Regions, reports: &[Report]) -> Compared {
         let mut compared = Compared::default();
         for report in reports.iter().filter(|report| report.to == self.number) {
@@ -105,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         compared
     }
 
-    /// Compares the steps of what this domain owns with those of the copies that another has.
+    /// Compares the steps of owned particles with the steps of their copies in another domain.
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
         // The local and the global number of each particle.
@@ -146,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 continue;
             }
             if owner != self.number && new & 1 << owner == 0 {
-                // Its copy may have another prediction, which did no harm there.
+                // The copy in the new owner may have another prediction, which did no harm there.
                 compared.to_publish.push((particle, 1 << owner));
             }
             if new != 0 {
@@ -166,7 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records for other domains.
+    /// Returns the records of particles to send to other domains.
     pub fn publish(&self, to_publish: &[(u32, u64)]) -> Vec<Published> {
         let published = to_publish.iter().map(|&(particle, to)| {
             let partner = self.engine.schedule.predictions[particle as usize].partner;
@@ -192,7 +194,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             for_this.push(one);
         }
-        // The records refer to each other.
+        // The records refer to each other by number, so the numbers become local here.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
@@ -214,7 +216,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Adds copies of new particles. Records of these numbers are given.
+    /// Adds copies of new particles from their records.
     pub fn add_copies(&mut self, records: &[Record]) {
         let first = self.engine.particles().end;
         let mut new: Vec<&Record> = records.iter().filter(|record| record.number >= first).collect();
@@ -272,9 +274,10 @@ fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     &steps[first..end]
 }
 
-/// Time of the first step of a particle that differs from its copy's, if the copy's domain may have read it.
+/// Time of the first step of a particle that differs from the step of its copy. `None` if no step can have
+/// been read in the domain of the copy.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
-    // The first step knows the initial place.
+    // The readers of the first step include the domains that can read the initial position.
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
     }
@@ -289,7 +292,7 @@ fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     }
 }
 
-/// Hash of a list of numbers. Each is mixed in by an invertible multiplication.
+/// Hash of a list of numbers. Each number is mixed in by an invertible multiplication.
 #[inline(always)]
 pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -10,12 +10,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::time::Instant;
 
-/// Number of particles of each domain that are sent at once.
+/// Maximum number of particles that each domain sends at once.
 const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Copies all states from the domains to the single engine. It is up to date then, but cannot continue
-    /// before [`Self::complete`].
+    /// Copies all states from the domains to the single engine. The single engine is then up to date, but
+    /// cannot continue before [`Self::complete`].
     pub fn settle(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
@@ -28,7 +28,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // These are global numbers already, except for absent partners.
+            // The record has global numbers already, except for absent partners.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Collects data of each particle from the domain that owns it, and writes it here.
+    /// Collects the data of each particle from the domain that owns the particle, and writes the data here.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

@@ -6,9 +6,9 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log to undo a window, by local number: motions and predictions, or complete records, in the order of the
-/// steps. Each kind has its own compact array. It is written at each step and would otherwise push other data
-/// out of the caches.
+/// Log to roll a window back, by local number. It holds motions and predictions, or complete records, in the
+/// order of the steps. Each kind has its own compact array, because the log is written at each step and would
+/// otherwise push other data out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     /// The particle whose motion and prediction follow; [`NO_PARTICLE`] before the next record.
@@ -40,7 +40,7 @@ impl Log {
         self.records.clear();
     }
 
-    /// Takes all entries out, the latest first, which is the order in which to restore them.
+    /// Removes all entries and returns them, the latest first. They must be restored in this order.
     pub fn undone(&mut self) -> Vec<Record> {
         let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
         let mut records = self.records.drain(..).rev();

@@ -12,7 +12,7 @@ pub struct Seen {
     pub event: Event,
 }
 
-/// Number of steps in a window of one domain, and times of some.
+/// Number of steps in a window of a domain, and the times of its last steps.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
     /// Steps of owned particles, and of all particles.
@@ -44,7 +44,8 @@ impl Tally {
 /// Outcome of a window in one domain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Time of the first step of an owned particle that differs in a domain that may have read it.
+    /// Time of the first step of an owned particle that differs from the step of its copy in a domain that
+    /// may have read the copy.
     pub difference: Option<f64>,
     /// Event counts of owned particles.
     pub counts: Box<Counts>,
@@ -62,7 +63,7 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
 }
 
 /// State of the standstill watch after a window: since when time stands still, and the number of events since
-/// then. `None` if the outcomes do not tell. `span` is the queue's.
+/// then. `None` if the outcomes do not contain enough event times. `span` is the span of the queue.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;

@@ -1,14 +1,14 @@
-//! Regions: blocks of the box, and the domains that are concerned with each place.
+//! Regions: blocks of the box, and the domains that own, hold or read a particle at each place.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Columns per range of the neighbour search: the resolution of places.
+/// Columns per range of the neighbour search; they set the resolution of places.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// Maximum number of columns, however long the box is, because every cut goes over all of them.
+/// Maximum number of columns, however long the box is. It is limited because every cut goes over all columns.
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
@@ -27,7 +27,8 @@ pub struct Halo {
 /// Column of a particle along each axis that is cut.
 pub type Columns = [u32; 3];
 
-/// Blocks of the box. It is cut into slabs along some axes, and blocks are their intersections.
+/// Blocks of the box. The box is cut into slabs along one or more axes, and the blocks are the intersections
+/// of the slabs.
 ///
 /// A place is a cell or the centre of a list.
 #[derive(Debug, Clone)]
@@ -36,7 +37,7 @@ pub struct Regions {
     axes: Vec<Axis>,
 }
 
-/// An axis divided into columns: those of the cells, or fine ones for the centres of lists.
+/// An axis divided into columns: the columns of the cells, or fine columns for the centres of lists.
 #[derive(Debug, Clone)]
 struct Axis {
     axis: usize,
@@ -52,8 +53,8 @@ struct Axis {
     slabs: Slabs,
 }
 
-/// For each column of an axis, sets of domains as bits, as far as this axis alone decides. The set of a place
-/// is the intersection over all axes.
+/// Sets of domains, as bits, for each column of an axis. Each set considers this axis alone. The set of a
+/// place is the intersection of the sets of all axes.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// The domains whose regions contain the column.
@@ -68,7 +69,7 @@ struct Slabs {
 
 impl Regions {
     /// Regions of up to 64 domains with about equal numbers of particles. Of all possible divisions into
-    /// blocks, the one whose largest domain, copies included, is smallest.
+    /// blocks, chooses the division whose largest domain, copies included, is smallest.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,
@@ -89,7 +90,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// The number of sampled particles that the largest domain begins with.
+    /// Returns the initial number of sampled particles in the largest domain.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -135,7 +136,7 @@ impl Regions {
         self.common(columns, |slabs| &slabs.near)
     }
 
-    /// The domains whose particles may read one at a place.
+    /// The domains whose particles may read a particle at a place.
     #[inline]
     pub fn readers(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.readers)
@@ -161,7 +162,7 @@ impl Regions {
 }
 
 impl Axis {
-    /// An axis that is not cut yet; `None` for a flat one.
+    /// An axis that is not cut yet; `None` for a flat axis.
     fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
         if space.boundary[axis] == Boundary::Flat {
@@ -210,9 +211,10 @@ impl Axis {
         Self { slabs, load: Vec::new(), ..self.clone() }
     }
 
-    /// Adds the owners of each column to the sets of all columns within a distance of it.
+    /// Adds the owners of each column to the sets of all columns within `width` columns of it.
     ///
-    /// Goes from slab to slab, so that a halo as wide as the box costs one pass over the columns for each slab, not one for each column.
+    /// Goes from slab to slab. A halo as wide as the box thus costs one pass over the columns per slab, not
+    /// one per column.
     fn widen(&self, owners: &[u64], width: usize, sets: &mut [u64]) {
         let columns = owners.len();
         let mut begin = 0;
@@ -243,7 +245,7 @@ impl Axis {
     }
 }
 
-/// The number of columns of an axis, and the number of them across which a particle can be read.
+/// Returns the number of columns of an axis, and the number of columns across which a particle can be read.
 ///
 /// Captured partners may be further apart than the search range.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
@@ -269,7 +271,7 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
     }
 }
 
-/// All triples of factors of a number. Those with more ones come first.
+/// All triples of factors of a number. Triples that contain more factors of 1 come first.
 fn factors(product: usize) -> Vec<[usize; 3]> {
     let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
     let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);

@@ -11,8 +11,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Threads of this process, and its connection to others. Each process has the same number of consecutive
-/// domains.
+/// Threads of this process, and its connection to other processes. Each process has the same number of
+/// consecutive domains.
 #[derive(Debug, Clone)]
 pub struct Team {
     /// Worker threads; `None` if all work is done in the calling thread.
@@ -25,7 +25,8 @@ pub struct Team {
 }
 
 impl Team {
-    /// A team with `domains` for each process, up to 64 domains in all, and `threads` in this process.
+    /// Creates a team with `domains` domains in each process, up to 64 in all, and `threads` threads in this
+    /// process.
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
@@ -71,7 +72,7 @@ impl Team {
         trunc_to_u32(threads.min(domains).max(1) as f64)
     }
 
-    /// Runs `work` on one of the threads of this process. Parallel work starts faster from there.
+    /// Runs `work` on one of the threads of this process. Parallel work starts faster from such a thread.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             Some(pool) => pool.install(work),
@@ -97,7 +98,8 @@ impl Team {
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 
-    /// Messages from all processes for the domains of this one, ordered by sender. `to` gives the set of recipients.
+    /// Delivers messages between processes. Returns the messages from all processes to the domains of this
+    /// process, ordered by sender. `to` gives the set of recipients.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let of_rank = |rank: usize| {

@@ -99,7 +99,7 @@ fn processes_have_the_bits_of_one_engine_each() {
             let team = Team::new(each, 1, Some(transport));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
-        // All processes agree on what is undone.
+        // All processes agree on the windows that are rolled back.
         let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
         assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
         assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
@@ -123,7 +123,7 @@ fn processes_have_the_bits_of_one_engine_each() {
 
 /// The default width.
 const WIDE: Halo = HALO;
-/// So thin that errors reach owned particles within a window.
+/// A halo so thin that errors reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 
 #[test]
@@ -192,7 +192,7 @@ fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
     }
 }
 
-/// Advances to a time, in domains if there are any.
+/// Advances an engine to a time; in domains, if the engine is divided.
 fn advance_to<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     time: f64,
@@ -218,7 +218,8 @@ fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// A system that is at rest for no time, for part of an epoch, or for many epochs, and then gets a heat bath.
+/// Compares runs of a system that is at rest at first, and then gets a heat bath. It is at rest for no time,
+/// for part of an epoch, or for many epochs.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {
@@ -311,8 +312,9 @@ fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
 
-/// Compares domains with a single engine after every hundred steps and after each window: owned particles with
-/// the particles of that engine, and copies with their originals. Returns the number of comparisons.
+/// Compares domains with a single engine after every hundred steps and after each window. Owned particles are
+/// compared with the particles of the single engine, and copies with their originals. Returns the number of
+/// comparisons.
 fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, count: usize, halo: Halo) -> usize {
     let (mut one, mut whole) = (begun::<FALLING, TABLE>(scene), begun::<FALLING, TABLE>(scene));
     let mut domains = Domains::<FALLING, TABLE>::with(Team::new(count, 2, None), halo);
@@ -323,7 +325,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time, ..end }, &mut None).unwrap();
-        // Not if that time is rounded, or lies between two epochs.
+        // Skip the comparison if that time is rounded, or if it lies between two epochs.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }

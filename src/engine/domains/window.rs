@@ -1,4 +1,4 @@
-//! A window of a domain: its steps, what they change, and what other domains must know of them.
+//! A window of a domain: its steps, the states that they change, and the steps that other domains must know.
 
 use super::domain::Domain;
 use super::exchange::{Step, hash};
@@ -19,8 +19,8 @@ use std::ops::ControlFlow;
 /// Number of event times kept at the end of a window, to detect time that stands still.
 const LAST_EVENTS: usize = 32;
 
-/// Most steps of a domain in a window. Particles may become faster after the window's length was chosen, and
-/// all changes are kept for a rollback.
+/// Maximum number of steps of a domain in a window. A limit is needed because all changes are kept for a
+/// rollback, and particles may become faster after the window's length was chosen.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
@@ -210,7 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
-    /// Prefetches how upcoming particles are held, if that will be needed.
+    /// Prefetches the entries in `held` of upcoming particles, if they will be needed.
     #[inline]
     fn prefetch_held(&self) {
         if let Some((particle, prediction)) = self.engine.coming(SELF) {

@@ -1,4 +1,4 @@
-//! The reason why a system runs in one thread, and statistics of the work in several.
+//! The reason why a system runs in one thread, and statistics of the work in several threads.
 
 use crate::model::Scene;
 use std::fmt;
@@ -12,14 +12,14 @@ pub enum SingleThread {
     ChangingDistances,
     /// The sides of the box slide past each other.
     SlidingImages,
-    /// Some pairs have interactions of their own that do not hold them together, or may start further apart
-    /// than their range.
+    /// Pairs with interactions of their own are not held together by them, or may start further apart than
+    /// the range of the interaction.
     LongInteractions,
 }
 
 impl SingleThread {
-    /// The reason why a scene runs in one thread from start to end; `None` if it does not. While diameters
-    /// grow, every scene runs in one thread.
+    /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads.
+    /// While diameters grow, every scene runs in one thread.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
@@ -46,22 +46,23 @@ impl fmt::Display for SingleThread {
 pub struct DomainWork {
     /// Windows whose steps agreed.
     pub windows: u64,
-    /// Windows that were undone and ended before a difference.
+    /// Windows that were rolled back and repeated up to a difference.
     pub differences: u64,
-    /// Windows that were undone because a particle came too far.
+    /// Windows that were rolled back because a particle came too far.
     pub uncovered: u64,
     /// Number of times that the domains were cut.
     pub cuts: u64,
     /// Stretches that a single engine ran.
     pub serial: u64,
-    /// Steps of all particles, and steps of all domains together, which include those of copies.
+    /// Number of steps of all particles, and the sum of the steps of all domains, which includes the steps of
+    /// copies.
     pub steps: [u64; 2],
     /// Wall time in the steps of windows.
     pub simulating: Duration,
     /// Wall time of the slowest domain of this process in each window: the time of the steps if each domain
     /// has its own core.
     pub slowest: Duration,
-    /// Wall time in which threads and processes wait for the slowest one.
+    /// Wall time in which threads and processes wait for the slowest thread or process.
     pub waiting: Duration,
     /// Wall time in the comparison of domains.
     pub comparing: Duration,
@@ -78,7 +79,7 @@ pub struct DomainWork {
 }
 
 impl DomainWork {
-    /// Adds the wall time of a window, and the times of its domains on some threads.
+    /// Adds the wall time of a window, and the times of its domains on `threads` threads.
     pub(super) fn simulate(&mut self, took: Duration, domains: &[Duration], threads: u32) {
         let busy = domains.iter().sum::<Duration>() / threads;
         self.simulating += busy.min(took);

@@ -34,7 +34,7 @@ impl CountedKind {
     /// Kinds of events of one particle.
     const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
 
-    /// Its name in files and tables.
+    /// Returns the name of the kind in files and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,13 +55,14 @@ impl CountedKind {
 /// here. [`EventCounts`] counts them as bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
-    /// Counts of each pair of species, the lower one first.
+    /// Counts of each pair of species. The lower species comes first.
     pairs: Pairs,
     /// Counts of each species.
     singles: BTreeMap<u32, [u64; 2]>,
 }
 
-/// Largest number of species for a dense table of pairs. With more species, only pairs that met have an entry.
+/// Largest number of species for a dense table of pairs. With more species, only pairs that have met have an
+/// entry.
 const MOST_LISTED: usize = 128;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,7 +102,7 @@ impl EventCountsBySpecies {
         counts
     }
 
-    /// Event counts by species, from an engine's counts by table rows. `species` are the species of the rows.
+    /// Converts an engine's counts by table row to counts by species. `species` are the species of the rows.
     pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
         if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
             return self.clone();
@@ -158,8 +159,7 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// All counts that are not zero: the kind, the species (one, or two with the lower one first), and the
-    /// number.
+    /// All counts that are not zero: the kind, one species or two species in ascending order, and the number.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
@@ -191,7 +191,7 @@ impl EventCountsBySpecies {
         part.singles.iter().for_each(|(species, some)| more(self.singles.entry(*species).or_default(), some));
     }
 
-    /// Event counts since earlier ones.
+    /// Returns the counts of events since earlier counts.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         let mut since = self.clone();

@@ -21,8 +21,8 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// After images have slid by this fraction of the box, pairs are predicted again. Until then, only the
-/// nearest image and the two beside it can be met.
+/// After images have slid by this fraction of the box, pairs are predicted again. Until then, a particle can
+/// meet only the nearest image and its two neighbouring images.
 const SLIDE: f64 = 0.25;
 
 /// A box under shear.
@@ -32,7 +32,7 @@ pub(in crate::engine) struct LeesEdwards {
     pub rate: f64,
     /// Speed of the next image above `[length / time]`.
     pub speed: f64,
-    /// Its displacement at the epoch, within one period `[length]`.
+    /// Displacement of the next image above at the epoch, within one period `[length]`.
     displacement: f64,
     /// Coordinate at which the streaming velocity is zero `[length]`.
     middle: f64,
@@ -43,7 +43,7 @@ pub(in crate::engine) struct LeesEdwards {
 }
 
 impl LeesEdwards {
-    /// `None` for a box at rest.
+    /// Returns the shear of a scene; `None` for a box at rest.
     pub fn of(scene: &Scene) -> Option<Self> {
         let (rate, space, displacement) = (scene.shear_rate?, &scene.space, scene.displacement);
         let speed = rate * space.size[GRADIENT];
@@ -92,8 +92,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// Replaces a separation and a relative velocity by those of the nearest image at a time since the epoch.
-    /// Returns whether it is an image above or below.
+    /// Replaces a separation and a relative velocity by the separation and relative velocity of the nearest
+    /// image at a time since the epoch. Returns whether this image is above or below.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
@@ -110,8 +110,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Whether a particle in a sheared box has no neighbours across the sliding sides, and a single image of
-    /// each neighbour. Its contacts are then those in a box at rest.
+    /// Whether a particle in a sheared box has no neighbours across the sliding sides, and can meet each
+    /// neighbour in a single image. Its contacts are then the same as in a box at rest.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
@@ -120,7 +120,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
-    /// A sheared box as seen near its sliding sides, if each neighbour there can be met in one image only.
+    /// Returns the sheared box as seen near its sliding sides, if each neighbour there can be met in one
+    /// image only.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
         let shear = self.images.sliding.as_ref()?;
         let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);
@@ -134,7 +135,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
-    /// Whether a particle that leaves its cell through a face enters displaced.
+    /// Whether a particle that leaves its cell through a face is displaced along x when it enters the next
+    /// cell.
     #[inline]
     pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
@@ -169,8 +171,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a position back into the box if rounding put it beyond a sliding side. Velocities are different
-    /// beyond.
+    /// Moves a position back into the box if rounding put it beyond a sliding side. The velocities of images
+    /// beyond the side are different.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -192,8 +194,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Shifts images to an epoch that is later by `shift`.
     ///
     /// An image one period above is displaced along x by the box's displacement. Whole periods are removed
-    /// from it here and added to the images along x, so that `position + image_x (L_x, 0, 0) + image_y
-    /// (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
+    /// from this displacement here and added to the images along x, so that `position + image_x (L_x, 0, 0) +
+    /// image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.images.sliding else { return };
         let periods = shear.shift(shift, self.state.periods[FLOW]);
@@ -205,7 +207,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Lists the particles next to sliding sides. Their images have moved so far that others can be met.
+    /// Lists the particles next to sliding sides. The images have moved so far that these particles can meet
+    /// other images.
     pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.images.sliding, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
@@ -213,7 +216,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        // Partners with interactions of their own are met across more than one row of cells.
+        // Pairs with interactions of their own can meet across more than one row of cells.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))

@@ -3,8 +3,8 @@
 use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
-/// Periods travelled by all particles, by number in memory: three bytes each, or twelve as soon as one
-/// particle needs more.
+/// Periods travelled by all particles, by number in memory. Each particle takes three bytes, or twelve bytes
+/// as soon as any particle needs more than three.
 ///
 /// Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -87,7 +87,7 @@ impl Travelled {
         }
     }
 
-    /// The image numbers in the larger format.
+    /// Returns the image numbers in the larger format.
     #[cold]
     fn far(&mut self) -> &mut [[i32; 3]] {
         if let Self::Near(images) = self {

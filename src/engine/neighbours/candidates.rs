@@ -20,8 +20,8 @@ pub struct Heads<'a> {
 impl Heads<'_> {
     /// Appends a particle, or nothing for [`NO_PARTICLE`].
     ///
-    /// A cell holds one particle or none about equally often, so the processor would mispredict a branch half
-    /// of the time.
+    /// A cell is about equally often empty or occupied by one particle, so the processor would mispredict a
+    /// branch half of the time.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         self.particles[self.length % 32] = particle;
@@ -30,7 +30,7 @@ impl Heads<'_> {
 }
 
 impl Candidates {
-    /// Removes all.
+    /// Removes all candidates.
     #[inline]
     pub fn clear(&mut self) {
         self.length = 0;

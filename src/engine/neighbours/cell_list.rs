@@ -1,4 +1,5 @@
-//! A cell list of points at one time. It finds pairs within a range, and the point nearest to a place.
+//! A cell list of points at a single time. It finds pairs within a range, and the point nearest to a
+//! position.
 //!
 //! It serves code that needs positions once, such as instruments. The event loop maintains its own lists on
 //! the same grid.
@@ -11,7 +12,7 @@ use std::ops::ControlFlow;
 /// Maximum number of cells per point. More would only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
 
-/// Points sorted into cells no smaller than a range; pairs by their minimum image.
+/// Points sorted into cells no smaller than a range. Pairs are separated by their minimum image.
 #[derive(Debug)]
 pub(crate) struct CellList {
     grid: Grid,
@@ -19,7 +20,7 @@ pub(crate) struct CellList {
     /// Displacement along x of the next image along y.
     displacement: f64,
     range: f64,
-    /// First point of each cell, and the end.
+    /// Index of the first point of each cell, and the number of points at the end.
     starts: Vec<usize>,
     /// Ids and positions, cell by cell.
     ids: Vec<u32>,
@@ -27,8 +28,8 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    /// Sorts points, given as ids and positions, into cells. They are within `space` along periodic axes. The
-    /// next image along y is displaced by `displacement`.
+    /// Sorts points, given as ids and positions, into cells. Along periodic axes, the points are within
+    /// `space`. The next image along y is displaced by `displacement` along x.
     pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
         let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
         let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
@@ -99,7 +100,7 @@ impl CellList {
         });
     }
 
-    /// The distance from a place to the nearest point, if one is within the range `[length]`.
+    /// The distance from a position to the nearest point `[length]`, if a point is within the range.
     pub fn distance_to_nearest(&self, place: &Vector) -> Option<f64> {
         let mut runs = Vec::with_capacity(27);
         self.find_runs(self.grid.cell_at(place), &mut runs);
@@ -115,8 +116,8 @@ impl CellList {
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of points in cells
-    /// near it, until it breaks.
+    /// Calls `visit(index, runs)` for each point in the order of the cells, until `visit` breaks. `runs` are
+    /// the runs of points in the cells near the point.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
@@ -138,7 +139,7 @@ impl CellList {
     }
 }
 
-/// Extent of the cells: the box along periodic axes, the points along others.
+/// Extent of the cells: the extent of the box along periodic axes, and of the points along other axes.
 fn bounds(space: &Space, positions: &[Vector]) -> Space {
     let (mut lower, mut upper, mut boundary) = (space.lower, space.upper(), space.boundary);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Periodic) {

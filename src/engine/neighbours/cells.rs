@@ -1,6 +1,6 @@
 //! A grid of cells no smaller than the longest interaction.
 //!
-//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent ones. A particle's
+//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. A particle's
 //! cell is part of the state: it is set once at the start, and only cell transitions change it. It is never
 //! recomputed from the position, because round-off may put a position on the wrong side of a face. Along axes
 //! that are not periodic, the outermost cells extend to infinity.
@@ -15,7 +15,7 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// Marks the end of a cell's list.
+/// Marker for the end of a cell's list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
 /// Result of a transition.
@@ -40,10 +40,10 @@ pub struct Cells {
     homes: Vec<u32>,
 }
 
-/// Side of a cell in a thin fluid over the mean distance of particles, in one, two and three dimensions.
-/// Particles leave smaller cells more often, and larger cells hold more candidates that are not met. In three
-/// dimensions, values from 0.6 to 0.8 are within a tenth of the best speed at packing fractions of 0.02 and
-/// 0.1.
+/// Ratio of the side of a cell in a thin fluid to the mean distance of particles, in one, two and three
+/// dimensions. Particles leave smaller cells more often, and larger cells hold more candidates that never
+/// meet the particle. In three dimensions, values from 0.6 to 0.8 are within a tenth of the best speed at
+/// packing fractions of 0.02 and 0.1.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
 /// Maximum number of cells per particle. A finer grid only costs memory and transitions.
@@ -101,7 +101,7 @@ impl Cells {
         enlarge(&self.homes);
     }
 
-    /// The particles with other numbers. All must be sorted in.
+    /// Renumbers the particles. All particles must be in cells.
     pub fn permuted(&self, order: &Order) -> Self {
         if self.homes.is_empty() {
             return self.clone();
@@ -172,14 +172,15 @@ impl Cells {
         self.grid.is_outermost(cell, axis).contains(&true)
     }
 
-    /// Moves a particle to the first or last row along the gradient, at the index along the flow that
-    /// `position` gives.
+    /// Moves a particle to the first or last row along the gradient. Its index along the flow follows from
+    /// `position`.
     pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
         let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
         self.relocate(particle, to);
     }
 
-    /// Calls `visit` for all particles across the side of the gradient next to a cell, along the whole flow.
+    /// Calls `visit` for all particles in the row of cells, along the whole flow, on the other side of the
+    /// box side that bounds a cell along the gradient.
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];
@@ -190,7 +191,7 @@ impl Cells {
         });
     }
 
-    /// Moves a particle through a face of its cell; `None` if there is no cell behind it.
+    /// Moves a particle through a face of its cell; `None` if there is no cell beyond the face.
     #[inline]
     pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;

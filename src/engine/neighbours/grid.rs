@@ -31,7 +31,7 @@ impl CellFace {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
-    /// For divisions by the first two counts.
+    /// Divisors for the first two counts.
     by: [Divisor; 2],
     is_periodic: [bool; 3],
     lower: Vector,
@@ -39,11 +39,11 @@ pub struct Grid {
 }
 
 /// With more cells than this along a periodic axis, particles in adjacent cells are less than half a period
-/// apart. Their minimum image is then the only one in which they can meet before either changes its cell.
-/// With exactly this many, they are at most half a period apart.
+/// apart. Their minimum image is then the only image in which they can meet before either particle changes
+/// its cell. With exactly this many, they are at most half a period apart.
 const UNAMBIGUOUS: u32 = 4;
 
-/// Cells are wider than the interaction range by this factor, so that round-off of positions (below some
+/// Cells are wider than the interaction range by this factor, so that round-off of positions (below about
 /// `1e-10` of the box) never hides a neighbour two cells away.
 const MARGIN: f64 = 1.0 + 1e-6;
 
@@ -51,11 +51,11 @@ impl Grid {
     /// A grid over `space` for interactions up to `range` `[length]`, extended beyond open faces to hold all
     /// `positions`.
     ///
-    /// The grid ends at walls, so that they bound its outermost cells. A static particle beyond a wall is in
-    /// the cell inside it.
+    /// The grid ends at walls, so that walls bound its outermost cells. A static particle beyond a wall is in
+    /// the outermost cell at that wall.
     ///
-    /// Cells are no smaller than `finest` mean distances of particles in one, two and three dimensions, and
-    /// there are at most `most` cells per particle.
+    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` has one value each
+    /// for one, two and three dimensions. There are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -84,7 +84,8 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // Coarse cells must not reduce the number of cells below the one that avoids second images.
+                // Coarse cells must not reduce the number of cells below the number that avoids second
+                // images.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
@@ -103,8 +104,7 @@ impl Grid {
         }
     }
 
-    /// Checks data that was read: whether the number of cells is valid and the divisors are those of the
-    /// counts.
+    /// Checks data that was read: whether the number of cells is valid and the divisors match the counts.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y, z] = self.counts;
@@ -162,7 +162,7 @@ impl Grid {
     /// Calls `visit` for runs of consecutive cells near a cell, itself included. A run is one cell or a whole
     /// row along x.
     ///
-    /// If the box slides along x at its sides across y, every cell of a row behind these sides can be near.
+    /// If the images of the box across y slide along x, every cell of a row beyond these sides can be near.
     pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
         let at = self.split(cell);
         let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
@@ -207,12 +207,12 @@ impl Grid {
         self.counts
     }
 
-    /// Separations, besides the minimum image, at which a pair can meet before either particle changes its
-    /// cell.
+    /// Separations at which a pair can meet before either particle changes its cell, in addition to the
+    /// minimum image.
     ///
     /// Empty unless a periodic axis has fewer than four cells. Between two predictions of a pair, each
     /// particle travels at most one cell. The separation thus changes by up to two cells: one period for two
-    /// or three cells, two periods for one cell. In that case axes of four cells count as well, see
+    /// or three cells, two periods for one cell. In that case axes of four cells count as well; see
     /// [`Self::tied_axes`].
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
@@ -351,7 +351,8 @@ impl Grid {
         }
     }
 
-    /// The cell in the first or last row along the gradient, with the index of another cell along the flow.
+    /// Returns the cell in the first or last row along the gradient that has the index of the cell `along`
+    /// along the flow.
     #[must_use]
     pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
         let mut at = self.split(cell);
@@ -360,7 +361,8 @@ impl Grid {
         self.join(at)
     }
 
-    /// Calls `visit` for the cells across the side of the gradient next to a cell, along the whole flow.
+    /// Calls `visit` for the row of cells, along the whole flow, on the other side of the box side that
+    /// bounds a cell along the gradient.
     pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
         let mut at = self.split(cell);
         let last = self.counts[gradient] - 1;
@@ -380,7 +382,7 @@ impl Grid {
         }
     }
 
-    /// Lower and upper corner of a cell; infinite in directions where it has no end.
+    /// Lower and upper corner of a cell; infinite in directions in which the cell is unbounded.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> [Vector; 2] {
         let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
@@ -388,8 +390,8 @@ impl Grid {
         bounds
     }
 
-    /// Whether the cell is the first, and whether it is the last, along an axis that is not periodic. A wall
-    /// may be near then.
+    /// Whether the cell is the first, and whether it is the last, along an axis that is not periodic. In
+    /// either case a wall may be near.
     #[inline]
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {

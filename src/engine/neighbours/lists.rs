@@ -1,9 +1,10 @@
 //! Verlet lists: the particles that a particle could meet before it leaves the skin of its list.
 //!
-//! Each moving particle has a centre, its position when its list was built. It stays within its skin, a ball
-//! of radius `delta` around the centre; leaving the ball is an event. Two particles whose centres are further
-//! apart than their range plus two such radii cannot meet, so a list holds the others with nearer centres.
-//! Each of two moving particles is in the list of the other. Static particles have no lists.
+//! Each moving particle has a centre, its position when its list was built. The particle stays within its
+//! skin, a ball of radius `delta` around the centre. Leaving the ball is an event. Two particles cannot meet
+//! if the distance of their centres exceeds their range plus `2 delta`. A list thus holds only the particles
+//! with nearer centres. Each of two moving particles is in the list of the other. Static particles have no
+//! lists.
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
@@ -12,17 +13,18 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// Entries are read up to eight at a time. The capacity of a list is a multiple of that.
+/// Up to eight entries are read at a time. The capacity of a list is a multiple of eight.
 const BLOCK: usize = 8;
 const WIDTH: u32 = 8;
 
-/// Number of bits for a length, enough for the largest number of particles.
+/// Number of bits that store a length. They suffice for the largest number of particles.
 const LENGTH: u32 = 29;
 
 /// Maximum number of spare blocks of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
-/// Where the list of a particle is, in blocks, its length and its number of blocks.
+/// Position of a particle's list in the array, counted in blocks, its length, and its number of unused
+/// blocks.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
@@ -58,7 +60,8 @@ impl Span {
     }
 }
 
-/// All lists in one array. Unused entries of a list name the particle itself, which it never meets.
+/// All lists in one array. Unused entries of a list name the particle itself, because a particle never meets
+/// itself.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
@@ -72,7 +75,7 @@ pub struct Lists {
     coming: usize,
 }
 
-/// Whether a short list holds a particle, without a branch on the position.
+/// Whether a short list holds a particle. The test has no branch that depends on the position in the list.
 #[inline]
 fn holds(list: &[u32], particle: u32) -> bool {
     list.iter().fold(false, |found, entry| found | (*entry == particle))
@@ -150,7 +153,7 @@ impl Lists {
         (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
-    /// Prefetches the place of a list.
+    /// Prefetches the span of a list.
     #[inline]
     pub fn prefetch_span(&self, particle: u32) {
         prefetch(&self.spans, particle as usize);
@@ -197,8 +200,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, left);
     }
 
-    /// Makes `new` the list of a particle. Particles that enter or leave it update their own lists, unless
-    /// they keep none.
+    /// Makes `new` the list of a particle. Also adds this particle to the lists of particles that enter, and
+    /// removes it from the lists of particles that leave. Particles that keep no list are skipped.
     pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
         let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
         old.clear();
@@ -245,8 +248,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves the beginning of a list to where there is room for more blocks. Returns the place and the number
-    /// of blocks there.
+    /// Moves the beginning of a list to where there is room for more blocks. Returns the first block there
+    /// and the number of blocks.
     fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
         let span = self.spans[particle as usize];
         let blocks = span.blocks();
@@ -267,8 +270,8 @@ impl Lists {
     }
 }
 
-/// Number of blocks that a list gets when it needs some: a quarter more if it is long, but about as many as
-/// may be spare at most.
+/// Number of blocks that a list gets when it needs `needed` blocks. A long list gets a quarter more, but less
+/// than [`MOST_SPARE`] more.
 fn room_for(needed: u32) -> u32 {
     needed + (needed / 4).min(MOST_SPARE - 1)
 }

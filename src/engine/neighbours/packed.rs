@@ -1,9 +1,9 @@
-//! Centres of Verlet lists, packed by cell in blocks of eight, so that all centres near a place are read in
-//! one stream.
+//! Centres of Verlet lists, packed by cell in blocks of eight, so that all centres near a position are read
+//! in one stream.
 //!
 //! Packed centres are rounded to single precision. They tell which particles *may* be within reach, and never
-//! leave out one that is. If some are too close to the limit to be certain, the candidates are tested again
-//! in double precision: see [`super::verlet::VerletLists`].
+//! leave out a particle that is within reach. If single precision leaves any candidate uncertain, the
+//! candidates are tested again in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// Centres in a block.
 const LANES: usize = 8;
 
-/// Marks the end of a chain of blocks.
+/// Marker for the end of a chain of blocks.
 const NONE: u32 = u32::MAX;
 
 /// Half a unit in the last place of 1 in single precision.
@@ -29,7 +29,7 @@ const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 /// single-precision number.
 const FAR: f64 = 1e15;
 
-/// Cells are as large as the reach requires, and there is at most one per particle.
+/// Cells are as large as the reach requires, and there is at most one cell per particle.
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
@@ -50,10 +50,10 @@ impl Block {
 pub struct Packed {
     /// The cells, no smaller than the reach.
     pub grid: Grid,
-    /// By cell, its first block.
+    /// The first block of each cell.
     first: Vec<u32>,
     blocks: Vec<Block>,
-    /// By block, the next block of the same cell.
+    /// For each block, the next block of the same cell.
     next: Vec<u32>,
     free: Vec<u32>,
     /// Periods, infinite along axes that are not periodic.
@@ -65,7 +65,7 @@ pub struct Packed {
     width: Simd,
 }
 
-/// Sphere around a centre that is searched.
+/// A sphere that is searched, around a centre.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
@@ -96,7 +96,7 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Other centres in the same cells. Particles adjacent in memory have adjacent centres.
+    /// Sorts other centres into the same grid of cells. Particles adjacent in memory have adjacent centres.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -214,20 +214,20 @@ impl Packed {
         });
     }
 
-    /// Largest distance beyond `reach` of candidates that may be found; infinite if all particles in the
-    /// adjacent cells are.
+    /// Returns the largest distance by which a found candidate may exceed `reach`. It is infinite if all
+    /// particles in the adjacent cells are found.
     ///
     /// Rounding moves each of the six coordinates, the three differences and the period by at most half a
-    /// unit in the last place. That is less than 8 roundings of the largest of them along each axis, or 14 in
-    /// space.
+    /// unit in the last place. In total, this is less than 8 roundings of the largest of these numbers along
+    /// each axis, or 14 in space.
     #[inline]
     fn slack(&self, reach: f64, centre: &Vector) -> f64 {
         let scale = self.scale.max(centre.amax()) + reach;
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles whose centres may be within `reach` of a centre. Others are found only up to
-    /// [`Self::slack`] beyond. Returns whether all are certainly within reach.
+    /// Finds all particles whose centres may be within `reach` of a centre. Other particles may be found up
+    /// to [`Self::slack`] beyond `reach`. Returns whether all particles found are certainly within reach.
     ///
     /// The sum of squares adds 4 roundings.
     #[inline]
@@ -317,7 +317,7 @@ impl Packed {
 }
 
 impl Ball {
-    /// Squared distance of a lane's centre, by the same operations as for eight lanes at once.
+    /// Squared distance of the centre in one lane. The operations are the same as for eight lanes at once.
     #[inline]
     fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
@@ -334,7 +334,7 @@ mod avx2 {
     use super::{Ball, Block, Candidates};
     use std::arch::x86_64::*;
 
-    /// For each set of eight lanes, their indices in order, one byte each.
+    /// For each subset of the eight lanes, the indices of its lanes in order, one byte each.
     const LANES_OF: [u64; 256] = {
         let mut lanes = [0_u64; 256];
         let mut set = 0;
@@ -352,8 +352,8 @@ mod avx2 {
         lanes
     };
 
-    /// Adds the particles of a block whose centres are in a ball to `near`. Returns whether all of them are
-    /// certainly within reach.
+    /// Adds the particles of a block whose centres are in a ball to `near`. Returns whether all added
+    /// particles are certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]
     pub fn find_in_ball<const WRAPS: bool>(block: &Block, ball: &Ball, near: &mut Candidates) -> bool {

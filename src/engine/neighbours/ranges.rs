@@ -6,19 +6,20 @@ use serde::{Deserialize, Serialize};
 /// The distances at which uncaptured pairs meet.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
-    /// Distances at which uncaptured pairs meet, by species and species, row by row; negative for pairs that
-    /// never meet `[length]`.
+    /// Distances at which uncaptured pairs meet `[length]`, as a matrix over pairs of species, row by row.
+    /// They are negative for pairs that never meet.
     pub between: Vec<f64>,
     /// The longest distance, bonds included.
     pub longest: f64,
-    /// The range that cells have to cover.
+    /// The range that the cells must cover.
     pub of_cells: f64,
-    /// Whether a bonded pair may start further apart than that, and have its nearest image across any side.
+    /// Whether a bonded pair may start further apart than `of_cells`. Its nearest image may then be across
+    /// any side of the box.
     pub may_be_overstretched: bool,
 }
 
 impl Ranges {
-    /// Ranges of the species that have a row.
+    /// Returns the ranges of the species in `species`, each of which has a row.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         Self {

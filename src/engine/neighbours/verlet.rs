@@ -10,14 +10,14 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Particles leave their skin this much early, so that round-off of positions and times (below some `1e-10`
-/// of the box) never lets two particles meet that are not in each other's lists.
+/// Relative margin of the skin in the reach of lists. Round-off of positions and times (below about `1e-10`
+/// of the box) thus never lets two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
-/// Verlet lists: the centres of all particles, and the lists of those within reach.
+/// Verlet lists: the centres of all particles, and for each particle the list of particles within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
-    /// Half of the skin, `delta`: the distance that a particle may be from its centre `[length]`.
+    /// Half of the skin, `delta`: the largest distance of a particle from its centre `[length]`.
     pub half_skin: f64,
     /// Position of each particle when its list was built.
     pub centres: Vec<Vector>,
@@ -25,10 +25,10 @@ pub struct VerletLists {
     pub cells: Packed,
     /// The pairs within reach. They follow from the centres and from which pairs are captured.
     pub lists: Lists,
-    /// By species, the largest distance between centres within reach.
+    /// For each species, the largest distance between centres within reach.
     pub reaches: Vec<f64>,
-    /// By species and species, the squared distance of centres within reach; negative for pairs that never
-    /// meet.
+    /// For each pair of species, the largest squared distance of centres within reach; negative for pairs
+    /// that never meet.
     squared: Vec<f64>,
     species: usize,
     periods: Vector,
@@ -37,14 +37,14 @@ pub struct VerletLists {
 }
 
 impl VerletLists {
-    /// Lists with a half skin in `space`; `ranges` are the distances at which uncaptured pairs of species
-    /// meet, negative for pairs that never do; `longest` is the longest one, bonds included.
+    /// Creates lists with a half skin in `space`. `ranges` are the distances at which uncaptured pairs of
+    /// species meet, negative for pairs that never meet. `longest` is the longest distance, bonds included.
     #[must_use]
     pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
         let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
-        // From the particle to its centre, to another centre, to the other particle, and the distance that
-        // centres may lie outside the box.
+        // The sum of the distances from the particle to its centre, to another centre, and to the other
+        // particle, and of the largest distance of a centre outside the box.
         let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
@@ -72,12 +72,12 @@ impl VerletLists {
             && self.cells.is_sound(particles)
     }
 
-    /// The largest half skin that fits a box: the nearest image of a pair does not change while both are in
-    /// their skins. Infinite without periodic axes, negative if none fits.
+    /// The largest half skin that fits a box. It fits if the nearest image of a pair does not change while
+    /// both particles are in their skins. Infinite without periodic axes, negative if none fits.
     #[must_use]
     pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
         // `range + 4 half_skin`: the reach of lists includes two half skins, and the pair may have moved by
-        // two more since. The tenth allows for rounding.
+        // two more since. Dividing by 4.1 instead of 4 allows for rounding.
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
@@ -89,14 +89,14 @@ impl VerletLists {
         self.cells.home(&self.centres[particle as usize])
     }
 
-    /// Whether a particle at `position` may meet others across a side of the box.
+    /// Whether a particle at `position` may meet other particles across a side of the box.
     #[inline]
     #[must_use]
     pub fn wraps(&self, position: &Vector) -> bool {
         (0..3).any(|k| position[k] < self.inner[0][k] || position[k] > self.inner[1][k])
     }
 
-    /// Whether a centre is within reach of another particle's.
+    /// Whether a centre is within reach of the centre of another particle.
     #[inline]
     fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
         let apart = minimum_image(centre - self.centres[other as usize], &self.periods);

@@ -25,7 +25,7 @@ impl Bias {
 }
 
 impl Simulation {
-    /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` ends this. In a heat bath of
+    /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of
     /// temperature `T` `[energy]`, configurations then have the weights `exp(-w(U))`. The distances of
     /// contact are unchanged, but a step of the energy has another cost. Reported energies are unchanged, and
     /// the energy from the replacement is counted as supplied.
@@ -42,7 +42,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// A discontinuity with its cost under weights of the energy.
+    /// Returns a discontinuity whose energy step is replaced by its cost under the weights of the energy.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {
@@ -53,8 +53,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of the potential energy for which the pair has paid another amount. Returns the
-    /// difference, which comes from outside.
+    /// Records a step of the potential energy for which the pair has paid a different energy. Returns the
+    /// difference, which is supplied from outside.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {
@@ -95,7 +95,7 @@ mod tests {
             let supplied = simulation.event_counts().supplied.total();
             found.push([next.energy_step, simulation.energy().kinetic - start, supplied]);
         }
-        // Into the well, off the core, and out again: 2 (0.3 - 1.1) in place of -0.9.
+        // Into the well, off the core, and out again. The step costs 2 (0.3 - 1.1) instead of -0.9.
         for (found, expected) in found.iter().zip([[-0.9, 1.6, 0.7], [0.0, 1.6, 0.7], [0.9, 0.0, 0.0]]) {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}, expected {expected:?}");
         }

@@ -4,16 +4,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{Scene, SpeciesId};
 
-/// Up to this many species all have a row; of more, only those with particles. The tables are square and read
-/// for every pair.
+/// If there are at most this many species, each has a row. If there are more, only species with particles
+/// have a row, because the tables are square and read for every pair.
 const FEW: usize = 256;
 
-/// The species in the square tables: all of them if they are few, otherwise those with particles.
+/// The species in the square tables: all species if they are few, otherwise only species with particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
-    /// By row.
+    /// The species of each row.
     species: Vec<SpeciesId>,
-    /// By species; 0 for species without a row, which have no particles.
+    /// The row of each species; 0 for species without a row, which have no particles.
     rows: Vec<u16>,
 }
 
@@ -29,7 +29,7 @@ impl Rows {
         let species: Vec<_> =
             (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
         let mut rows = vec![0; count];
-        // A scene with more was rejected.
+        // A scene with more rows was rejected.
         for (row, species) in (0..=u16::MAX).zip(&species) {
             rows[species.0 as usize] = row;
         }

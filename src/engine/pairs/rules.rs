@@ -14,18 +14,18 @@ pub struct Discontinuity {
     pub distance: f64,
     /// `s^2` `[length^2]`.
     pub squared: f64,
-    /// Potential energy beyond it less the energy on this side, `dU` `[energy]`.
+    /// Potential energy beyond the discontinuity minus the energy on this side, `dU` `[energy]`.
     pub energy_step: f64,
 }
 
 /// A potential in the form that the event loop needs: the outer and inner discontinuity of each pair state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
-    /// By state: the outer discontinuity, absent in state 0.
+    /// The outer discontinuity of each state, absent in state 0.
     outer: Vec<Option<Discontinuity>>,
-    /// By state: the inner discontinuity, absent in the last state.
+    /// The inner discontinuity of each state, absent in the last state.
     inner: Vec<Option<Discontinuity>>,
-    /// By state: the squared distances of both.
+    /// The squared distances of both discontinuities of each state.
     edges: Vec<Edges>,
     /// Potential energy by state `[energy]`.
     energies: Vec<f64>,
@@ -52,7 +52,7 @@ impl Steps {
         Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
     }
 
-    /// Number of states of a pair; `None` if arrays disagree.
+    /// Number of states of a pair; `None` if the arrays have different lengths.
     fn states(&self) -> Option<usize> {
         let count = self.energies.len();
         let lengths = [self.outer.len(), self.inner.len(), self.edges.len()];
@@ -86,9 +86,9 @@ impl Steps {
 /// The squared distances of the discontinuities that a pair in a given state can reach `[length^2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
-    /// The inner one; negative infinity if there is none.
+    /// The inner discontinuity; negative infinity if there is none.
     pub inner: f64,
-    /// The outer one; infinite if there is none.
+    /// The outer discontinuity; infinite if there is none.
     pub outer: f64,
 }
 
@@ -99,15 +99,15 @@ pub struct Meeting {
     pub squared: f64,
     /// Index of the interaction.
     pub interaction: u16,
-    /// Whether they interact at all.
+    /// Whether the two species interact at all.
     pub exists: bool,
-    /// Whether the two accelerate relative to each other.
+    /// Whether the two particles accelerate relative to each other.
     pub is_accelerated: bool,
 }
 
 impl Meeting {
-    /// Squared range of a pair without relative acceleration; negative infinity for others, so that Algorithm
-    /// 2 never finds a contact.
+    /// Squared range of a pair without relative acceleration. It is negative infinity for other pairs, so
+    /// that Algorithm 2 never finds a contact.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
     }
@@ -146,18 +146,19 @@ impl SpeciesRules {
 pub struct Rules {
     /// The species that have a row in the tables.
     pub rows: Rows,
-    /// By row.
+    /// The constants of the species in each row.
     pub species: Vec<SpeciesRules>,
-    /// By interaction.
+    /// The steps of each interaction.
     pub steps: Vec<Steps>,
     /// `species x species`, row by row.
     meetings: Vec<Meeting>,
-    /// Squared ranges of pairs without relative acceleration, `species x species`, negative infinity for others.
+    /// Squared ranges of pairs without relative acceleration, as a matrix `species x species`; negative
+    /// infinity for other pairs.
     inertial: Vec<f64>,
-    /// Squared ranges of pairs with a relative acceleration, `species x species`; infinite if the second
-    /// species accelerates, negative infinity for others.
+    /// Squared ranges of pairs with a relative acceleration, as a matrix `species x species`; infinite if the
+    /// second species accelerates, negative infinity for other pairs.
     accelerated: Vec<f64>,
-    /// By row, whether any of these is not negative.
+    /// For each row, whether any value of `accelerated` is not negative.
     is_met_accelerated: Vec<bool>,
 }
 
@@ -213,8 +214,9 @@ impl Rules {
         Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
     }
 
-    /// Squared distances at which uncaptured particles of each species meet one of a given species; negative
-    /// infinity for those that never meet it, or only with a relative acceleration.
+    /// Squared distances at which uncaptured particles of each species meet a particle of a given species.
+    /// They are negative infinity for species that never meet it, or meet it only with a relative
+    /// acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -222,9 +224,10 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Squared distances at which uncaptured particles of each species meet one of a given species that
-    /// accelerates relative to them; infinite for those that accelerate themselves, negative infinity for
-    /// those that never meet it, or only without a relative acceleration. `None` if there are no such pairs.
+    /// Squared distances at which uncaptured particles of each species meet a particle of a given species
+    /// that accelerates relative to them. They are infinite for species that accelerate themselves. They are
+    /// negative infinity for species that never meet it, or meet it only without a relative acceleration.
+    /// `None` if there are no such pairs.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

@@ -47,8 +47,8 @@ impl CapturedPairs {
         self.lengths.is_empty()
     }
 
-    /// Checks data that was read: whether there is a list for each particle if `has_lists`, and all partners
-    /// are particles.
+    /// Checks data that was read: whether all partners are particles and, if `has_lists`, each particle has a
+    /// list.
     #[must_use]
     pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
         let expected = if has_lists { particles } else { 0 };

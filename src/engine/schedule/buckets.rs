@@ -3,7 +3,7 @@
 use crate::engine::hardware::pages::enlarge;
 use serde::{Deserialize, Serialize};
 
-/// Number of entries in a chunk. Together with the number of the next chunk, they fill a cache line.
+/// Number of entries in a chunk. The entries and the number of another chunk fill a cache line.
 const ENTRIES: usize = 15;
 
 /// Part of a bucket.

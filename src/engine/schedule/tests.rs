@@ -110,7 +110,7 @@ fn a_queue_looks_no_further_than_the_bucket_of_the_limit() {
     queue.push(entry(40.5 * width, 0), &pending);
     assert_eq!(queue.peek(10.5 * width, &pending), None);
     assert_eq!(queue.reached(), 11.0 * width);
-    // Exactly at the end of a bucket, the next one is opened.
+    // Exactly at the end of a bucket, the queue opens the next bucket.
     assert_eq!(queue.peek((20.0 * width).next_down(), &pending), None);
     assert_eq!(queue.reached(), 20.0 * width);
     assert_eq!(queue.peek(20.0 * width, &pending), None);

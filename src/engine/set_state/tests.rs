@@ -8,8 +8,8 @@ use crate::model::{Growth, GrowthTarget, Potential};
 use crate::scene::{Amount, Chain, Lattice, SceneBuilder};
 use proptest::prelude::*;
 
-/// Number of events to compare, so small that hardly any particle has more than two. Each event multiplies
-/// rounding errors by about ten.
+/// Number of events to compare. It is so small that hardly any particle has more than two events. Each event
+/// multiplies rounding errors by about ten.
 const COMPARED: u64 = 30;
 
 fn fluid(potential: Potential, restitution: f64) -> SceneBuilder {
@@ -24,7 +24,7 @@ fn well() -> Potential {
     Potential::square_well(1.0, 1.5, 1.0).unwrap()
 }
 
-/// Scenes of each engine, with walls, weight, bonds, shear, and many particles in Verlet lists.
+/// Scenes for each kind of engine: with walls, weight, bonds, shear, and many particles in Verlet lists.
 fn scene(which: usize, seed: u64) -> Scene {
     let fill = |builder: SceneBuilder, density: f64| {
         builder.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(density)).temperature(1.0).seed(seed)
@@ -61,7 +61,7 @@ fn scene(which: usize, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Spheres with room near both walls.
+/// Spheres that leave free space near both walls.
 fn fill_region(builder: SceneBuilder, seed: u64) -> SceneBuilder {
     let fill = crate::scene::Fill::new(Lattice::SimpleCubic, "A")
         .count(64)
@@ -117,8 +117,7 @@ proptest! {
                 let name = format!("scene {which}, seed {seed}, {states:?}");
                 assert_same(&next_events(&mut again, COMPARED), &next_events(&mut simulation.clone(), COMPARED), &name);
             }
-            // A new simulation from the same state. The displacement of a sheared box is that of the
-            // snapshot.
+            // A new simulation from the same state. A sheared box has the displacement in the snapshot.
             let mut parts = scene(which, seed).into_parts();
             (parts.start_time, parts.displacement) = (snapshot.time, snapshot.displacement);
             parts.allow_invalid_start = true;
@@ -176,7 +175,7 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
     assert_eq!((simulation.energy().potential, simulation.event_counts().supplied.total()), (0.0, 1.0));
     let error = simulation.set_positions(&apart(0.9), PairStates::FromDistances).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { depth, .. }) if (depth - 0.1).abs() < 1e-9), "{error}");
-    // Three periods away is the same place with another image.
+    // A position three periods away is the same position in another image.
     let mut far = apart(3.0);
     far[1].x -= 30.0;
     simulation.set_positions(&far, PairStates::Keep).unwrap();

@@ -1,4 +1,5 @@
-//! The Andersen thermostat: collisions with particles of a heat bath, at random times (Andersen, J. Chem. Phys. 72, 2384, 1980).
+//! The Andersen thermostat: collisions with particles of a heat bath at random times (Andersen, J. Chem.
+//! Phys. 72, 2384, 1980).
 
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +29,8 @@ pub(in crate::engine) struct Andersen {
 }
 
 impl Andersen {
-    /// A heat bath from `now` on, for `particles`. Each `stage` has its own random numbers.
+    /// Creates a heat bath for `particles` particles, which acts from `now` on. Each `stage` has its own
+    /// random numbers.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
@@ -59,7 +61,8 @@ impl Andersen {
         self.next += self.random.exponential() / self.rate;
     }
 
-    /// Draws the next collision and the time of the one after it. At least one particle moves, because a bath without one is never created.
+    /// Draws the next collision and the time of the following collision. At least one particle moves, because
+    /// a bath without moving particles is never created.
     fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
         let time = self.next;
         let id = loop {
@@ -82,7 +85,7 @@ pub(in crate::engine) struct Collision {
     pub id: usize,
     /// Temperature of the bath `[energy]`.
     temperature: f64,
-    /// A normal random number for each axis; `None` along axes without a new velocity.
+    /// A normally distributed random number for each axis; `None` along axes without a new velocity.
     normal: [Option<f64>; 3],
 }
 
@@ -107,7 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = collision.time;
-        // By id, so that the result does not depend on the order in memory.
+        // The particle is chosen by id, so that the result does not depend on the order in memory.
         let particle = self.state.numbers[collision.id];
         let flow = self.collide(particle, &collision, observe);
         Ok((Repredict::One(particle), flow))

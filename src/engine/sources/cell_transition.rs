@@ -29,7 +29,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let cell = cells.home(me.id);
-        // First, because its divisions take long and what follows waits for memory.
+        // This comes first, because its divisions are slow and the code below waits for memory.
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
@@ -41,7 +41,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
         if !self.sources.surfaces.is_empty() {
-            // Others are too far away to be met before the particle leaves its cell.
+            // Other surfaces are too far away for a contact before the particle leaves its cell.
             let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
             self.predict_surfaces(me, is_near, prediction);
         }
@@ -95,10 +95,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaves.transition_time
     }
 
-    /// The first contact with particles that are half a period away, within round-off, in the image on the
-    /// other side.
+    /// Finds the first contact with the far image of particles that are half a period away within round-off.
     ///
-    /// Either image may be the nearest. The nearest one is tested with all other particles.
+    /// Either image may be the nearest. The contact with the nearest image is found together with the
+    /// contacts of all other particles.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
@@ -117,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // Along one axis, or along several.
+            // The images differ along one axis, or along several axes.
             for sides in 1..8_u8 {
                 let is_other = |axis: usize| sides >> axis & 1 == 1;
                 if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
@@ -134,8 +134,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves a particle into the next cell. Its motion is unchanged, and so is its predicted contact, unless
-    /// it meets one of the new candidates earlier.
+    /// Moves a particle into the next cell. Its motion is unchanged. Its predicted contact also remains,
+    /// unless the particle meets a new candidate earlier.
     pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let mut prediction = self.schedule.predictions[particle as usize];
@@ -183,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !FALLING {
             grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
                 let axis = usize::from(face.axis);
-                // Rounding may already have put it beyond the face.
+                // Rounding may already have put the particle beyond the face.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
                 if time < prediction.transition_time {
                     (prediction.transition_time, prediction.exit) = (time, face);

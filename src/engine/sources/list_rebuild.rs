@@ -18,7 +18,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first contact with particles in the list, and the time at which the particle leaves its skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // First, because its root and division take long and what follows waits for memory.
+        // This comes first, because its square root and division are slow and the code below waits for
+        // memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.surfaces.is_empty() {
@@ -39,8 +40,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
-    /// Time at which the particle leaves its skin. The equation is that of a bond to the centre that reaches
-    /// its full length.
+    /// Time at which the particle leaves its skin. The equation is the same as for a bond to the centre that
+    /// reaches its full length.
     ///
     /// A falling particle is assumed to fly and accelerate straight away from the centre, which gives a lower
     /// bound: `|v| t + |a| t^2 / 2 = delta - |r|`.
@@ -67,7 +68,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The bound was reached, but the particle has not moved far.
+            // The time of the lower bound was reached, but the particle is less than half of this distance
+            // from its centre.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
@@ -86,7 +88,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.repredict(particle, time);
             return Ok(());
         }
-        // Its motion is unchanged, and so is its predicted contact, unless it meets a new candidate earlier.
+        // The motion of the particle is unchanged. Its predicted contact also remains, unless the particle
+        // meets a new candidate earlier.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
@@ -154,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Builds the list of a particle that has been added, and adds it to the lists of others.
+    /// Builds the list of a particle that has been added, and adds the particle to the lists of others.
     pub(in crate::engine) fn fill_list(&mut self, particle: u32) {
         let mut scratch = self.take_scratch();
         let near = &mut scratch.near;
@@ -171,8 +174,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Finds the particles for a list: those within reach of its centre that are not captured. May include
-    /// the particle itself.
+    /// Finds the particles for a list: uncaptured particles within reach of its centre. The result may
+    /// include the particle itself.
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];

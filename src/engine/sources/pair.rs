@@ -48,11 +48,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The change of velocities of a pair at a discontinuity.
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        // With weights of the energy, the pair feels another step.
+        // With weights of the energy, the pair feels a different energy step.
         let felt = self.weighted(seen);
         let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
-        // Per length of the line of centres.
+        // The change is divided by the length of the line of centres.
         let change = (response.radial - radial) / squared;
         let impulse = reduced_mass * change;
         let is_barrier = seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce;
@@ -92,13 +92,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (response.outcome, change)
     }
 
-    /// Energy that a contact takes from outside: from sliding images and from growing diameters.
+    /// Energy that a contact receives from outside: from sliding images and from growing diameters.
     #[inline(always)]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
-            // Energy is conserved in the frame of one particle. The other's image moves at another speed than
-            // the particle itself.
+            // Energy is conserved in the frame of one particle. The image of the other particle moves at a
+            // different velocity than that particle itself.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
@@ -146,8 +146,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// The discontinuity on one side of a pair, its restitution, and its outward speed; `None` if the state
-    /// has none on that side, for which no prediction is made.
+    /// The discontinuity on one side of a pair, its restitution, and its outward speed. `None` if the state
+    /// has no discontinuity on that side; no contact is then predicted.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };

@@ -1,10 +1,10 @@
-//! The restraint of a distance: two particles, or the centres of mass of two groups, are reflected at the
-//! ends of a window.
+//! The restraint of a distance between two particles or between the centres of mass of two groups. The
+//! distance is reflected at the ends of an umbrella window.
 //!
 //! Between events of the members, the relative position of the centres changes along a straight line. The
-//! time of the next reflection therefore follows from the equations for a pair. With an energy `U(|R_A -
-//! R_B|)`, the force on a particle `i` of the group `A` is the share `m_i / M_A` of the force on the centre.
-//! In a reflection, all members of a group therefore change their velocities by the same amount. Momentum and
+//! equations for a pair therefore give the time of the next reflection. With an energy `U(|R_A - R_B|)`, the
+//! force on a particle `i` of the group `A` is the fraction `m_i / M_A` of the force on the centre. In a
+//! reflection, all members of a group therefore change their velocities by the same amount. Momentum and
 //! energy are conserved, and motion within a group is unchanged.
 
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ struct Member {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
-    /// How its members are connected.
+    /// How the members of the group are connected.
     along: Component,
     /// `1 / M` `[1 / mass]`.
     inverse_mass: f64,
@@ -52,7 +52,7 @@ pub(in crate::engine) struct Restraint {
     window: [f64; 2],
     /// Time since the epoch at which the distance reaches an end; infinite if it never does.
     next: f64,
-    /// The side of that end on which the distance is.
+    /// The side of this end on which the present distance lies.
     side: Side,
 }
 
@@ -78,7 +78,7 @@ impl Restraint {
         Some(self.group_of[place].1)
     }
 
-    /// Time to the next end of the window that is reached, and its side.
+    /// Returns the time until the distance next reaches an end of the window, and the side of this end.
     fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
         let [lower, upper] = self.window;
         let at = |distance: f64, side| {
@@ -98,7 +98,8 @@ impl Simulation {
     /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`
     /// by reflecting it at the ends. `[0, infinity]` removes the restraint.
     ///
-    /// All particles of the groups must move, with equal accelerations. In a periodic box the upper end must be below half a period, and bonds must hold each group together.
+    /// All particles of the groups must be mobile and have equal accelerations. In a periodic box the upper
+    /// end must be below half a period, and bonds must hold each group together.
     pub(crate) fn restrain_distance(&mut self, between: &[Vec<ParticleId>; 2], window: [f64; 2]) {
         let holds = |bond: &&Bond| self.scene.interactions[bond.interaction.0 as usize].potential.is_bond();
         let groups = between.each_ref().map(|group| {
@@ -172,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let group = |particle: u32| restraint.group(self.name(particle));
         let groups = (group(change.particle), partner.map(group));
-        // An event of two members of one group does not change its centre.
+        // An event between two members of the same group does not change the motion of its centre.
         let is_changed = match groups {
             (None, None | Some(None)) => false,
             (one, other) => other != Some(one),
@@ -257,8 +258,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Velocity changes of both groups after which the distance leaves the end of the window in the rounded
-    /// numbers that prediction will see, as for pairs at their discontinuities.
+    /// Returns velocity changes of both groups after which the distance leaves the end of the window. This
+    /// holds for the rounded numbers that the prediction will see, as for pairs at their discontinuities.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -292,8 +293,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Shares of a change of the relative velocity, which the first group gains and the second loses. Their sum
-/// is the change, without rounding.
+/// Divides a change of the relative velocity into two parts. The first group gains one part, and the second
+/// group loses the other. The sum of the parts is exactly the change, without rounding.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

@@ -28,7 +28,7 @@ pub(in crate::engine) struct SurfaceRandom {
 }
 
 impl SurfaceRandom {
-    /// Random numbers of the surfaces of a scene, if some are thermal.
+    /// Random numbers of the surfaces of a scene, if any surface is thermal.
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         surfaces.are_ever_thermal().then(|| Self {
             stream: Random::new(StatePoint::at_start(scene).seed(scene.seed), Purpose::Surface, scene.first_stream()),
@@ -46,8 +46,8 @@ impl SurfaceRandom {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with surfaces: unbounded ones, except those that `is_near` excludes, and features
-    /// that come before the present prediction.
+    /// Predicts contacts with unbounded surfaces, except surfaces that `is_near` excludes. Also predicts
+    /// contacts with features that come before the present prediction.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -66,8 +66,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts contacts with features that come before the present prediction. This has to be repeated
-    /// whenever the transition is postponed.
+    /// Predicts contacts with features that come before the present prediction. This prediction must be
+    /// repeated whenever the transition is postponed.
     #[inline(never)] // walls alone, as most scenes have them, stand in the prediction
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
@@ -166,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Touching { moment, position, velocity, ..at }
     }
 
-    /// A particle is reflected by a surface.
+    /// Reflects a particle from a surface.
     #[inline]
     fn reflect(&mut self, i: u32, at: &Touching, vn: f64, restitution: f64) -> Change {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
@@ -183,13 +183,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // A surface at rest does no work. A moving one does the work that particles gain or lose.
+        // A surface at rest does no work. A moving surface does work, which particles gain or lose.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         Change { supplied, dissipated, ..change }
     }
 
-    /// A particle leaves a surface with a velocity from the flux of a gas at its temperature. The normal
-    /// component has the density `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
+    /// Gives a particle that leaves a surface a velocity from the flux of a gas at the temperature of the
+    /// surface. The component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`. The other
+    /// components have a normal distribution.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();
@@ -231,8 +232,8 @@ impl Touching {
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the frame of space, and rounds it away from the surface in the numbers that
-    /// prediction will see, as [`super::super::contact::law`] does for pairs.
+    /// Converts a velocity to the frame of space. In the rounded numbers that the prediction will see, the
+    /// particle moves away from the surface, as [`super::super::contact::law`] ensures for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
         let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));

@@ -18,7 +18,7 @@ pub(crate) struct Face {
     /// For each side, the unit vector in the plane that points into the face, normal to the side.
     pub inwards: [Vector; 3],
     /// Whether positions along a side are measured from its second end. Two coplanar faces use the same end
-    /// of their common side, so that no foot is missed by both.
+    /// of their common side, so that no position falls between them.
     pub from_second: [bool; 3],
 }
 
@@ -42,12 +42,12 @@ impl Face {
         self.normal.dot(&(position - self.corners[0]))
     }
 
-    /// Whether the foot of a position is on the face, sides included.
+    /// Whether the projection of a position onto the plane lies in the face, sides included.
     fn holds(&self, position: &Vector) -> bool {
         (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
     }
 
-    /// The side of the plane on which a position is: 1 at the tip of the normal, otherwise -1.
+    /// The side of the plane on which a position is: 1 on the side of the normal, otherwise -1.
     #[inline]
     fn side(&self, position: &Vector) -> f64 {
         if self.height(position) < 0.0 { -1.0 } else { 1.0 }
@@ -83,7 +83,7 @@ impl Surface for Face {
         feature::face(&height, flight.radius, &self.extents(flight))
     }
 
-    /// By the plane, on the particle's side, or by a bounding sphere.
+    /// Tests the plane, seen from the particle's side, and then a bounding sphere.
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
         doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
         let sign = self.side(flight.position);
@@ -102,7 +102,8 @@ impl Surface for Face {
         }
     }
 
-    /// Values on either side: squared heights, or heights for points.
+    /// The overlap function holds on either side of the face: the square of the height minus the square of
+    /// the radius.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         let (height, rate) = (self.height(position), self.normal.dot(velocity));
         ((height - radius) * (height + radius), 2.0 * height * rate)
@@ -120,7 +121,7 @@ impl Surface for Face {
         position.lp_norm(1) + self.corners[0].lp_norm(1)
     }
 
-    /// Faces are bounded and are found by the tree.
+    /// Faces are bounded, so the tree finds them.
     fn is_near(&self, _: &Grid, _: u32, _: f64) -> bool {
         true
     }

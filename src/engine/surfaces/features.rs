@@ -1,8 +1,10 @@
-//! From the shapes of a scene to features: the faces, edges and corners of a mesh, and their images in a periodic box.
+//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their images
+//! in a periodic box.
 //!
-//! A sphere meets the mesh at the time of its first feature. Edges between coplanar faces are no features,
-//! because they are never met first. The two faces decide by one expression, with opposite signs, on which
-//! side of such an edge a foot lies, so that it is never on neither.
+//! A sphere meets the mesh at the time of its first feature. Edges between coplanar faces are not features,
+//! because they are never met first. The foot of a particle, its projection onto a face, lies on one side of
+//! such an edge. Both faces determine this side by the same expression with opposite signs, so that the foot
+//! is always on at least one face.
 
 use super::Shape;
 use super::face::Face;
@@ -14,12 +16,13 @@ use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
 /// Sine of the angle of two faces below which their common edge is flat. At this angle, the faces differ from
-/// the edge's cylinder by less than a billionth of their size, and a sphere jumps by at most that when it
-/// rolls from one onto the other.
+/// the edge's cylinder by less than a billionth of their size, and a sphere that rolls from one face onto the
+/// other jumps by at most this distance.
 const FLAT: f64 = 1e-9;
 
-/// Calls `visit` with the features of a shape and their numbers, and with their periodic images that reach
-/// into the box or up to half a period beyond it, where particles may be before they are wrapped.
+/// Calls `visit` with the features of a shape and their numbers, and with their periodic images. Images are
+/// included if they reach into the box or up to half a period beyond it, because particles may be there
+/// before they are wrapped.
 pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
     let is_periodic = space.periods().iter().any(|period| period.is_finite());
     let mut all = Vec::new();
@@ -73,8 +76,8 @@ impl Shape {
         }
     }
 
-    /// Its extent along an axis, if it has images there. Shapes met from inside and shapes without an end
-    /// along the axis have none.
+    /// Returns the extent of the shape along an axis, if the shape has images along that axis. Shapes met
+    /// from inside and shapes without an end along the axis have no images.
     fn span(&self, axis: usize) -> Option<[f64; 2]> {
         let corners = match self {
             Self::Round(round) if !round.is_inside => round.around(),
@@ -114,7 +117,7 @@ fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Round(Round { centre: *start, axis: Some(axis), length: along.norm(), radius, is_inside: false }))
 }
 
-/// Faces first, then edges, then corners.
+/// Calls `visit` with the features of a mesh: faces first, then edges, then corners.
 fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
     let mut faces: Vec<Option<Face>> = mesh.triangles.iter().zip(mesh.all_corners()).map(face).collect();
     let all = mesh.edges();
@@ -125,8 +128,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with two equal corners is a line, and with three a point. If other triangles have them as
-    // well, they are already included.
+    // A triangle with two equal corners is a line; with three equal corners it is a point. Lines and points
+    // that other triangles share are already included.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];
@@ -158,8 +161,8 @@ fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
-/// Whether the faces at both sides of an edge are coplanar. If so, they are set to measure positions along it
-/// in the same way.
+/// Whether the faces on both sides of an edge are coplanar. If so, both faces are set to measure positions
+/// along the edge from the same end.
 fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
     let &[one, other] = uses else { return false };
     let [(one, side), (other, other_side)] = [one, other].map(|of| {
@@ -182,8 +185,8 @@ fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) 
 
 /// The face of a triangle; `None` if it has no area.
 ///
-/// The normal is perpendicular to the longest side, and so is the direction into the face. The errors of a
-/// sliver thus only turn it about its long side.
+/// The normal and the direction into the face are perpendicular to the longest side. Rounding errors in a
+/// sliver can thus only turn the face about its longest side.
 fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;

@@ -1,10 +1,10 @@
 //! Moving surfaces: the time at which a particle reaches one of their features.
 //!
-//! Everything is computed in the frame of the surface. If it accelerates uniformly, distances are
-//! polynomials, as for surfaces at rest. If it oscillates or turns they are not, and contacts are found by
-//! conservative advancement: with a bound `|f''| <= M`, the overlap function has no root within `h = (f' +
-//! sqrt(f'^2 + 2 M f)) / M` of a time. Steps by `h` reach the first root from the valid side and never pass
-//! one (theory, section 7).
+//! Everything is computed in the frame of the surface. If it accelerates uniformly, distances are polynomials
+//! in time, as for surfaces at rest. If it oscillates or turns, distances are not polynomials, and contacts
+//! are found by conservative advancement. With a bound `|f''| <= M`, the overlap function has no root within
+//! `h = (f' + sqrt(f'^2 + 2 M f)) / M` of a time. Steps by `h` approach the first root from the valid side
+//! and never pass a root (theory, section 7).
 
 use super::tree::Tree;
 use super::{Flight, Placed, Surface};
@@ -31,12 +31,13 @@ thread_local! {
 }
 
 /// Number of steps of all searches of this thread so far. They measure the cost of contacts with surfaces
-/// that oscillate or turn, which numbers of events or transitions do not.
+/// that oscillate or turn. The numbers of events and transitions do not include this cost.
 pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are a range of all features with their own tree, in their initial place.
+/// A moving surface. Its features are a range of all features, in their initial position, and have their own
+/// tree.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
@@ -50,13 +51,13 @@ pub(super) struct Moving {
 /// Outcome of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
-    /// A contact with a feature, after a time from now `[time]`.
+    /// A contact with a feature, at this time from now `[time]`.
     Contact(u32, f64),
-    /// No contact before a time from now, at which the search must be continued `[time]`.
+    /// No contact before this time from now `[time]`. The search must be continued then.
     NoneUntil(f64),
 }
 
-/// A flight beside a moving surface, from a simulated time on.
+/// A flight near a moving surface, from a simulated time on.
 #[derive(Debug, Clone, Copy)]
 struct Passage<'a> {
     flight: &'a Flight<'a>,
@@ -96,13 +97,13 @@ impl Moving {
             if found.is_some() || end >= horizon {
                 return found;
             }
-            // Rounding may put the end of a piece inside it.
+            // Rounding may put the end of an interval at or before its beginning.
             after = if end > after { end } else { after + 2.0 * f64::EPSILON * (now.abs() + after.abs()) };
         }
     }
 
-    /// Calls `visit` for the features that may be met within a distance of a place, in the frame of the
-    /// surface.
+    /// Calls `visit` for the features that a sphere may meet within the distance `reach` of a position, in
+    /// the frame of the surface.
     pub fn for_each_within(
         &self,
         all: &[Placed],
@@ -119,7 +120,7 @@ impl Moving {
         });
     }
 
-    /// Calls `visit` for the features that may reach into a box, and for all unbounded ones.
+    /// Calls `visit` for the features that may reach into a box, and for all unbounded features.
     fn for_each_in(&self, all: &[Placed], within: &[Vector; 2], mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
             visit(index, placed);
@@ -170,7 +171,7 @@ impl Moving {
         found
     }
 
-    /// The search, interval by interval, among the few features near the flight. It counts its steps.
+    /// Searches, interval by interval, among the few features near the flight, and counts the steps.
     fn search_in_intervals(
         &self,
         all: &[Placed],
@@ -282,7 +283,7 @@ impl Passage<'_> {
             let (position, velocity) = self.state(at);
             let (position, velocity) = self.moment(at).seen(&position, &velocity);
             let (f, rate) = shape.overlap(&position, &velocity, self.flight.radius);
-            // Times are rounded at some units in the last place of the simulated time.
+            // Times are rounded by a few units in the last place of the simulated time.
             let shortest = 4.0 * f64::EPSILON * (self.now.abs() + at + self.longest());
             let step = if f > 0.0 {
                 let root = (rate * rate + 2.0 * bound * f).sqrt();

@@ -16,7 +16,7 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// The plane through a point; `direction` points to the particles. `None` if it is zero.
+    /// The plane through a point; `direction` points to the particles. `None` if `direction` is zero.
     pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
         let normal = direction.try_normalize(0.0)?;
         Some(Self { normal, at: normal.dot(point) })
@@ -55,7 +55,7 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// Tests the corner of the cell that is deepest behind the plane.
+    /// Tests the corner of the cell that lies deepest behind the plane.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {

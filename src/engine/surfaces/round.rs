@@ -1,5 +1,5 @@
-//! Round surfaces around a point or a line, infinite or between two ends: spheres, cylinders, edges and
-//! corners, met from outside or inside.
+//! Round surfaces around a point or a line, infinite or between two ends. They are spheres, cylinders, edges
+//! and corners, which particles meet from outside or inside.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -9,7 +9,7 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// The set of places at a given distance from a point or a line.
+/// The set of points at a given distance from a point or a line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Round {
     /// The point, or one end of the line `[length]`.
@@ -18,7 +18,7 @@ pub(crate) struct Round {
     pub axis: Option<Vector>,
     /// The length of the line; infinite if it has no ends `[length]`.
     pub length: f64,
-    /// The distance; zero for edges and corners `[length]`.
+    /// The distance from the point or line `[length]`; zero for edges and corners.
     pub radius: f64,
     /// Whether particles are inside. A line then has no ends.
     pub is_inside: bool,
@@ -52,7 +52,7 @@ impl Round {
         self.axis.is_some() && self.length.is_finite()
     }
 
-    /// Whether the foot of a position is on the line, ends included.
+    /// Whether the projection of a position onto the line lies between its ends, or at an end.
     fn holds(&self, position: &Vector) -> bool {
         !self.has_ends()
             || self.axis.is_none_or(|axis| (0.0..=self.length).contains(&axis.dot(&(position - self.centre))))
@@ -62,7 +62,7 @@ impl Round {
         RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
     }
 
-    /// Its bounding box, infinite along directions without an end.
+    /// The bounding box of the surface, infinite along directions without an end.
     pub fn around(&self) -> [Vector; 2] {
         let [lower, upper] = self.bounds();
         let around = Vector::repeat(self.radius);
@@ -127,7 +127,7 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // A particle inside will meet it, unless it is at rest.
+        // A particle inside will meet the surface, unless the particle is at rest.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;

@@ -1,4 +1,5 @@
-//! The surfaces of a scene: which exist, which species meet them, and which are near.
+//! The surfaces of a scene. The set knows which surfaces exist, which species meet them, and which are near a
+//! particle.
 
 use super::moving::{Found, Moving};
 use super::tree::Tree;
@@ -16,7 +17,8 @@ use std::sync::Arc;
 /// A wall, a surface of a scene, or one feature of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
-    /// Number of the surface in events: for the walls of the box `2 axis + is_upper`, from [`FIRST_SURFACE`] on for those of the scene.
+    /// Number of the surface in events: `2 axis + is_upper` for the walls of the box, and [`FIRST_SURFACE`]
+    /// or more for the surfaces of the scene.
     pub number: u32,
     /// Index among the features of the surface.
     pub feature: u32,
@@ -34,10 +36,11 @@ impl Placed {
     }
 }
 
-/// Marks a surface that never moves.
+/// Marker for a surface that never moves.
 const AT_REST: u32 = u32::MAX;
 
-/// Largest number of triangles. With their edges, corners and periodic images they must fit in 32 bits.
+/// Largest number of triangles. The number of triangles, edges, corners and their periodic images must fit in
+/// 32 bits.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
 
 /// Walls have lower numbers than this.
@@ -51,13 +54,14 @@ struct Origin {
     /// Simulated time at the start.
     start_time: f64,
     surfaces: Vec<SceneSurface>,
-    /// By row of the tables.
+    /// The species of each row of the tables.
     species: Vec<SpeciesId>,
     /// For each surface, whether it is present now.
     is_present: Vec<bool>,
 }
 
-/// The surfaces of a scene: unbounded ones with the walls first, then the features of others.
+/// The surfaces of a scene. The walls and other unbounded surfaces come first, then the features of bounded
+/// surfaces.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(try_from = "Stored", into = "Origin")]
 pub(crate) struct Surfaces {
@@ -65,8 +69,8 @@ pub(crate) struct Surfaces {
     all: Arc<Vec<Placed>>,
     /// Number of unbounded surfaces.
     unlimited: usize,
-    /// By surface of the scene and row of the species, whether the two meet; empty for a surface that all
-    /// species meet.
+    /// For each surface of the scene and each row of the species, whether the two meet. Empty for a surface
+    /// that all species meet.
     meets: Vec<Vec<bool>>,
     /// The tree of the bounded features, if there are any.
     tree: Option<Arc<Tree>>,
@@ -90,7 +94,7 @@ impl From<Origin> for Surfaces {
         };
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
-        // Avoids a copy of the features, which may be many.
+        // Avoids a copy of the features, because there may be many.
         limited.splice(0..0, all);
         let mut all = std::mem::take(&mut limited);
         let mut moving = Vec::new();
@@ -178,7 +182,7 @@ impl Surfaces {
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
     }
 
-    /// Whether some are thermal, in this stage or another.
+    /// Whether any surface is thermal, in this or another stage.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
@@ -200,7 +204,7 @@ impl Surfaces {
         &self.origin.surfaces
     }
 
-    /// All surfaces and features. Their indices are those in predictions.
+    /// All surfaces and features. Predictions refer to them by these indices.
     #[cfg(test)]
     pub fn all(&self) -> &[Placed] {
         &self.all
@@ -218,7 +222,7 @@ impl Surfaces {
         of_scene.and_then(|number| self.origin.surfaces.get(number as usize)).map_or("", |surface| &surface.name)
     }
 
-    /// Whether there are none.
+    /// Whether there are no surfaces.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
@@ -298,8 +302,8 @@ impl Surfaces {
         });
     }
 
-    /// Calls `visit(surface, position)` for everything that a sphere at a position may touch or overlap at a
-    /// simulated time. The visited position is in the frame of the surface.
+    /// Calls `visit(surface, position)` for every surface or feature that a sphere at `position` may touch or
+    /// overlap at a simulated time. The position passed to `visit` is in the frame of the surface.
     pub fn for_each_near(
         &self,
         (position, radius): (&Vector, f64),
@@ -329,7 +333,7 @@ impl Surfaces {
     }
 }
 
-/// Adds the features of a surface to the unbounded or the bounded ones.
+/// Adds the features of a surface to the unbounded or the bounded features.
 fn sort(
     (space, surface, number, moving): (&Space, &SceneSurface, u32, u32),
     unlimited: &mut Vec<Placed>,

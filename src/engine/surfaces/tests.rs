@@ -1,4 +1,4 @@
-//! Planes in any direction, compared with the walls of a rotated box, and with exact numbers.
+//! Planes in any direction, compared with the walls of a rotated box and with exact results.
 
 use super::plane::Plane;
 use super::{Placed, Surface};
@@ -56,7 +56,7 @@ fn cage(law: SurfaceLaw) -> Vec<SurfaceDraft> {
     directions.map(plane).enumerate().map(name).collect()
 }
 
-/// Runs for some events and checks each contact with a surface.
+/// Runs for a number of events and checks each contact with a surface.
 fn run<const FALLING: bool>(
     engine: &mut Engine<FALLING, true>,
     events: u64,

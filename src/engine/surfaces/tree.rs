@@ -1,8 +1,8 @@
 //! A tree of bounding boxes that finds the features that may reach into a box.
 //!
-//! The query box is the region that a particle sweeps until its prediction ends in any case. A tree needs no
-//! more memory for long or thin features than for others. It is independent of the particles' cells, which
-//! are large if there are few particles.
+//! The query box is the region that a particle sweeps until the latest time at which its prediction ends. A
+//! tree needs no more memory for long or thin features than for compact features. It is independent of the
+//! particles' cells, which are large if there are few particles.
 
 use super::{Placed, Surface};
 use crate::Vector;
@@ -16,7 +16,8 @@ const LEAF: usize = 4;
 struct Node {
     lower: Vector,
     upper: Vector,
-    /// The node to continue with if the box is not hit: the one behind all nodes within it.
+    /// The node with which the search continues if the box is not hit: the first node after all nodes within
+    /// this box.
     next: u32,
     /// Index of the first feature of a leaf; a marker for other nodes.
     first: u32,
@@ -42,7 +43,7 @@ impl Tree {
         tree
     }
 
-    /// Appends the nodes of some features.
+    /// Appends the nodes of a group of features.
     fn add(&mut self, features: &mut [Placed]) {
         let Some((first, rest)) = features.split_first() else { return };
         let [lower, upper] =

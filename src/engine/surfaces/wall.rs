@@ -18,7 +18,7 @@ pub(crate) struct Wall {
 }
 
 impl Wall {
-    /// Its number among the walls of a box.
+    /// The number of this wall among the walls of a box.
     pub fn number(&self) -> u32 {
         2 * u32::from(self.axis) + u32::from(self.is_upper)
     }
@@ -71,7 +71,8 @@ impl Surface for Wall {
         position[usize::from(self.axis)].abs() + self.at.abs()
     }
 
-    /// The grid ends at walls, and cells are wider than particles.
+    /// Returns whether the cell is outermost at this wall. Only such cells are near, because the grid ends at
+    /// walls and cells are wider than particles.
     #[inline]
     fn is_near(&self, grid: &Grid, cell: u32, _: f64) -> bool {
         let [is_first, is_last] = grid.is_outermost(cell, usize::from(self.axis));

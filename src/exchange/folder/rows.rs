@@ -48,7 +48,7 @@ pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, 
     MeanForce::of(exchange, |see| {
         visit(path, exchange, |_, measured| {
             distances.clear();
-            // The first of the quantities of each replica.
+            // The distance is the first of the quantities of each replica.
             distances.extend(measured.iter().step_by(each));
             see(&distances);
         })

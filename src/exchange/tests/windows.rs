@@ -64,7 +64,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// They begin farther apart than half a period, where the distance is not held.
+/// The particles begin farther apart than half a period, where the distance is not held.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];
@@ -97,7 +97,8 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    // Not within a core, which a scene is rejected for, but above a step that is practically infinite.
+    // A scene with a window inside a core is rejected. Here, a step that is practically infinite replaces
+    // the core.
     let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
     let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
     cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());

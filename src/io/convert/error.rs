@@ -90,7 +90,7 @@ impl ConvertError {
         move |source| Self::Write { path, source }
     }
 
-    /// Cure, if it is not obvious.
+    /// Returns a suggestion for the user, if the remedy is not obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {

@@ -37,12 +37,12 @@ pub struct Completed {
 
 impl Folder {
     /// Gives the files their final names, and adds the measurements, the summary and `report.txt`, which
-    /// contains `report`, any text for people. Then it takes the place of the run to be replaced, if there is
-    /// one and this run is complete and [sound](Finished::is_sound).
+    /// contains `report`, any text for people. Then this run replaces the old run, if there is one and this
+    /// run is complete and [sound](Finished::is_sound).
     ///
     /// # Errors
-    /// [`OutputError::Write`] if a file cannot be written. There is no `summary.json` then, or only that of
-    /// the run to be replaced. A failed conversion is not an error here.
+    /// [`OutputError::Write`] if a file cannot be written. Then there is no `summary.json`, or only the
+    /// summary of the old run. A failed conversion is not an error here.
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);

@@ -34,8 +34,9 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Repeats missing conversions of a finished run, for example if the disk was full at its end. They are
-    /// taken from its list, if the trajectory exists. A foreign file with the name of one is a failure.
+    /// Repeats missing conversions of a finished run, for example if the disk was full at its end. The run's
+    /// list names them. They need the trajectory. A foreign file with the name of a conversion counts as a
+    /// failure.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading its list. A

@@ -38,7 +38,7 @@ impl Folder {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// The formats besides its own in which a run's trajectory exists.
+    /// The formats, other than extended XYZ, in which a run's trajectory exists.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }

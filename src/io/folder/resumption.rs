@@ -87,7 +87,7 @@ impl Folder {
             PartialFile::reopen(path.join(SCENE))?;
         }
         let mut folder = Self {
-            // A program that uses the library may not have kept it.
+            // A program that uses the library may not have kept the text of the scene.
             scene: manifest.scene,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
@@ -107,7 +107,7 @@ impl Folder {
             // From here on, the new end is in effect even after a crash.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // Also needed if a kill came between a checkpoint with a new end and this point.
+        // This is also needed if the program was killed between a checkpoint with a new end and this point.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
         }

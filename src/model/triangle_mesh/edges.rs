@@ -35,8 +35,8 @@ impl Edges {
         Self { uses }
     }
 
-    /// For each edge its sides: one at the rim of the surface, two inside it. A surface is oriented if one of
-    /// the two runs forward.
+    /// Iterates over the edges, each with its sides: one side at the rim of the surface, two sides elsewhere.
+    /// A surface is oriented if one of the two sides runs forward.
     pub fn iter(&self) -> impl Iterator<Item = &[EdgeUse]> {
         self.uses.chunk_by(|one, other| one.ends == other.ends)
     }

@@ -38,7 +38,7 @@ impl TriangleMesh {
             }
             numbers.push(nearest.map_or_else(
                 || {
-                    // At most as many as before.
+                    // There are at most as many vertices as before.
                     let number = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
                     vertices.push(*vertex);
                     cells.entry(at).or_default().push(number);

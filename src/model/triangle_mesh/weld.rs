@@ -61,7 +61,7 @@ impl Welder {
         }
     }
 
-    /// The slot of a vertex in the table, or the empty one in which to put it.
+    /// The slot of a vertex in the table, or an empty slot for it.
     fn place(&self, point: &Vector) -> usize {
         let bits = [point.x, point.y, point.z].map(f64::to_bits);
         let is_same = |number: u32| {

@@ -1,11 +1,12 @@
-//! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, a particle falling on a static one.
+//! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, such as a particle that falls on a
+//! static particle.
 //!
 //! The overlap function is a quartic. It is monotone between the sign changes of its derivative, so each
 //! falling piece holds at most one event and one bracketed root. The paper's two regions of interaction are
-//! the falling pieces: `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and its
-//! `max(0, t)` is the part of the piece in the future. Only future turning points are ever solved for. The
-//! behaviour of the derivative just after now is read from its coefficients, so that a contact just left is
-//! never mistaken for one about to happen.
+//! the falling pieces: `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and the
+//! paper's `max(0, t)` selects the part of the piece in the future. Only future turning points are ever
+//! solved for. The behaviour of the derivative just after now is read from its coefficients, so that a
+//! contact just left is never mistaken for an imminent contact.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
@@ -34,8 +35,8 @@ pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     find_last_root(f, from)
 }
 
-/// The first time between `from` and `to`, where an overlap function falls, at which it is not positive;
-/// `None` if it stays positive.
+/// Returns the first time between `from` and `to` at which an overlap function is not positive. The function
+/// falls in this interval. `None` if it stays positive.
 #[inline(always)]
 fn begin_of_invalid(value: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
     if value(from) <= 0.0 {
@@ -67,7 +68,7 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
 
 /// Algorithm 6: the only root of `f-` after `from`, where `f-` is positive and falls forever.
 ///
-/// The first step is the time in which a pair falls from rest at the centre to the discontinuity. The step
+/// The first step is the time in which a pair at rest at the centre falls to the discontinuity. The step
 /// doubles until the sign changes.
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn figure_4e_after_a_miss_the_second_region_counts() {
-        // It passes over the sphere on the way up and falls onto it later.
+        // The particle passes over the sphere on the way up and falls onto it later.
         let f = plane(Vector::new(-3.0, 1.2, 0.0), Vector::new(1.5, 1.0, 0.0), Vector::new(0.0, -1.0, 0.0));
         let dt = next_event(&f, Side::Positive).unwrap();
         assert!(dt > 1.0 && f.value(dt) >= 0.0 && f.value(dt + 1e-9) < 0.0);
@@ -172,8 +173,8 @@ mod tests {
 
     #[test]
     fn the_correction_of_algorithm_6_starts_its_bracket_after_the_turning_point() {
-        // r = 20 t - 4.905 t^2 crosses +1, but a bead on the far side of its flight leaves only at the last
-        // root.
+        // `r = 20 t - 4.905 t^2` first crosses +1, but a bead on the descending part of its flight leaves
+        // only at the last root.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

@@ -2,13 +2,13 @@
 //!
 //! The overlap function of a feature depends only on the motion perpendicular to it: three components for a
 //! point, two for a line, one for a face. If the feature has ends, the rule of [`crate::physics::detection`]
-//! applies while the foot of the perpendicular is on it, ends included:
+//! applies while the foot of the perpendicular is on the feature, ends included:
 //!
 //! > The first time at which `f <= 0`, `df/dt < 0`, and no extent `b_k < 0`.
 //!
-//! No contact is assigned to one of two features that share an end. If rounding lets the foot miss a face,
-//! the line along its edge is still there. Feet move along parabolas, so extents are `b(t) = b0 + b1 t + b2
-//! t^2` (theory: the stable rule, feature by feature).
+//! The method need not decide which of two features with a common end has the contact. If the foot misses a
+//! face because of rounding, the line along the edge of this face still has the contact. Feet move along
+//! parabolas, so extents are `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
 
 use super::stretch::Parabola;
 use super::{accelerated, inertial, plane};
@@ -16,7 +16,7 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// The next contact with a point at the origin, from outside the distance `s` or from inside.
+/// The next contact with a point at the origin, from outside or inside the distance `s`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -45,13 +45,15 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // An acceleration along the line counts as zero. Its round-off would be a fall of 1e16 diameters.
+    // An acceleration along the line counts as zero. Otherwise round-off of its perpendicular part would give
+    // a fall of 1e16 diameters.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })
 }
 
-/// The next contact, from outside, with the segment from the origin to a length along a direction.
+/// The next contact, from outside, with a segment that begins at the origin and has a given length along a
+/// direction.
 #[must_use]
 pub fn segment(
     direction: &Vector,
@@ -70,7 +72,7 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// The next contact with a face through the origin, on either side. The foot must be where no extent is
+/// The next contact with a face through the origin, on either side. At the time of contact, no extent may be
 /// negative.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {

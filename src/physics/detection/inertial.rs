@@ -30,7 +30,8 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
     Some(f.r2 / (discriminant.sqrt() - f.b))
 }
 
-/// The interval in which `f+` is falling and not positive: from Algorithm 2's event to the shortest distance.
+/// The interval in which `f+` is falling and not positive. It extends from the event of Algorithm 2 to the
+/// time of the shortest distance.
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
@@ -40,7 +41,8 @@ pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
 ///
-/// A pair that never comes inside again interacts at its turning point, where its distance is shortest.
+/// A pair outside that never comes inside again interacts at its turning point, where its distance is
+/// shortest.
 #[inline]
 #[must_use]
 pub fn negative(f: &Quadratic) -> Option<f64> {
@@ -49,11 +51,12 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        // The later root, in the form without cancellation. If both are in the past, either one.
+        // The later root, in the form without cancellation. If both roots are in the past, either root will
+        // do.
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // A pair inside has a future root. Here both products underflow, and it is out of reach.
+        // A pair inside has a future root. Here both products underflow, and the root is out of reach.
         return None;
     } else {
         -f.b / f.v2

@@ -1,9 +1,9 @@
-//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. The operations and their order are those of the
-//! scalar algorithms, and so are the bits of the results.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once. The operations and their order are the same as in
+//! the scalar algorithms, so the results agree to the bit.
 //!
 //! [`Lanes`] is implemented three times: for any processor, for AVX2 with four numbers per instruction, and
-//! for AVX-512 with eight. No operation is fused and all are correctly rounded, so the three agree to the
-//! bit.
+//! for AVX-512 with eight numbers. No operation is fused and all operations are correctly rounded, so the
+//! three implementations agree to the bit.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -58,7 +58,7 @@ impl Simd {
         self.0 != Instructions::Any
     }
 
-    /// At most four lanes, which is cheaper for a few numbers.
+    /// Returns instructions with at most four lanes, which are cheaper for a few numbers.
     #[inline]
     #[must_use]
     pub fn at_most_four(self) -> Self {
@@ -245,7 +245,7 @@ mod tests {
     use crate::physics::overlap::Quadratic;
     use proptest::prelude::*;
 
-    /// Exact zeros, contact and grazing are frequent.
+    /// Coefficients for which exact zeros, contact and grazing are frequent.
     fn coefficient() -> impl Strategy<Value = f64> {
         prop_oneof![
             prop::sample::select(vec![
@@ -329,7 +329,7 @@ mod tests {
         }
     }
 
-    /// The smallest number, and the mask of those that are at most 3.
+    /// The smallest number, and the mask of the numbers that are at most 3.
     struct Compare<'a>(&'a [f64; 8]);
 
     impl Work for Compare<'_> {

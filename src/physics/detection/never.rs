@@ -1,14 +1,14 @@
 //! Proofs that two particles never meet, despite rounding.
 //!
-//! If detection finds no event, exact arithmetic finds none for coefficients within their rounding errors.
-//! That is sufficient for the next event, but not for all time: on a path of ten million diameters, rounding
-//! decides between a miss and a collision. Here `true` is a proof, for all states within a [`Doubt`] of the
-//! given ones, and `false` is no answer.
+//! If detection finds no event, exact arithmetic finds no event for coefficients within their rounding
+//! errors. This is sufficient for the next event, but not for all time. On a path of ten million diameters,
+//! rounding decides between a miss and a collision. Here `true` is a proof for all states within a [`Doubt`]
+//! of the given state, and `false` means that nothing is proved.
 
 use crate::Vector;
 use crate::physics::motion::RelativeState;
 
-/// Relative rounding error of a number after some operations.
+/// Relative rounding error of a number after a few operations.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Rounding error that 50 bisections of a polynomial can accumulate, relative to its coefficients.
@@ -17,7 +17,7 @@ const BISECTED: f64 = 64.0 * f64::EPSILON;
 /// Maximum number of pieces of a flight to examine before giving up.
 const MOST_PIECES: u32 = 200;
 
-/// Largest deviation of a state from the exact one.
+/// Largest deviation of a state from the exact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
     /// `[length]`
@@ -27,7 +27,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Bound for a difference of numbers with the given sums of magnitudes.
+    /// Returns the bound for differences of numbers whose magnitudes have the given sums.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
@@ -37,7 +37,8 @@ impl Doubt {
 /// Whether a pair without relative acceleration, and with exact velocities, provably never comes nearer than
 /// `distance`, or recedes forever.
 ///
-/// The shortest distance on a straight path is `|r x v| / |v|`, which does not cancel as the discriminant of the overlap function does.
+/// The shortest distance on a straight path is `|r x v| / |v|`, which avoids the cancellation in the
+/// discriminant of the overlap function.
 #[must_use]
 pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position, velocity } = state;
@@ -57,7 +58,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     let (length, speed, push) = (r.norm(), v.norm(), acceleration.norm());
     let squared = distance * distance;
     let (dr, dv) = (doubt.position + ROUNDING * length, doubt.velocity + ROUNDING * speed);
-    // A lower bound of the overlap function: no coefficient of the exact one is smaller.
+    // A lower bound of the overlap function. No coefficient of the exact overlap function is smaller.
     let lowest = [
         r.norm_squared() - squared - 2.0 * dr * (length + dr) - ROUNDING * squared,
         2.0 * (v.dot(r) - speed * dr - length * dv - dr * dv),
@@ -81,8 +82,8 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
     acceleration > 0.0 && (fastest <= 0.0 || turns_above)
 }
 
-/// Whether a quartic, given by its coefficients from the constant on, is provably positive for all arguments
-/// from 0 on. `scale` is a time on which it changes.
+/// Whether a quartic, given by its coefficients, constant first, is provably positive for all arguments from
+/// 0 on. `scale` is a typical time in which the quartic changes.
 ///
 /// In units of `scale`, the argument is split into the interval up to 1 and, with reversed coefficients, the
 /// interval from 1 to infinity. On each interval the quartic lies within the hull of its Bernstein
@@ -112,7 +113,8 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         if piece[0] <= least || piece[4] <= least {
             return false;
         }
-        // The halves by de Casteljau: the first ends of all rounds, and the last ones.
+        // The algorithm of de Casteljau gives the halves: the first coefficients of all rounds, and the last
+        // coefficients of all rounds.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {
@@ -169,7 +171,7 @@ mod tests {
             ([0.0, 0.0, -1.0], [0.0, 0.0, -0.1], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.0], true),
             ([0.0, 0.0, -2.0], [0.0, 0.0, 1.5], false),
-            // It flies over the sphere and falls behind it, 1.5 above it when it passes the side.
+            // The particle flies over the sphere, 1.5 above its centre at x = 0, and falls on the far side.
             ([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], true),
             ([-1.0, 0.0, 1.0], [0.5, 0.0, 0.5], false),
         ] {
@@ -179,8 +181,8 @@ mod tests {
                 "{position:?} {velocity:?}"
             );
         }
-        // It climbs for 10^9 and returns. The last digit of the square of that time exceeds the sphere's
-        // size.
+        // The particle climbs for a time of 10^9 and returns. The last digit of the square of this time
+        // exceeds the size of the sphere.
         let slow = Vector::new(0.0, 0.0, -1e-9);
         assert!(!accelerated(&state([0.0, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
         assert!(!accelerated(&state([1e-3, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));

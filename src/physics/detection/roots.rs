@@ -15,8 +15,8 @@ pub struct SignChanges {
 ///
 /// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ
 /// in sign holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so that near roots
-/// stay accurate as `c[3] -> 0`. A double root changes no sign and is not reported. At `t = 0` the first
-/// coefficient that is not zero decides the sign.
+/// stay accurate as `c[3] -> 0`. At a double root the sign does not change, so it is not reported. At `t = 0`
+/// the first coefficient that is not zero decides the sign.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -59,7 +59,7 @@ fn initial_step(c: &[f64; 4]) -> f64 {
 
 /// The first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`.
 ///
-/// `None` if that exceeds the largest float.
+/// `None` if this number exceeds the largest float.
 pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut to, mut step) = (from + step, step);
     while to < f64::MAX {
@@ -72,18 +72,18 @@ pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Opt
     None
 }
 
-/// The last argument in `[valid, invalid]` at which `f >= 0`, for an `f` that falls once from positive to
-/// negative.
+/// Returns the last argument in `[valid, invalid]` at which `f >= 0`. The function `f` must change from
+/// positive to negative exactly once.
 ///
 /// Chandrupatla's method: inverse quadratic interpolation if the last three points allow it, otherwise
-/// bisection (Adv. Eng. Software 28, 145, 1997). It ends when the bracket is one or two floats wide, and
-/// returns the valid end, so that the state at the event is valid.
+/// bisection (Adv. Eng. Software 28, 145, 1997). The iteration ends when the bracket is one or two floats
+/// wide. The valid end is returned, so that the state at the event is valid.
 #[must_use]
 pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut fraction = 0.5;
-    // a is the newest end, b the other one (opposite sign), c the point before a.
+    // a is the newest end, b the other end (opposite sign), c the point before a.
     for _ in 0..MOST_ITERATIONS {
         let mut x = a + fraction * (b - a);
         if x == a || x == b {
@@ -129,8 +129,8 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// Bisection alone crosses all floats between 0 and the largest in 2,100 steps. In the worst case, one of
-/// three steps is a bisection.
+/// Bisection alone needs 2,100 steps to search all floats between 0 and the largest float. In the worst case,
+/// one of three steps is a bisection.
 const MOST_ITERATIONS: usize = 6_300;
 
 #[cfg(test)]

@@ -10,18 +10,18 @@ use crate::prepare::region::FillRegion;
 /// Factor by which the number of sites in the box around a region grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// Maximum number of sites per site required by the region's volume. By then, some sites are inside any
-/// region that has room.
+/// Largest ratio of the number of sites to the number that the region's volume requires. At this ratio,
+/// some sites are inside any region that has room.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of sites of a lattice over the box around a region such that about `count` are inside, from the
-/// volumes of both.
+/// Number of lattice sites over the box around a region such that about `count` sites are inside the
+/// region. It follows from the volumes of the box and the region.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
 
-/// The sites of a lattice over the bounding box that lie inside a region, each with its particle. The widest
-/// lattice with enough of them is used.
+/// The sites of a lattice over the bounding box that lie inside a region, one site for each particle. The
+/// widest lattice with enough inside sites is used.
 ///
 /// # Errors
 /// [`NoPlace::TooTight`] if enough sites require distances below contact.

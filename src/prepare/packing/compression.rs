@@ -29,22 +29,22 @@ const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 /// (0.75, 0.55 and 0.38), because it may succeed in a small box.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
-/// Equal spheres above random close packing are at least partly crystalline: 0.64 for large systems, about
-/// 0.01 more for some small ones.
+/// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large
+/// systems, and about 0.01 more for some small systems.
 const RANDOM_CLOSE: f64 = 0.66;
 
 /// Growth speeds of a mean diameter, in thermal speeds. Slower growth jams later, with diminishing returns.
 /// At still lower speeds, equal spheres would crystallize.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Up to this fraction of the target, growth may be faster, because a fluid relaxes quickly.
+/// Up to this fraction of the target, spheres may grow faster, because a fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
 /// Growth speed in a fluid.
 const FAST: f64 = 0.1;
 
-/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)` it is
-/// within 0.3 % of its limit.
+/// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)`, the
+/// packing fraction is then within 0.3 % of its limit.
 const JAMMED: f64 = 1000.0;
 
 /// From this compressibility factor on, the limit `phi_J` can be estimated within [`TOLERANCE`].
@@ -59,15 +59,15 @@ const GAIN: f64 = 0.06;
 /// Events per particle between two samples of temperature and pressure.
 const STRETCH: u64 = 5;
 
-/// Maximum number of stretches of one growth, many more than the slowest needs to reach [`JAMMED`].
+/// Maximum number of stretches of one growth. The slowest growth needs far fewer to reach [`JAMMED`].
 const MOST_STRETCHES: u64 = 20_000;
 
-/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap: the rounding of a
-/// coordinate in a box of 10^5 diameters.
+/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap. The factor is the
+/// rounding of a coordinate in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
-/// Number of attempts to find a loose start, each with half the diameters, for unlike spheres that keep a
-/// larger distance than like ones.
+/// Number of attempts to find a loose start. Each attempt halves the diameters. This is needed for unlike
+/// spheres that keep a larger distance than like spheres.
 const LOOSER: i32 = 6;
 
 /// The particles of a fill with a periodic box to itself.
@@ -156,8 +156,8 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Hard spheres at these positions, with velocities at a temperature of 1. No checks are needed: they
-    /// were inserted without overlaps, and there is room along each axis.
+    /// Hard spheres at these positions, with velocities at a temperature of 1. No checks are needed: the
+    /// spheres were inserted without overlaps, and there is room along each axis.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();

@@ -27,8 +27,8 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
     })
 }
 
-/// Places particles, given by radius and species, one by one without overlaps, up to the first that cannot be
-/// placed.
+/// Places particles, given by radius and species, one by one without overlaps. Stops at the first particle
+/// that cannot be placed.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,

@@ -1,5 +1,5 @@
-//! Overlap search, during insertion and in a complete start: the particles placed so far, in hashed grids of
-//! cells.
+//! Overlap search, during insertion and in a complete start. The particles placed so far are stored in
+//! hashed grids of cells.
 
 mod contacts;
 mod grid;
@@ -22,8 +22,8 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
-/// Particles whose shortest contacts differ by less than this factor share a grid. A coarser grid would hold
-/// too many candidates for a small particle, a finer one too many cells for a large one.
+/// Particles share a grid if their shortest contacts differ by less than this factor. A coarser grid would
+/// give a small particle too many candidates. A finer grid would give a large particle too many cells.
 const COARSER: f64 = 8.0;
 
 /// Initial capacity of a grid, if there are several.
@@ -32,8 +32,8 @@ const FIRST: usize = 64;
 /// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer ones
 /// for smaller particles.
 ///
-/// Cells are linked lists in a hash table. The memory grows with the number of particles, however far apart
-/// they are.
+/// Cells are linked lists in a hash table. The memory grows with the number of particles, and does not
+/// depend on their distances.
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
@@ -43,8 +43,8 @@ pub(crate) struct Occupancy<'a> {
     taken: Vec<Taken>,
     /// The farthest side of the box `[length]`.
     side: f64,
-    /// Surfaces that particles must not overlap, and the radius of each species; `None` if only particles can
-    /// be in the way.
+    /// Surfaces that particles must not overlap, and the radius of each species; `None` if particles need
+    /// to avoid only other particles.
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
@@ -59,10 +59,10 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 }
 
 impl<'a> Occupancy<'a> {
-    /// Room for `capacity` particles.
+    /// Creates grids with room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact measures a particle's size. The longest contact of a small particle is the one
+        // The shortest contact measures a particle's size. The longest contact of a small particle may be
         // with a large particle.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
@@ -91,7 +91,7 @@ impl<'a> Occupancy<'a> {
         }
         let grids = ranges.into_iter().enumerate().map(|(number, ranges)| {
             let own = (0..species).filter(|&species| grid_of[species] == Some(number)).map(|species| ranges[species]);
-            // If the particles of a grid touch only larger ones, any cell size will do.
+            // If the particles of a grid touch only larger particles, any cell size is suitable.
             let cell = Some(own.fold(0.0, f64::max)).filter(|cell| *cell > 0.0).unwrap_or(largest);
             Grid::new(space, cell, ranges, capacity)
         });
@@ -138,7 +138,7 @@ impl<'a> Occupancy<'a> {
         }
     }
 
-    /// The first overlap of a particle at a position with a placed one for which `counts` holds.
+    /// The first overlap of a particle at a position with a placed particle for which `counts` holds.
     pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let is_overlap = |other: u32, periods: &Vector| {
             let Taken { position: there, species: its_species, .. } = &self.taken[other as usize];
@@ -163,8 +163,9 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// The first particle whose core overlaps an earlier one, and that one, except for pairs with interactions of
-/// their own. The next image along y of a sheared box is displaced along x by `displacement` `[length]`.
+/// The first particle whose core overlaps an earlier particle, and the earlier particle. Pairs with
+/// interactions of their own are excluded. The next image along y of a sheared box is displaced along x by
+/// `displacement` `[length]`.
 pub(crate) fn first_overlap(
     particles: &[Particle],
     contacts: &Contacts,

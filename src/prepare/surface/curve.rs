@@ -1,7 +1,8 @@
 //! Curves of static disks: the walls of two-dimensional scenes.
 //!
-//! A disk whose contact distance with the static disks is `s` passes between two neighbours at a distance `d`
-//! only if half of that, the distance from the middle of the gap to both, exceeds `s`.
+//! The contact distance of a moving disk with the static disks is `s`. The disk passes between two
+//! neighbours at a distance `d` only if `d / 2`, the distance from the middle of the gap to both, exceeds
+//! `s`.
 
 use std::f64::consts::PI;
 
@@ -87,8 +88,8 @@ mod tests {
         Vector::new(x, 0.0, z)
     }
 
-    /// Compares distances of points along a curve to the nearest disk with the claimed hole, which is the
-    /// largest of them.
+    /// Compares distances from points on a curve to the nearest disk with the claimed hole, which should
+    /// be the largest of these distances.
     fn check(shape: &Surface, spacing: f64, count: usize, along: &dyn Fn(f64) -> Vector) -> Layout {
         let layout = shape.layout(spacing, &plane());
         assert_eq!(layout.points.len(), count, "{shape:?}");
@@ -97,7 +98,8 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // Measured from 10,000 points on the curve, which for a ring is off the chords.
+        // Distances are measured from 10,000 points on the curve. On a ring, these points are not on the
+        // chords.
         assert!(widest >= 0.99 * hole && widest <= 1.05 * hole, "{shape:?}: a hole of {widest}, claimed {hole}");
         layout
     }

@@ -11,7 +11,7 @@ use crate::prepare::packing::occupancy::Contacts;
 use crate::prepare::surface::Layout;
 
 impl StaticSurface {
-    /// A surface whose spheres are those of a layout; `first` is the id of its first sphere.
+    /// Creates a surface from the spheres of a layout; `first` is the id of its first sphere.
     pub(crate) fn new(name: String, species: SpeciesId, first: usize, layout: &Layout) -> Self {
         let number_of = |index: usize| id(first + index);
         Self {
@@ -51,7 +51,8 @@ pub struct Gap {
     pub surface: String,
     /// Name of the surface along which the end runs.
     pub other: String,
-    /// Median distance of the spheres along the open end to the nearest ones of the other surface `[length]`.
+    /// Median distance from the spheres along the open end to the nearest spheres of the other surface
+    /// `[length]`.
     pub width: f64,
     /// Name of the species that can pass.
     pub species: String,

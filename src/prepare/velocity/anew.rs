@@ -10,9 +10,9 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{Particle, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Draws new velocities for all moving particles, as at the start of a scene: Maxwell's distribution,
-    /// without net momentum along axes where it is conserved, relative to the streaming velocity in a sheared
-    /// box, and exactly at the temperature `[energy]`.
+    /// Draws new velocities for all moving particles, as at the start of a scene. They follow Maxwell's
+    /// distribution exactly at the temperature `[energy]`, without net momentum along axes where it is
+    /// conserved. In a sheared box they are relative to the streaming velocity.
     ///
     /// The random numbers follow from `seed` and differ from those of a start. The supplied energy is
     /// counted, as by [`Self::set_velocities`].
@@ -22,7 +22,7 @@ impl Simulation {
     /// [`ThermostatError::NothingMoves`]. The simulation is unchanged then.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // The heat bath that would do this to each particle in time.
+        // The heat bath that would give each particle a new velocity in the course of time.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
@@ -42,7 +42,7 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // One for each particle, along the axes on which it moves.
+        // One velocity for each particle, along the axes on which the particle moves.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())

@@ -111,7 +111,7 @@ impl CheckpointError {
         Self::Unreadable { path: path.to_owned(), source }
     }
 
-    /// Cure: what the user can do.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {

@@ -47,7 +47,7 @@ impl Kind {
         }
     }
 
-    /// Whether a file begins like one of this kind.
+    /// Whether a file begins with the first bytes of this kind.
     pub fn is_that_of(self, path: &Path) -> bool {
         let mut magic = [0; MAGIC];
         // Opening a pipe would block.

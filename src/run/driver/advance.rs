@@ -13,11 +13,13 @@ use crate::run::state::Aim;
 /// Physical events between two checks for the end of all events.
 const CHUNK: u64 = 10_000;
 
-/// The same per particle in several domains, if that is more.
+/// Physical events per particle between two such checks in several domains, if this gives more than
+/// [`CHUNK`].
 const IN_DOMAINS: u64 = 64;
 
-/// If nothing happens and no particle changes its cell within this many times that a typical particle needs
-/// to cross the box, and the end cannot be proven, rounding hides whether there will be any event.
+/// Longest wait without events and cell transitions, in units of the time in which a typical particle crosses
+/// the box. If the wait is longer and the end of all events cannot be proven, rounding hides whether there
+/// will be any event.
 const LONGEST_WAIT: f64 = 1e12;
 
 /// Wall time between two calls of `watch`.
@@ -78,8 +80,8 @@ impl Driver<'_> {
         *self.state.aim.get_or_insert(aim)
     }
 
-    /// Records whether anything has happened since the run set out for `aim`, and returns how it ends if
-    /// nothing ever will.
+    /// Records whether anything has happened since the run started towards `aim`. Returns the ending of the
+    /// run if nothing will ever happen.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.event_counts();
         let state = &mut self.state;

@@ -17,8 +17,8 @@ const EVENTS_PER_SAMPLE: u64 = 2;
 const FEWEST_SAMPLES: u32 = 100;
 
 /// Number of tests after which an equilibration without a limit gives up. A system that keeps drifting, such
-/// as a cooling gas, never equilibrates, nor does one that cannot be tested, such as a single particle
-/// between walls.
+/// as a cooling gas, never equilibrates. Neither does a system that cannot be tested, such as a single
+/// particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Events per particle after which an equilibration without a limit gives up.
@@ -63,7 +63,7 @@ impl Driver<'_> {
         });
     }
 
-    /// Ends an automatic equilibration if nothing drifts, and the run if it never will equilibrate.
+    /// Ends an automatic equilibration if nothing drifts. Ends the run if the system will never equilibrate.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Limit::default();

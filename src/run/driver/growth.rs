@@ -22,8 +22,8 @@ const CONTACTS: u64 = 10;
 ///
 /// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the
 /// momenta `p` exchanged at contacts. Growth heats and a thermostat cools. The exchange in each interval
-/// between two scalings is therefore divided by the temperature of that interval, the mean of those at its
-/// ends.
+/// between two scalings is therefore divided by the temperature of that interval: the mean of the
+/// temperatures at its two ends.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
     /// Simulated time of the last check.
@@ -105,7 +105,7 @@ impl Driver<'_> {
         (check.virial, check.temperature) = (virial, temperature);
     }
 
-    /// Begins the next interval, after they are scaled.
+    /// Begins the next interval, after velocities are scaled.
     pub(super) fn begin_piece(&mut self) {
         if let Some(mut check) = self.state.pressure_check {
             check.temperature = self.temperature();
@@ -113,8 +113,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Ends the stage if growing spheres have reached their target pressure, or if they jam before they have
-    /// reached their size.
+    /// Ends the stage if growing spheres have reached their target pressure, or if they jam before they reach
+    /// their target size.
     pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
         if self.state.pressure_check.is_none_or(|check| self.simulation.event_counts().physical() < check.next) {

@@ -46,7 +46,8 @@ impl Driver<'_> {
             Some(ending) => ending,
             None => self.sample_until_end()?,
         };
-        // From before the last row and frame, so that the run can be continued as if it had not ended here.
+        // The checkpoint precedes the last row and frame, so that the run can be continued as if it had not
+        // ended here.
         if (self.is_last() || ending.is_early()) && !self.is_halted {
             self.keep()?;
         }
@@ -83,7 +84,8 @@ impl Driver<'_> {
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
                 None if due >= end_time - NEAR * (end_time - self.state.stage.time) => {
-                    // To its end, from a sampling time that is slightly before it due to rounding.
+                    // Advances to the end of the stage from a sampling time that is slightly earlier due to
+                    // rounding.
                     let ending = self.advance(end_time, end_events)?;
                     return Ok(ending.filter(Ending::is_early));
                 }

@@ -13,8 +13,8 @@ const ROWS: u32 = 200;
 /// Growth to a pressure increases the diameters by at least this fraction. More growth gives more rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Number of events that suffices to estimate a rate, and limit of other work in a pilot run: less than some
-/// seconds.
+/// Number of events that suffices to estimate a rate. It is also the limit of other work in a pilot run,
+/// which takes at most a few seconds.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
@@ -160,7 +160,7 @@ impl Driver<'_> {
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // Before the first row if the pilot run turns out to be too much work.
+        // A time before the first row, in case the pilot run turns out to be too much work.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);
@@ -216,7 +216,7 @@ impl Driver<'_> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
-        // By the work done, not by the place where it stopped, which depends on the clock.
+        // Decides by the work done. The point at which the pilot run stopped depends on the clock.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {

@@ -13,8 +13,8 @@ use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::run::Ending;
 
-/// Number of events per particle within a contact time above which they are a storm; in small systems at
-/// least [`FEWEST`] in all.
+/// Number of events per particle within a contact time above which the events are a storm. In small systems,
+/// a storm has at least [`FEWEST`] events in all.
 const MOST: u64 = 10_000;
 const FEWEST: u64 = 1_000_000;
 

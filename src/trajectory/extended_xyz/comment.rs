@@ -15,13 +15,14 @@ pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
-    /// All columns that may contain the species. Other programs insert one of their own before the file's.
+    /// All columns that may contain the species. Other programs insert their own column before the column of
+    /// the file.
     pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
     pub image: Option<usize>,
-    /// Only if there are no velocities.
+    /// Column of the momenta, only if there are no velocities.
     pub momentum: Option<usize>,
     pub mass: Option<usize>,
     /// Names of columns that are ignored.
@@ -44,8 +45,8 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// A box is aligned with the axes if all other components of its edges are at most this fraction of the
-/// longest one: the round-off of a rotation.
+/// Largest component of an edge off its own axis in a box aligned with the axes, as a fraction of the longest
+/// edge: the round-off of a rotation.
 const ALIGNED: f64 = 1e-14;
 
 /// Content of a comment line.
@@ -109,7 +110,7 @@ impl Comment {
             columns.unused.push("Time".to_owned());
         }
         let time = time.unwrap_or(0.0);
-        // A column of masses is redundant if there is a table of them.
+        // A column of masses is redundant if the table of species contains masses.
         columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, surfaces, columns })
     }
@@ -218,7 +219,7 @@ impl<'a> Value<'a> {
         Ok((Vector::new(x, y, z), within))
     }
 
-    /// A flag for each axis, or one for all.
+    /// A flag for each axis, or one flag for all axes.
     fn periodic(&self) -> Result<[bool; 3], ReadError> {
         flag(self.value.trim()).map_or_else(|| self.three_flags(), |flag| Ok([flag; 3]))
     }

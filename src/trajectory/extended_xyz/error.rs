@@ -74,7 +74,7 @@ impl ReadError {
         Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
     }
 
-    /// The line with the mistake, if there is one.
+    /// The line with the error, if there is one.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
         match *self {

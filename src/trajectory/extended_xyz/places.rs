@@ -15,7 +15,7 @@ const BUFFER: usize = 1 << 18;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FramePlace {
     byte: u64,
-    /// Number of lines before it, for error messages.
+    /// Number of lines before the frame, for error messages.
     lines: usize,
 }
 

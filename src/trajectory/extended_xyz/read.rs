@@ -54,7 +54,7 @@ impl<R: BufRead> FrameReader<R> {
         Self::behind(input, 0)
     }
 
-    /// Reads from the beginning of a frame after the given number of lines.
+    /// Reads from the beginning of a frame that follows the given number of lines.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -173,7 +173,7 @@ impl<R: BufRead> FrameReader<R> {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<u32>() {
-                    // Ids have as many bits.
+                    // An id has the same number of bits.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let found = shorten(text);

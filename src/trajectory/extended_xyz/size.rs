@@ -3,8 +3,8 @@
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
 
-/// Number of bytes of a full-precision number, including an occasional sign and the space before it.
-/// Coordinates and velocities have one less.
+/// Number of bytes of a full-precision number, including an occasional sign and the space before the number.
+/// Coordinates and velocities have one digit less.
 const DIGITS: usize = 20;
 
 /// Number of bytes of the first two lines without bonds, of a bond in them, and of the periods that a

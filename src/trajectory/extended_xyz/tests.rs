@@ -133,7 +133,7 @@ fn the_column_of_species_is_the_one_with_the_names_of_the_table() {
     let frame = read(text.as_bytes()).pop().unwrap().unwrap();
     assert_eq!(frame.particles.iter().map(|particle| particle.species.0).collect::<Vec<_>>(), [1, 0]);
     assert_eq!(frame.species.iter().map(|species| species.is_static).collect::<Vec<_>>(), [true, false]);
-    // Without a table, the first one is used.
+    // Without a table, the first column of species is used.
     let text = text.replace("species_table=\"ball Fe\" static=\"_JSON [true, false]\"", "");
     assert_eq!(read(text.as_bytes()).pop().unwrap().unwrap().species[0].name, "X");
 }

@@ -45,14 +45,14 @@ pub(crate) struct Heading {
     /// Number of particles.
     pub count: usize,
     pub has_images: bool,
-    /// Whether the masses of all are known.
+    /// Whether the masses of all particles are known.
     pub has_masses: bool,
     /// The extent of flat axes.
     pub thickness: f64,
 }
 
-/// Writer of a single frame, particle by particle. The result is that of [`write_frame`], without memory for
-/// all particles.
+/// Writer of a single frame, particle by particle. The text is the same as from [`write_frame`], without
+/// memory for all particles.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
     /// Table, box, bonds and scalars.
@@ -67,7 +67,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     /// Writes the heading of a frame. The particles in `frame` are ignored.
     ///
     /// # Errors
-    /// Those of [`write_frame`] for the table, the box, the bonds and the scalars.
+    /// The errors of [`write_frame`] for the table, the box, the bonds and the scalars.
     pub fn begin(output: W, frame: &'a Frame, heading: &Heading) -> Result<Self, WriteError> {
         refuse_species(frame)?;
         refuse_scalars(frame, heading.count)?;
@@ -87,7 +87,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     /// Writes the next particle.
     ///
     /// # Errors
-    /// Those of [`write_frame`] for a particle.
+    /// The errors of [`write_frame`] for a particle.
     pub fn particle(&mut self, particle: &FrameParticle, image: Option<&[i32; 3]>) -> Result<(), WriteError> {
         let (frame, text) = (self.frame, &mut self.text);
         let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
@@ -124,7 +124,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     }
 }
 
-/// The mass of the particles of a species, if it is known; 0 for static ones, so that sums stay finite.
+/// The mass of the particles of a species, if it is known; 0 for static species, so that sums stay finite.
 fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     let mass = frame.species.get(species.0 as usize)?.mass?;
     Some(if mass.is_finite() { mass } else { 0.0 })

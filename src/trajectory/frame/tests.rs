@@ -9,8 +9,9 @@ use crate::model::space::Space;
 use crate::scene::{Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Frames of a thin gas that crosses its box, so frequent that no particle moves by half of it between
-/// frames, and the positions obtained by following particles along the shortest way from frame to frame.
+/// Frames of a thin gas that crosses its box, and the positions obtained by following particles along the
+/// shortest way from frame to frame. The frames are so frequent that no particle moves by half of the box
+/// between two frames.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
@@ -40,7 +41,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // Everything that many boxes up has moved by this amount since.
+                    // The images this many boxes up have moved by this amount since the last frame.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)
@@ -53,7 +54,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     (frames, followed)
 }
 
-/// Mean squared displacement along each axis, between the first frame and each.
+/// Mean squared displacement along each axis, between the first frame and each frame.
 fn squares(positions: &[Vec<Vector>]) -> Vec<Vector> {
     let mean = |now: &Vec<Vector>| {
         let all = now.iter().zip(&positions[0]).map(|(now, then)| (now - then).component_mul(&(now - then)));

@@ -30,7 +30,7 @@ fn measured(instrument: &Chains, system: &SystemDescription) -> Measured {
 
 #[test]
 fn sizes_are_those_of_straight_chains_and_triangles() {
-    // Also where the chain crosses into a displaced image.
+    // The chain also crosses into a displaced image.
     [0.0, 0.9, -2.2].into_iter().for_each(check_sizes);
 }
 
@@ -60,7 +60,8 @@ fn check_sizes(displacement: f64) {
     assert_eq!((sizes.series[0].values[0], sizes.series[1].values[0], sizes.series[2].values[1]), (None, None, None));
     // A triangle's corners are 1 / sqrt(3) from its centre.
     assert!((sizes.series[2].values[0].unwrap() - 1.0 / 3.0).abs() < 1e-12);
-    // Bins of 0.1 from 0.5: lengths of 1 and 1.25; of 0.45 up to 3 bonds of 1.5: distances of 3 and 3.75.
+    // Bond lengths of 1 and 1.25 are in bins of 0.1 that start at 0.5. End-to-end distances of 3 and 3.75 are
+    // in bins of 0.45, up to three bonds of 1.5.
     let lengths = &curve("bond_length").series[0].values;
     assert!((lengths[7].unwrap() - 10.0 / 3.0).abs() < 1e-9);
     assert!((lengths[4].unwrap() + lengths[5].unwrap() - 20.0 / 3.0).abs() < 1e-9, "1 is between two bins");

@@ -22,7 +22,7 @@ const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 /// the span then misses less than a thousandth of the slope.
 const FLOW_DECAYS: f64 = 10.0;
 
-/// Fewest linear steps that are chosen by default, and most if the span follows from a given interval.
+/// Smallest default number of linear steps, and the largest number if the span follows from a given interval.
 const FEWEST_STEPS: f64 = 50.0;
 const MOST_OF_INTERVAL: f64 = 500.0;
 /// Shortest tick, in spacings of floating-point numbers at the end of the run.
@@ -69,14 +69,14 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // An interval chosen to avoid keeping step with scalings is up to a third shorter, and
-                // `MOST_STEPS` of it must still reach the span.
+                // An interval that is incommensurate with the scaling interval is up to a third shorter.
+                // `MOST_STEPS` such intervals must still reach the span.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
             }
         };
-        // A tick far longer than the spacing of floating-point times, so that two ticks are always different
+        // A tick is far longer than the spacing of floating-point times, so two ticks always have different
         // times.
         let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
@@ -184,18 +184,20 @@ mod tests {
         let (system, simulation) = hard_spheres(108, 0.3);
         let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);
-        // The mean free time is 0.099: 500 steps of a fifth of it, and origins spread over the run.
+        // The mean free time is 0.099. There are 500 steps of a fifth of this time, and origins over the
+        // whole run.
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
-        // In a larger box flow decays more slowly: ten times 3.9, in the largest number of steps.
+        // In a larger box the flow decays more slowly. The span is ten decay times of 3.9, in the largest
+        // number of steps.
         let (large, of_large) = hard_spheres(2048, 0.3);
         let decay = flow_decay_time(&large, &Sample::of(&of_large.snapshot())).unwrap();
         let in_large = instrument(&of_large, &large, 1000.0, |setup| Lags::new(&Plan::default(), setup));
         assert!(decay > 3.0 && decay < 5.0, "{decay}");
         assert_eq!(in_large.steps, 2000);
         assert!((in_large.interval() * 2000.0 / (10.0 * decay) - 1.0).abs() < 1e-9, "{}", in_large.interval());
-        // With an interval that avoids keeping step with scalings, the span is still the requested one.
+        // The span is the requested one, although the interval is incommensurate with the scalings.
         let scaled = SystemDescription { scaling_interval: Some(0.024), ..system.clone() };
         let plan = Plan { interval: None, span: Some(40.0) };
         let beside = instrument(&simulation, &scaled, 1000.0, |setup| Lags::new(&plan, setup));

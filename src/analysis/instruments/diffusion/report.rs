@@ -79,9 +79,10 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     (is_diffusive && is_small(&bend, &whole)).then(|| whole.times(scale))
 }
 
-/// A linear combination of mean squared displacements. Its error is the largest of three: that of blocks of
-/// origins, which includes slow changes; that of the scatter of origins along each axis; and that of the
-/// scatter of particles by groups of neighbours, which needs no independent origins.
+/// Estimates a linear combination of mean squared displacements. Its error is the largest of three errors.
+/// The first comes from blocks of origins and includes slow changes. The second comes from the scatter of
+/// origins along each axis. The third comes from the scatter of particles, summed over spatial cells, and
+/// needs no independent origins.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
@@ -90,11 +91,11 @@ fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind
     Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
-/// The integral over all lags. `None` if the autocorrelation falls by too much between two lags to be
-/// integrated, or has not decayed, so that the integral still grows over the second half.
+/// Integrates over all lags. `None` if the autocorrelation falls too steeply between two lags for an
+/// integration. Also `None` if it has not decayed, so that the integral still grows over the second half.
 ///
-/// The upper limit must not depend on the noise, for example on where the autocorrelation first vanishes:
-/// that would cut off the tail and give an error without it.
+/// The upper limit must not depend on the noise. A limit at the first zero of the autocorrelation, for
+/// example, would cut off the tail, and the error would not include the tail.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| diffusion.linear.mean(first + step);

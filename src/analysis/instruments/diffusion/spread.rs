@@ -116,7 +116,7 @@ impl Spread {
     /// `sum r_ij / n^2` with the correlation `r_ij` of origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
-        // By linear lag, the sum of the coefficients from there on.
+        // For each linear lag, the sum of the coefficients from this lag on.
         let mut from = vec![0.0; span + 2];
         for k in (0..=span).rev() {
             from[k] = from[k + 1] + self.coefficients[k][kind];

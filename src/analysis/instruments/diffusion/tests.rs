@@ -101,8 +101,8 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
     let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
-    // Relative to the centre of mass, which moves at (4, 1), A flies at 3 and B at -1: 9 / (1 - 1/4) = 12, 1
-    // / (1 - 3/4) = 4, and a mean of 8.
+    // The centre of mass moves at (4, 1). Relative to it, A flies at 3 and B at -1. The squares are 9 / (1 -
+    // 1/4) = 12 and 1 / (1 - 3/4) = 4, and their mean is 8.
     for (series, square) in curve.series.iter().zip([8.0, 12.0, 4.0]) {
         for (t, value) in curve.variables[0].values.iter().zip(&series.values) {
             assert!((value.unwrap() - square * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
@@ -132,8 +132,8 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
     let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
     measure(&mut simulation, &system, &mut instrument, 40.0);
     let measured = report(&instrument, &system);
-    // Along y and z, relative to the centre of mass, which moves at (2, -1/4), A flies at (3, 9/4) and B at
-    // (-1, -3/4): 225/16 / (1 - 1/4), 25/16 / (1 - 3/4), and their mean.
+    // The centre of mass moves at (2, -1/4) along y and z. Relative to it, A flies at (3, 9/4) and B at (-1,
+    // -3/4). The squares are 225/16 / (1 - 1/4) and 25/16 / (1 - 3/4); the third value is their mean.
     for (curve, power) in [(0, 2), (2, 0)] {
         for (series, square) in measured.curves[curve].series.iter().zip([12.5, 18.75, 6.25]) {
             for (t, value) in measured.curves[curve].variables[0].values.iter().zip(&series.values) {
@@ -214,7 +214,7 @@ fn nothing_diffuses_towards_a_wall() {
     let closed = between_walls([true; 3]);
     assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
     assert!(closed.curves[0].method.contains("walls along all axes"));
-    // They move at most across the box.
+    // No particle moves further than across the box.
     assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
 }
 
@@ -248,7 +248,8 @@ fn a_late_start_has_the_same_curves_and_an_end() {
         assert!((early - late).abs() < 1e-7, "{early} {late}");
     }
     assert_eq!(measured(1e12, 1.0).len(), early.len());
-    // Shorter than the spacing of floating-point times: nothing can be measured, but the run ends.
+    // The interval is shorter than the spacing of floating-point times. Nothing can be measured, but the run
+    // ends.
     measured(1e12, 1e-5);
 }
 

@@ -13,25 +13,26 @@ use crate::model::components::components;
 /// Random stream for the choice of tracers, separate from the streams of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
 
-/// Minimum number of groups of neighbouring particles. Their scatter gives the standard error, which is then
-/// uncertain by a quarter.
+/// Minimum number of cells with particles. The scatter between cells gives the standard error. With this
+/// number, the error is uncertain by a quarter.
 const FEWEST: usize = 8;
 
-/// Cells along each axis, by number of axes: about 27 in all. The particles of a cell form one group of
-/// neighbours.
+/// Number of cells along each axis, by number of axes: about 27 cells in all. The particles of a cell count
+/// together as one independent value.
 const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 
 /// All moving particles, or a random choice that depends only on the seed, in the frame of the centre of
 /// mass.
 ///
-/// In the frame of the centre of mass, the square of the motion of a particle is smaller by the factor `1 - m
-/// / M`, for mass `m` in a system of mass `M`: `<m v^2>` is `D T (1 - m / M)`, where `T` counts the remaining
-/// degrees of freedom. Squared displacements and velocities are divided by this factor. If walls or the like
-/// conserve only some components of the momentum, they are divided by its mean over the axes.
+/// In the frame of the centre of mass, the mean square of the motion of a particle is smaller by the factor
+/// `1 - m / M`, for mass `m` in a system of mass `M`: `<m v^2>` is `D T (1 - m / M)`, where `T` counts the
+/// remaining degrees of freedom. Squared displacements and velocities are divided by this factor. If only
+/// some components of the momentum are conserved, for example between walls, the divisor is the mean of this
+/// factor over the axes.
 ///
 /// In a sheared box only the components across the flow, y and z, are followed. They behave as in a box at
-/// rest, while motion along x includes streaming, which differs for each particle and time. Nor does anything
-/// diffuse towards a wall: components along axes with walls are followed only if there are no other axes.
+/// rest. Motion along x includes the streaming velocity, which differs for each particle and time. Between
+/// walls nothing diffuses, so components along axes with walls are followed only if there are no other axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
@@ -98,9 +99,10 @@ impl Tracers {
         self.ids.len()
     }
 
-    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, about the mean of
-    /// its species. Neighbours move together, and so do the beads of a chain. The sums over the particles of
-    /// a cell are taken as independent. `None` for fewer than [`FEWEST`] cells.
+    /// Estimates the variance of the mean of `value(k)` over a group. `value(k)` is a squared quantity of
+    /// tracer `k`, and its deviations are from the mean of its species. Neighbours move together, and so do
+    /// the beads of a chain, so the sums over the particles of a cell are taken as independent. `None` for
+    /// fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
         let chosen = || {
             let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();
@@ -188,8 +190,8 @@ impl Followed {
     }
 }
 
-/// By id, the coarse cell of the box that holds the particle. Bonded particles share the cell of the first
-/// one.
+/// Finds, by id, the coarse cell of the box that holds the particle. Bonded particles share the cell of the
+/// first particle of their molecule.
 fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     let space = &system.space;
     let along = CELLS[space.dimensions().min(3)];
@@ -206,7 +208,7 @@ fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     cells
 }
 
-/// A random choice in the original order, in which each id has the same chance.
+/// Chooses ids at random, each with the same probability, and keeps their order.
 fn choice(ids: &[u32], most: usize, seed: u64) -> Vec<u32> {
     if ids.len() <= most {
         return ids.to_vec();
@@ -236,7 +238,8 @@ mod tests {
         assert_eq!(chosen, choice(&ids, 300, 7));
         assert_ne!(chosen, choice(&ids, 300, 8));
         assert_eq!(choice(&ids, 1000, 7), ids);
-        // Half of them come from each half: 150 with a standard deviation of sqrt(300 * 0.7) / 2 = 7.2.
+        // Each half of the ids provides half of the choice: 150 with a standard deviation of sqrt(300 * 0.7)
+        // / 2 = 7.2.
         let low = chosen.iter().filter(|id| **id < 500).count();
         assert!(low.abs_diff(150) < 30, "{low}");
     }

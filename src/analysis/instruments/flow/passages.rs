@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 
-/// When there are this many rows, every second one is dropped.
+/// Largest number of rows. When it is reached, every second row is dropped.
 const MOST_ROWS: usize = 1024;
 
 /// Passages up to a time.
@@ -37,8 +37,8 @@ pub(super) struct Passages {
     /// The time window for mean rates, if it is given, and the passages inside it.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether particles reach the plane only through this system, so that what passes the plane is the net
-    /// displacement less what stays beyond it.
+    /// Whether particles reach the plane only through this system. Then the passages are the net displacement
+    /// minus the increase of the particles beyond the plane.
     is_closed: bool,
 }
 
@@ -95,7 +95,7 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The last row is one of the dropped ones: the next row already has one sample.
+            // The last row is dropped, too, so the next row already has one sample.
             self.skipped = self.stride;
             self.stride *= 2;
         }
@@ -120,13 +120,14 @@ impl Passages {
         rows
     }
 
-    /// Passages in the window divided by its elapsed length. Without a window, the passages after the first
-    /// one divided by the time up to the last one, or `None` for fewer than two.
+    /// Calculates the passages in the window divided by its elapsed length. Without a window, the passages
+    /// after the first passage are divided by the time from the first to the last passage; `None` for fewer
+    /// than two.
     ///
     /// In a closed system, the net passages through a whole plane are the net displacement, `sum dx / L`,
-    /// minus the increase of what lies beyond the plane. The second term depends only on the two ends of the
-    /// run, so the error comes from the first, unless the second keeps changing in one direction, as when all
-    /// grains fall through a hole.
+    /// minus the increase of the particles beyond the plane. The increase depends only on the two ends of the
+    /// run, so the error comes from the net displacement. The exception is an increase that continues in one
+    /// direction, as when all grains fall through a hole.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
             Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),
@@ -189,7 +190,8 @@ mod tests {
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
-        // Alternately to and fro: one side has one more half of the time, `s^2 = 1/4`.
+        // The passages alternate in direction: for half of the time one side has one particle more,
+        // `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }

@@ -46,7 +46,8 @@ fn counted(plan: &Plan, duration: f64) -> Option<f64> {
 fn passages_are_signed_and_go_around_the_box() {
     assert_eq!(counted(&plan("x", 4.0), 10.0), Some(2.0));
     assert_eq!(counted(&plan("x", 0.5), 10.0), Some(2.0));
-    // A once at 10 = 0 and to 10.0 exactly; B from 4 to -31: at 3, -7, -17, -27.
+    // A moves along y to 10.0 exactly and does not pass. B moves from 4 to -31 and passes at 3, -7, -17 and
+    // -27.
     assert_eq!(counted(&plan("y", 3.0), 10.0), Some(-4.0));
     assert_eq!(counted(&plan("z", 5.0), 10.0), Some(0.0));
     let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };

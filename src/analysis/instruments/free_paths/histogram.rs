@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 /// Number of values from which the bin width is chosen.
 const FIRST: usize = 1000;
 
-/// The last bin ends at this many means of the first values.
+/// End of the last bin, as a multiple of the mean of the first values.
 const MEANS: f64 = 8.0;
 
-/// Equal bins from 0 to eight means of the first thousand values. Values beyond are counted, too.
+/// Equal bins from 0 to eight means of the first thousand values. Values beyond the last bin count in the
+/// total.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
     /// Values collected before the bins exist.

@@ -147,8 +147,8 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
 
 #[test]
 fn what_streams_in_a_sheared_box_is_not_hot() {
-    // Uniform in y, moving only with the streaming, in one cell: velocities differ by up to 8, but the
-    // temperature is zero.
+    // The positions are uniform in y, in one cell, and the particles move only with the streaming velocity.
+    // Their velocities differ by up to 8, but the temperature is zero.
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let system = SystemDescription { shear_rate: 2.0, ..SystemDescription::of_points(Space::periodic_cube(4.0), 100) };
     let (_, measured) = measure(&system, &plan([1, 1, 1]), || {

@@ -30,7 +30,8 @@ impl Shell {
         Self { core, end: step.map_or(end, |step| end.min(step)) }
     }
 
-    /// Bin of a distance. Pairs in contact are a rounding error inside as often as outside.
+    /// Finds the bin of a distance. By round-off, pairs in contact are inside the contact distance as often
+    /// as outside.
     pub fn bin(&self, distance: f64) -> Option<usize> {
         let at = (distance - self.core) / (self.end - self.core);
         let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;

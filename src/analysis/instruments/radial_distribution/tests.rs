@@ -203,7 +203,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
             let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
-            // By rounding, a distance at the end of a bin may fall on either side.
+            // Round-off may move a distance at the end of a bin to either side.
             let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
             let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
             assert!(is_right, "{displacement} {from}: {neighbours}");

@@ -17,7 +17,7 @@ pub(super) struct Rooms {
     axes: Vec<Axis>,
 }
 
-/// Where the two can be along an axis `[length]`.
+/// The ranges of both centres along an axis `[length]`.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Periodic(f64),
@@ -82,7 +82,7 @@ impl Rooms {
     }
 }
 
-/// The mean density over the directions in a plane of a separation of length `r`.
+/// Averages the density of separations of length `r` over their directions in a plane.
 fn around(x: Axis, y: Axis, r: f64) -> f64 {
     if let (Axis::Periodic(x), Axis::Periodic(y)) = (x, y) {
         return 1.0 / (x * y);

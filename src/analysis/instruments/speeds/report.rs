@@ -1,4 +1,4 @@
-//! Curves of speeds: a series for each window, with Maxwell's distribution beside them.
+//! Curves of speeds: a series for each window, and Maxwell's distribution for comparison.
 
 use super::super::quantity::{Curve, Measured, Normalisation, Published, free_name};
 use super::super::system::SystemDescription;

@@ -129,8 +129,8 @@ fn independent_velocities_have_maxwells_distribution_for_few_particles_and_unequ
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin also holds the particles at rest, one in 6001. The expected numbers are too large
-            // by as much elsewhere.
+            // The first bin also holds the particles at rest, one in 6001. In the other bins the expected
+            // numbers are too large by the same fraction.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);
@@ -161,7 +161,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
         for curve in &report(&instrument, &system).curves {
             let bin = trunc_to_usize(1.1 / width(curve));
             let [early, late] = [0, 1].map(|window| curve.series[window].values[bin].unwrap());
-            // Many still have their initial speed.
+            // Many particles still have their initial speed.
             assert!(early > 1.5 * late && early > 3.0 * curve.published[0].y[bin], "{early} {late}");
             assert_eq!(curve.series[1].name, "p(v) from 0.2 to 3");
         }
@@ -177,7 +177,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
                     .map(|((value, error), expected)| ((value.unwrap() - expected) / error.unwrap()).powi(2))
                     .collect();
                 let chi = terms.iter().sum::<f64>() / terms.len() as f64;
-                // About 25 bins, whose errors are known to an eighth at best.
+                // There are about 25 bins. Their errors are known to an eighth at best.
                 assert!(terms.len() > 20 && (0.4..2.0).contains(&chi), "{} {window}: {chi}", curve.name);
             }
         }
@@ -194,7 +194,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
         let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 10.0 };
         let mut instrument = Speeds::new(plan, &setup);
         for k in 1..=10 {
-            // Two of forty, without total momentum.
+            // Two of forty particles move fast, with a total momentum of zero.
             (velocities[0], velocities[1]) = (Vector::x() * f64::from(k * k), -Vector::x() * f64::from(k * k));
             instrument.sample(&sample(f64::from(k), &positions, &velocities), &system);
         }

@@ -20,7 +20,7 @@ const DIRECTIONS: u32 = 64;
 pub(super) struct Shell {
     /// Their mean length `[1 / length]`.
     pub wave_number: f64,
-    /// As multiples of the wave vectors along the axes. Of `q` and `-q`, only one is listed.
+    /// The vectors as multiples of the wave vectors along the axes. Of `q` and `-q`, only one is listed.
     pub vectors: Vec<[i32; 3]>,
 }
 
@@ -67,8 +67,8 @@ pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
 /// depend on the displacement.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
-    // No displacement makes a vector shorter than the shortest one along the axes, given by its component
-    // along x, or along y if that is zero.
+    // No displacement makes a vector shorter than the shortest vector along the axes. The component along x
+    // ensures this, or the component along y if the component along x is zero.
     let smallest = lattice.units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         return Vec::new();
@@ -102,7 +102,7 @@ fn is_within([from, to]: [f64; 2], length: f64) -> bool {
     from <= length && length < to
 }
 
-/// One of a vector and its opposite: the last component that is not zero is positive.
+/// Chooses between a vector and its opposite: the last nonzero component of the result is positive.
 fn upper(n: [i32; 3]) -> [i32; 3] {
     if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
 }
@@ -155,7 +155,7 @@ fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Keeps `most` of them, evenly spaced.
+/// Keeps `most` of the vectors, evenly spaced in the list.
 fn thin(vectors: &mut Vec<[i32; 3]>, most: usize) {
     let count = vectors.len();
     if count > most {

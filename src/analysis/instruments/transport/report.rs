@@ -39,7 +39,7 @@ fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4]
 
 /// Slope of the straight part of a curve over time.
 fn slope(transport: &Transport, kind: usize) -> Option<Estimate> {
-    // Elements count from lag 1.
+    // The first element is lag 1.
     let combination = |terms: &[(usize, f64)]| combination(transport, kind, terms);
     straight_slope(transport.lags, transport.interval, 0, combination)
 }

@@ -33,7 +33,7 @@ fn walls_gravity_and_static_particles_take_meaning_away() {
     assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
     assert_eq!(walled.degrees_of_freedom, 6.0);
     assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
-    // Walls along x only: the common motion along y, K = 2 of it, is conserved, and so is that along z.
+    // Walls along x only: the common motion along y, with K = 2, is conserved, and so is the motion along z.
     let slit = Space {
         boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
         ..Space::periodic_cube(10.0)

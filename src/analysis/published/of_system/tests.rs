@@ -68,8 +68,8 @@ fn a_system_of_this_size_has_less_in_first_order() {
     assert!((z.finite_size / (z.value - 1.0) + 0.5).abs() < 0.02, "{z:?}");
     let pressure = of(&spheres, None, 2, "pressure");
     assert!((pressure.finite_size / pressure.value - z.finite_size / z.value).abs() < 1e-12);
-    // The viscosity is the same for 64 spheres and for 512 in eight times the volume: half of the term is
-    // left.
+    // The viscosity of 64 spheres equals the viscosity of 512 spheres in eight times the volume, where half
+    // of the term is left.
     let slower = |edge: f64, count: usize| {
         let mut cube = scene(3, hard(), 1.0);
         cube.space.size = Vector::repeat(edge);

@@ -1,5 +1,5 @@
-//! The table of outcomes by hand, and both functions compared with those of the engine, with which they share
-//! no code.
+//! The table of outcomes by hand, and a comparison of both functions with the corresponding functions of
+//! the engine. The two implementations share no code.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -59,7 +59,7 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0, 1], 1.0, &arrival), (0.5, 1.0), "the first");
     assert_eq!(model.contact(&[1, 2], 1.25, &arrival), (2.0, 1.0), "the second of one of them");
     assert_eq!(model.contact(&[2], 1.75, &arrival), (0.5, 1.0), "the contact time is not less than itself");
-    // Thrown up at 0.25 against an acceleration of 1, it is back after 0.5.
+    // The particle leaves at 0.25 against an acceleration of 1, and returns after 0.5.
     let dead = Arrival { restitution: 0.0, closing: 1.0, ..arrival };
     assert_eq!(model.contact(&[0], 3.0, &dead), (0.25, 1.0));
     assert_eq!(model.contact(&[0], 4.0, &Arrival { approach: 0.125, ..dead }), (0.125, 1.0), "never more than it had");
@@ -115,11 +115,11 @@ fn outcomes_are_those_of_the_engine() {
         let unit = if vn == 0.0 { 1.0 } else { vn * vn };
         let energy_step = 0.5 * reduced_mass * step * unit;
         let (outcome, after) = respond(&at(energy_step), side, vn, reduced_mass, restitution);
-        // Along a line of any length.
+        // The engine holds the motion along a line of any length.
         let approach = response::Approach { radial: vn * length, squared: length * length, reduced_mass };
         let engine = response::respond(sides, energy_step, &approach, restitution);
 
-        // About four products on either side, each rounded.
+        // About four products in either implementation, each rounded.
         let finite = if step.is_finite() { step } else { 0.0 };
         let rounding = 8.0 * EPS * unit * (1.0 + finite.abs());
         if step.is_finite() && (unit * step - vn * vn).abs() <= rounding && vn != 0.0 {
@@ -140,12 +140,12 @@ fn outcomes_are_those_of_the_engine() {
     println!("{counts:?}");
     assert_eq!(counts.len(), 6, "Core, Capture, Release, and Bounces in and out: {counts:?}");
     assert!(counts.values().all(|&count| count >= FEWEST), "{counts:?}");
-    // Ties and near ties are rare: half of the vanishing steps, without motion.
+    // Ties and near ties are rare: half of the steps of zero energy, and pairs without motion.
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 
-/// Two particles, as one of them and the offset to the other, and the time since the last contact in contact
-/// times; `None` is exactly one.
+/// Two particles, as the first particle and the offset to the second. The time since the last contact is
+/// in contact times; `None` is exactly one contact time.
 type Contact = (u32, u32, Option<f64>);
 /// Restitution, speeds across and along the barrier, and acceleration towards it.
 type Arriving = (f64, f64, f64, f64);

@@ -33,14 +33,14 @@ fn go_on<const FALLING: bool, const TABLE: bool>(
     (seen, now)
 }
 
-/// Ids of a pair, the lower first.
+/// Ids of a pair in ascending order.
 fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, ParticleId) {
     let (one, other) = (name(event.particle), event.partner().map_or(name(event.particle), name));
     (one.min(other), one.max(other))
 }
 
-/// Checks that an engine continues like a new one that starts from its state, for few enough events that
-/// rounding errors stay small.
+/// Checks that an engine continues like a new engine that starts from the same state. The number of events is
+/// so small that rounding errors stay small.
 fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     mut engine: Engine<FALLING, TABLE>,
     scene: &Scene,
@@ -71,7 +71,7 @@ fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     }
 }
 
-/// A place at the given distance from all centres.
+/// A random position farther than the given distance from all centres.
 fn hole<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     random: &mut Random,
@@ -89,7 +89,7 @@ fn hole<const FALLING: bool, const TABLE: bool>(
     })
 }
 
-/// Particles in whose well a given position is.
+/// Particles whose wells contain a given position.
 fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     row: u16,
@@ -105,7 +105,7 @@ fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine.particles().filter_map(pair).collect()
 }
 
-/// Removes a third of the particles, then inserts some where they do not overlap.
+/// Removes a third of the particles, then inserts particles at positions without overlap.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diameter: f64) {
     let mut random = Random::new(5, Purpose::Velocities, 0);
     let mut engine = Engine::<FALLING, TABLE>::new(scene);

@@ -1,5 +1,5 @@
-//! Contacts of growing spheres. SIMD lanes find the candidates for the earliest one, and these are computed
-//! one by one.
+//! Contacts of growing spheres. SIMD lanes find candidates for the earliest contact. The contacts of these
+//! candidates are computed one by one.
 
 use super::GrowingDiameters;
 use crate::engine::batch::{Batch, dot};
@@ -11,11 +11,12 @@ use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 /// Number of pairs that are compared together. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// Relative uncertainty. Pairs closer to a limit than this are left to the scalar prediction, whose result
-/// counts.
+/// Relative uncertainty. Pairs closer to a limit than this are left to the scalar prediction, which is
+/// decisive.
 const SLACK: f64 = 1e-9;
 
-/// Slack for times. The root of a discriminant that is `SLACK` of its terms has half as many digits.
+/// Slack for times. If a discriminant is only the fraction `SLACK` of its terms, its root has half as many
+/// digits.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
 /// The search of [`Batch::growing_contacts`].
@@ -76,8 +77,8 @@ impl Work for GrowingContacts<'_> {
 }
 
 impl Batch<'_> {
-    /// Bit mask of up to [`TOGETHER`] others that `me` may meet first before `horizon`, while all diameters
-    /// grow. The true first contact is always included.
+    /// Returns a bit mask over up to [`TOGETHER`] others, while all diameters grow. It marks particles that
+    /// `me` may meet first, before `horizon`. The true first contact is always included.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
         self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
@@ -158,7 +159,7 @@ mod tests {
                 for particle in engine.particles() {
                     let mut one_by_one = Prediction::NONE;
                     let me = engine.streamed(particle, now);
-                    // Another particle must enter the list before it can be met.
+                    // A particle outside the list must enter it before it can be met.
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {
@@ -182,7 +183,7 @@ mod tests {
     fn the_first_contact_in_lanes_is_that_of_all_one_by_one() {
         let mut used = [false; 2];
         for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
-            // From growth much slower than the spheres to growth faster than them.
+            // The rates range from growth much slower than the spheres to growth faster than the spheres.
             for rate in [0.002, 0.1, 3.0] {
                 let scene = mixture(packing_fraction);
                 let one = finds_what_one_by_one_finds::<true>(&scene, rate, largest);

@@ -16,8 +16,8 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
-/// Centres found near another with each instruction set of the processor, which must agree, and whether all
-/// are certainly within reach.
+/// Returns the centres found near `centre`, and whether all are certainly within reach. All instruction sets
+/// of the processor must give the same result.
 fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();

@@ -25,7 +25,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // Within the margin of the skin, a millionth, and the rounding of a distance.
+            // Allows for the margin of the skin, a millionth, and for the rounding of a distance.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();
@@ -35,7 +35,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
     }
 }
 
-/// Checks the lists at times of a run.
+/// Checks the lists repeatedly during a run.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
     let mut engine = Engine::<FALLING, TABLE>::new(scene);
     for part in 1..=10 {
@@ -92,8 +92,8 @@ fn lists_are_complete_and_no_longer_in_a_small_box_far_from_the_origin() {
     }
 }
 
-/// Two species in a cube. The second is hard, with a given mass and diameter. The potentials are those of the
-/// first species with itself and with the second.
+/// Two species in a cube. The second is hard, with a given mass and diameter. The potentials are the
+/// interaction of the first species with itself, and its interaction with the second.
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))
@@ -149,8 +149,8 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
     check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
 }
 
-/// Checks that lists hold everything that a particle meets in any image of the box, until one of the pair
-/// leaves its skin.
+/// Checks that a list holds all particles that its particle can meet in any image of the box, until either
+/// particle leaves its skin.
 fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
     let mut engine = Engine::<false, TABLE>::new(scene);
     assert!(engine.neighbours.verlet().is_some());

@@ -1,4 +1,4 @@
-//! Tests of distances held in windows.
+//! Tests of distances that are held in umbrella windows.
 
 use super::*;
 use crate::engine::Until;
@@ -69,7 +69,7 @@ fn a_reflection_conserves_momentum_and_energy_and_leaves_the_motion_within_group
             engine.simulated(engine.sources.restraint.as_ref().unwrap().next_reflection())
         });
         let energy = simulation.energy().kinetic;
-        // Rounding may put it before or after that time.
+        // Rounding may put the reflection before or after that time.
         simulation.advance(Until::time(next + 1e-12)).unwrap();
         let after = simulation.snapshot();
         if simulation.event_counts().physical() > counts {
@@ -109,13 +109,13 @@ fn a_distance_stays_in_its_window_whatever_happens_to_the_members() {
             assert!(window[0] - 1e-13 <= now && now <= window[1] + 1e-13, "{step}: {now} of {window:?}");
         }
         assert!(farthest > 0.9, "{farthest}");
-        // It has gone through many epochs, with contacts and bonds as before.
+        // The run has gone through many epochs, with contacts and bonds as before.
         assert!(simulation.event_counts().physical() > 200);
         assert_eq!(simulation.real_overlaps(), []);
     }
 }
 
-/// Hard spheres of one species, whose engine has no table.
+/// Hard spheres of one species; their engine has no table of interactions.
 #[test]
 fn two_spheres_of_a_fluid_are_held_together() {
     let scene = SceneBuilder::new("fluid")
@@ -145,7 +145,7 @@ fn two_spheres_of_a_fluid_are_held_together() {
     assert!((simulation.energy().kinetic / free.0 - 1.0).abs() < 1e-12 && free.1.is_none());
 }
 
-/// On a line, in a plane, and falling between walls. A copy continues with the same bits.
+/// On a line, in a plane, and falling between walls. A copy of the simulation continues with the same bits.
 #[test]
 fn distances_are_held_in_all_dimensions() {
     let wall = Boundary::walls(1.0);
@@ -185,8 +185,7 @@ fn distances_are_held_in_all_dimensions() {
     }
 }
 
-/// If the distance is exactly at an end of its window, or one float beyond, it returns and goes no further
-/// out.
+/// A distance exactly at an end of its window, or one float beyond it, returns and moves no further out.
 #[test]
 fn a_distance_at_an_end_of_its_window_comes_back() {
     for (speed, is_lower) in [(0.7, false), (-0.7, true), (1e-200, false), (0.0, false)] {

@@ -1,5 +1,5 @@
-//! Meshes and round surfaces in the event loop: compared with walls and with a plane, and closed meshes that
-//! nothing leaves.
+//! Meshes and round surfaces in the event loop. They are compared with walls and with a plane, and no
+//! particle leaves a closed mesh.
 
 use super::run;
 use crate::Vector;
@@ -14,7 +14,8 @@ use crate::model::{Scene, SurfaceShape, TriangleMesh};
 use crate::scene::{SceneBuilder, SurfaceDraft};
 use std::ops::ControlFlow;
 
-/// Hard spheres of two sizes and masses at random places within a distance of the middle of an open box.
+/// Hard spheres of two sizes and masses at random positions within the distance `room` of the middle of an
+/// open box.
 pub(super) fn gas(count: u32, room: f64, gravity: f64) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -66,7 +67,7 @@ fn a_box_of_triangles_is_a_box_of_walls() {
         assert_eq!(walls.len(), faces.len());
         assert!(walls.len() > 20);
         for (wall, face) in walls.iter().zip(&faces) {
-            // The error of the last bit grows over some tens of events.
+            // The error of the last bit grows over a few tens of events.
             assert_eq!(wall.particle, face.particle);
             assert!((wall.time - face.time).abs() < 1e-9, "{} {}", wall.time, face.time);
             assert!((wall.after[0] - face.after[0]).norm() < 1e-9);
@@ -89,7 +90,8 @@ fn floor(n: u32, size: f64) -> TriangleMesh {
 
 #[test]
 fn a_floor_of_ten_thousand_triangles_is_a_plane() {
-    // Elastic, so that it bounces forever. The drift takes it over thousands of seams, some along an edge.
+    // Elastic, so that the sphere bounces forever. It drifts across thousands of seams, and in some cases
+    // along an edge.
     for (velocity, restitution) in [
         (Vector::new(0.021, 0.017, 0.0), 1.0),
         (Vector::new(0.018, 0.018, 0.0), 1.0),
@@ -135,7 +137,7 @@ fn nothing_leaves<const FALLING: bool>(
 ) {
     let mut scene = gas(count, 2.6, gravity).surface(draft.restitution(restitution));
     if gravity > 0.0 || restitution == 0.0 {
-        // Without it, a heap would collapse.
+        // Without a contact time, a heap would undergo inelastic collapse.
         scene = scene.contact_time(1e-5);
     }
     let scene = scene.build().unwrap();
@@ -145,7 +147,7 @@ fn nothing_leaves<const FALLING: bool>(
     let found = run(&mut engine, 6_000, |event, surface| {
         let radius = event.distance;
         let gap = super::Surface::gap(&surface.shape, &event.positions[0], radius);
-        // Rounding may put the foot just off its face, at another feature.
+        // Rounding may put the foot just outside its face, on another feature.
         besides += u32::from(gap == f64::INFINITY);
         assert!(gap.abs() < 1e-12 || gap == f64::INFINITY, "{gap}");
         // The difference of two rounded velocities, and a direction from rounded coordinates.
@@ -154,7 +156,7 @@ fn nothing_leaves<const FALLING: bool>(
         let across = (event.impulse - event.normal * event.normal_impulse()).norm();
         assert!(across <= rounding, "{across:e} {rounding:e}");
     });
-    // Without restitution they slide along edges.
+    // Without restitution, particles slide along edges.
     assert!(found > 500 && (besides < 5 || restitution == 0.0), "{found} {besides}");
     assert_eq!(engine.real_overlaps(), []);
     assert_eq!(engine.counts.totals.in_invalid_state, 0);
@@ -166,7 +168,7 @@ fn nothing_leaves<const FALLING: bool>(
     assert!((change + counts.dissipated.total()).abs() < 1e-9 * start.kinetic.max(start.potential.abs()), "{change}");
 }
 
-/// Whether a place is inside the vase, from its profile.
+/// Whether a position is inside the vase, according to its profile.
 fn in_vase(place: &Vector) -> bool {
     let radius = (place.x - 10.0).hypot(place.y - 10.0);
     let profile = [[4.0, 3.0], [4.1, 3.0], [7.0, 4.5], [10.0, 2.2], [13.0, 3.9], [15.5, 0.0]];
@@ -272,7 +274,7 @@ fn what_reaches_through_a_periodic_side_is_met_on_the_other() {
 
 #[test]
 fn cells_and_lists_find_the_same_contacts() {
-    // The choice follows from the density; both occur here.
+    // Lists or cells are chosen by the density; both occur here.
     let mut taken = [false; 2];
     for count in [3, 27, 125] {
         let scene = gas(count, 4.0, 0.0)

@@ -1,5 +1,5 @@
-//! Moving surfaces, compared with exact bounces and with surfaces at rest in another frame, and closed
-//! surfaces that nothing leaves.
+//! Moving surfaces. They are compared with exact bounces and with surfaces at rest in another frame, and no
+//! particle leaves a closed surface.
 
 use super::meshes::{contacts, gas, mesh};
 use crate::Vector;
@@ -55,7 +55,8 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 
 #[test]
 fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
-    // It moves up by 0.5 t from t = 2 to 4, then by 0.3 t^2 until 5. The ball waits at rest, 0.6 above it.
+    // The floor moves up at speed 0.5 from t = 2 to 4, then by 0.3 (t - 4)^2 until 5. The ball waits at rest,
+    // 0.6 above the floor.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
     let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
     let event = &found[0];
@@ -64,8 +65,8 @@ fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
     assert!((event.after[0].z - 0.9).abs() < 1e-14);
     let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
     assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
-    // It accelerates from 4 on. `0.3 (t - 4)^2 = 0.8`, which would reach the ball at rest at 1.8, never
-    // happens.
+    // The floor accelerates from t = 4 on. The floor above would never reach a ball at rest at 1.8, because
+    // `0.3 (t - 4)^2 = 0.8` is not reached before it stops.
     let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
     let found = contacts(late, 1);
     assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
@@ -110,7 +111,8 @@ fn bounces(
 
 #[test]
 fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
-    // Near stable orbits, where rounding errors decay, and elastic bounces without an orbit, where they grow.
+    // Two kinds of cases: bounces near stable orbits, where rounding errors decay, and elastic bounces
+    // without an orbit, where rounding errors grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
         let amplitude = gamma * gravity / (rate * rate);
@@ -222,8 +224,8 @@ fn what_moves_with_its_surface_sees_one_at_rest() {
 
 #[test]
 fn a_blade_that_turns_strikes_along_its_own_normal() {
-    // It lies along x and turns about z through the middle. At an angle of 2 pi f t it meets the ball above x
-    // = 3.
+    // The blade lies along x and turns about z through the middle. At an angle of `2 pi f t` it meets the
+    // ball, which rests above x = 3.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(14.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -234,7 +236,8 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
         .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
         .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
     let found = contacts(scene.build().unwrap(), 1);
-    // The foot is `sqrt(13 - 1/16)` along the blade, at the angle of the ball less the angle of its radius.
+    // The contact is `sqrt(13 - 1/16)` along the blade. Its angle is the angle of the ball minus the angle
+    // that the ball's radius subtends.
     let angle = libm::atan2(2.0, 3.0) - libm::asin(0.25 / 13.0_f64.sqrt());
     let rate = TAU * 0.1;
     assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
@@ -247,8 +250,8 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
 
 #[test]
 fn a_blade_ends_where_it_ends() {
-    // The ball is more than a radius beyond the end of the blade, but less than that in the direction of its
-    // faces.
+    // The ball is more than a radius beyond the end of the blade, but less than a radius away from the planes
+    // of its faces.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -263,7 +266,7 @@ fn a_blade_ends_where_it_ends() {
     assert_eq!(simulation.event_counts().wall, 0);
 }
 
-/// Depth of a place within a convex mesh.
+/// Depth of a position within a convex mesh.
 fn depth(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let height = |[a, b, c]: [Vector; 3]| (b - a).cross(&(c - a)).normalize().dot(&(a - place));
     mesh.all_corners().map(height).fold(f64::INFINITY, f64::min)

@@ -1,6 +1,6 @@
-//! Contacts with triangles feature by feature, compared with the distance from the whole triangle, which is
-//! followed by conservative advancement; and balls in closed meshes, where nothing that starts inside ever
-//! gets outside.
+//! Contacts with triangles feature by feature. They are compared with contacts from conservative advancement,
+//! which uses the distance from the whole triangle. Other tests let balls fly in closed meshes; a ball that
+//! starts inside never gets outside.
 
 mod mesh;
 
@@ -21,8 +21,8 @@ fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
     Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
-/// The first time at which the distance is that of contact, by steps that cannot pass it; `None` before
-/// `end`.
+/// Returns the first time at which the distance equals the contact distance. The steps cannot pass this time.
+/// `None` if there is no contact before `end`.
 fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
@@ -64,8 +64,8 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
         let found = mesh.next(&state, &g, contact).map(|(t, _)| t).filter(|t| *t < end);
         match (expected, found) {
             (Some(expected), Some(found)) => {
-                // Advancement stops at a gap of 1e-11, reached at a grazing angle, so the error is its square
-                // root.
+                // Advancement stops at a gap of 1e-11. At a grazing angle, the error is the square root of
+                // this gap.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
                 assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
@@ -86,13 +86,14 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
 
 #[test]
 fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
-    // Half a unit above the face and falling, one unit beside it: over its edge at t = 1.
+    // The sphere is half a unit above the face and falls. It starts one unit outside the edge and is over the
+    // edge at t = 1.
     let height = Parabola([0.5, -0.01, 0.0]);
     let extent = Parabola([-1.0, 1.0, 0.0]);
     assert_eq!(face(&height, 1.0, &[extent]), Some(1.0));
-    // It rises, so it is left alone.
+    // The sphere rises, so it has no contact.
     assert_eq!(face(&Parabola([0.5, 0.01, 0.0]), 1.0, &[extent]), None);
-    // Beside it forever, or on it only after passing to the other side.
+    // The foot is never on the face, or reaches it only after the sphere has passed to the other side.
     assert_eq!(face(&height, 1.0, &[Parabola([-1.0, 0.0, 0.0])]), None);
     assert_eq!(face(&Parabola([0.5, -1.0, 0.0]), 1.0, &[extent]), None);
     // From below.
@@ -101,8 +102,8 @@ fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
 
 #[test]
 fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
-    // Two extents rise at the same time within round-off. At the time of one, the other may still be
-    // negative.
+    // Two extents rise to zero at the same time within round-off. When one extent reaches zero, the other may
+    // still be negative.
     let mut random = ChaCha8Rng::seed_from_u64(7);
     for case in 0..20_000 {
         let at = 1.0 + uniform(&mut random);
@@ -114,12 +115,14 @@ fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
         let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
         assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
     }
-    // One extent is left when the other is reached, just before, or just after.
+    // One extent becomes negative at the time when the other becomes positive, just before it, or just after
+    // it.
     for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // Three in turn, each later than the one tested after it; and one that dips meanwhile.
+    // Three extents become positive in turn, each later than the extent tested after it. Another extent is
+    // negative for a while.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -130,7 +133,7 @@ fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
 
 #[test]
 fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
-    // Along and across the edge, within rounding of it, at heights that differ by rounding.
+    // The paths go along and across the edge, within rounding of it, at heights that differ by rounding.
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for case in 0..20_000 {
         let mut small = || f64::EPSILON * (f64::from(random.next_u32() % 9) - 4.0);
@@ -178,7 +181,7 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
     let mut deepest = 0.0_f64;
     for case in 0..30 {
         let (mut points, triangles) = sphere(1 + case % 2);
-        // Smooth, rough and not convex, and with slivers.
+        // The meshes are smooth, rough (not convex), or have slivers.
         let rough = [0.0, 0.2, 0.5][case % 3];
         points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
         if case % 5 == 0 {

@@ -4,8 +4,8 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the adjacent cells, nearest first. These most likely hold an overlap, which ends most random
-/// attempts.
+/// Offsets to the adjacent cells, nearest first. The nearest cells most likely hold an overlap, which ends
+/// most random attempts.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -110,8 +110,8 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// The first result of `found` for particles within `range` of a position. It may also be called for
-    /// others.
+    /// Returns the first result of `found` for particles within `range` of a position. `found` may also be
+    /// called for particles outside `range`.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -141,7 +141,7 @@ impl<'a> Grid<'a> {
                 squared += away * away;
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
-            // A cell out of reach of the longest contact holds no overlap.
+            // A cell beyond the longest contact holds no overlap.
             if !is_reached || squared > longest_squared {
                 continue;
             }
@@ -152,8 +152,8 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Search if more than the adjacent cells are within range: all of these, or all particles if they are
-    /// fewer.
+    /// Searches if more than the adjacent cells are within range. Visits all cells in range, or all
+    /// particles if they are fewer than these cells.
     fn find_far<T>(
         &self,
         taken: &[Taken],
@@ -196,7 +196,7 @@ impl<'a> Grid<'a> {
         cell
     }
 
-    /// Neighbours along x share cache lines. Two cells in one bucket only cost time.
+    /// Neighbours along x share cache lines. If two cells share a bucket, the search is only slower.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]

@@ -12,7 +12,7 @@ fn overlaps_are_those_of_a_search_over_all_pairs() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // Few at a time. Among many, another overlap would hide a missed one.
+            // A few particles at a time: among many, another overlap would hide a missed overlap.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();

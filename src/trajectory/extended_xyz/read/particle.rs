@@ -65,7 +65,7 @@ impl SpeciesTable {
     }
 }
 
-/// Number of words of a line that are stored. Later ones are searched for again; no usual file has that many
+/// Number of words of a line that are stored. Later words are searched for again; no usual file has so many
 /// columns.
 const KEPT: usize = 64;
 
