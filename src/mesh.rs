@@ -1,5 +1,5 @@
-//! Meshes of triangles: their files, those of round shapes and of the surfaces of a scene, and what
-//! is wrong with one.
+//! Meshes of triangles: their files, meshes of round shapes and of the surfaces of a scene, and the faults of
+//! a mesh.
 
 mod clip;
 pub mod read;

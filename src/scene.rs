@@ -61,7 +61,7 @@ impl Scene {
     /// Reads a scene from a file.
     ///
     /// # Errors
-    /// [`SceneError`] if the file cannot be read, or for the first mistake in it.
+    /// [`SceneError`] if the file cannot be read, or for the first error in its content.
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::from_file_with(path, &[])
     }
@@ -73,7 +73,7 @@ impl Scene {
     /// not contain are added.
     ///
     /// # Errors
-    /// As for [`Scene::from_file`]. The error for a mistake in an override shows the override.
+    /// As for [`Scene::from_file`]. The error for an invalid override shows the override.
     pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
         Self::from_toml_with(read_text(path)?, path, overrides)
@@ -81,11 +81,11 @@ impl Scene {
 
     /// Reads a scene from its text.
     ///
-    /// `name` is used as the path of the file. It appears in messages, provides the name of the scene unless
-    /// the text gives one, and sets the folder that relative paths start from.
+    /// `name` is used as the path of the file. It appears in messages and sets the folder for relative paths.
+    /// The scene also gets its name from `name`, unless the text gives one.
     ///
     /// # Errors
-    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
+    /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
     pub fn from_toml(text: impl Into<String>, name: impl AsRef<Path>) -> Result<Self, SceneError> {
         Self::from_toml_with(text, name, &[])
     }
@@ -93,7 +93,7 @@ impl Scene {
     /// Reads a scene from its text, with some of its values replaced as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
+    /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
     pub fn from_toml_with(
         text: impl Into<String>,
         name: impl AsRef<Path>,
@@ -103,8 +103,8 @@ impl Scene {
         Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene that may have particles from the memory of a program (`given`), or start from a run,
-    /// which `open` reads.
+    /// Reads a scene from its text. Its particles may come from the memory of a program (`given`), or from a
+    /// run that `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -144,12 +144,12 @@ impl Scene {
     /// the positions of the particles.
     ///
     /// # Errors
-    /// [`SceneError`] for the first mistake; [`SceneError::others`] has the other mistakes.
+    /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
-    /// Returns the files that a text names, and the folder of the run that its scene starts from.
+    /// Returns the files that a text names, and the folder of the run from which its scene starts.
     ///
     /// # Errors
     /// As for [`Self::check_keys`].
@@ -177,8 +177,8 @@ impl Scene {
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Returns the place of each key in a text. A place has indices of entries instead of their names, so
-    /// that two keys of the same value have the same place.
+    /// Returns the place of each key in a text. A place contains the indices of entries instead of their
+    /// names. Two keys of the same value therefore have the same place.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()

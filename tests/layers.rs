@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From the bottom up: each layer uses only those before it.
+/// The layers from the bottom up. Each layer uses only the layers before it.
 const LAYERS: [&str; 16] = [
     "base",
     "physics",

@@ -46,7 +46,7 @@ fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
         assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
         assert_eq!(interaction.restitution, 0.9);
     }
-    // Links of beads share one interaction; that of the bob has its own diameter.
+    // Links of beads share one interaction. The link of the bob has its own diameter.
     assert_eq!(scene.bonds()[0].interaction, scene.bonds()[8].interaction);
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
 }
@@ -193,7 +193,7 @@ fn code_and_text_pass_the_same_checks() {
     assert_eq!(error.to_string(), "interaction[0].restitution is 1.1, expected a number from 0 to 1");
 }
 
-/// A fluid with a lognormal distribution of diameters beside equal spheres.
+/// A fluid of equal spheres and of spheres with a lognormal distribution of diameters.
 const POLYDISPERSE: &str = r#"
 [[species]]
 name = "A"

@@ -20,7 +20,7 @@ use pyo3::types::PyDict;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Columns of a message: what a traceback and a notebook show without wrapping.
+/// Columns of a message. A traceback and a notebook show this width without wrapping.
 const WIDTH: usize = 100;
 
 /// An exception of the package, from the name of its class, its message and its attributes.
@@ -38,7 +38,7 @@ pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>
     })
 }
 
-/// An exception whose message includes a cure.
+/// An exception whose message includes a suggestion.
 pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     let text = cure.map_or_else(|| message.to_owned(), |cure| format!("{message}\n  help: {cure}"));
     exception(class, &text, &[("cure", cure.map(str::to_owned))])
@@ -71,7 +71,7 @@ pub fn scene(error: &SceneError) -> PyErr {
     )
 }
 
-/// Key of a mistake found by TOML or serde, from its position in the text; `None` if it belongs to no key.
+/// Key of an error found by TOML or serde, from its position in the text; `None` if it belongs to no key.
 fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;

@@ -31,8 +31,8 @@ impl Given {
         Ok(Self(Arc::new(given)))
     }
 
-    /// Name, parts of a `carom.Frame`, name of the interaction of the bonds, and whether box and radii are
-    /// known, and z is unknown.
+    /// Name, parts of a `carom.Frame`, and name of the interaction of the bonds. The flags tell whether the
+    /// box and the radii are known, and whether z is unknown.
     #[allow(clippy::type_complexity, reason = "a tuple of Python")]
     fn parts<'py>(&self, py: Python<'py>) -> PyResult<(&str, Bound<'py, PyDict>, Option<&str>, [bool; 3])> {
         let it = &*self.0;

@@ -21,7 +21,7 @@ thread_local! {
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
-/// Functions by name, and the exception of one of them, after which none is called any more.
+/// Functions by name, and the exception of one function. After an exception, no function is called any more.
 struct Functions {
     by_name: Vec<(String, Py<PyAny>)>,
     raised: Option<PyErr>,

@@ -1,4 +1,4 @@
-//! What is made of the files of a run: other formats, pictures, movies, pages and proofs.
+//! Outputs made from the files of a run: other formats, pictures, movies, pages and proofs.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -28,8 +28,8 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// The trajectory of a run, after checking that a file may be written beside it: not over a file of the run,
-/// nor through a link under a default name.
+/// Returns the trajectory of a run. Checks that the output neither replaces a file of the run nor follows a
+/// link under a default name.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;
@@ -151,12 +151,12 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
-/// Names of files equal to those of a replay; of those that differ, with the difference; of those not
+/// Names of the files that equal the files of a replay; files that differ, with the difference; files not
 /// compared, with the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
-/// Proves events of a run. Returns the printed text, numbers of the certificate, and the reason with its cure
-/// if the proof failed.
+/// Proves events of a run. Returns the printed text, numbers of the certificate, and, if the proof failed,
+/// the reason with a suggestion.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

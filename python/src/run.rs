@@ -110,7 +110,7 @@ pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
     parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
 }
 
-/// Runs a scene in a folder. Returns why it is not sound, if it is not.
+/// Runs a scene in a folder. If the run is not sound, returns the reason.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(

@@ -12,7 +12,7 @@ use crate::given::Given;
 use crate::scene::Scene;
 use crate::simulation::State;
 
-/// Everything saved beside an engine. Texts are bytes here, so that they can have any length.
+/// Everything saved with an engine. Texts are bytes here, so that they can have any length.
 #[derive(Serialize, Deserialize)]
 pub struct Beside {
     model: Model,
@@ -40,7 +40,7 @@ impl Beside {
     }
 }
 
-/// The saved state and scene, on a given number of threads or on those of the scene.
+/// The saved state and scene, on a given number of threads or on the number that the scene sets.
 pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads>) -> (State, Scene) {
     let Beside { model, text, name, set, given, pending, baths } = beside;
     engine.set_threads(threads.unwrap_or(model.run().threads));

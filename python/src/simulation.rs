@@ -42,8 +42,8 @@ impl State {
 /// Temperature, rate and axes of a heat bath.
 type Bath = (f64, f64, [bool; 3]);
 
-/// A simulation. Its lock is never waited for while holding Python's own lock: if another thread calls in the
-/// meantime, it gets an error.
+/// A simulation. No thread waits for its lock while holding Python's own lock. A call from another thread
+/// during this time raises an error.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Simulation(Mutex<State>);
 

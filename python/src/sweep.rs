@@ -66,7 +66,7 @@ impl Sweep {
         self.0.short_names()
     }
 
-    /// Checks for mistakes before anything is created, also if the folder does not exist.
+    /// Checks for errors before anything is created, also if the folder does not exist.
     fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
             let scene = self.0.check().map_err(|error| error::sweep(&error))?;
@@ -155,7 +155,7 @@ impl Sweep {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let names = observation.names();
             let orders = orders_for(jobs, interval, (&folder, force), (&instruments, &names));
-            // Signals reach only this thread, so the others simulate.
+            // Signals reach only this thread. The other threads therefore run the simulations.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
                 while !runs.is_finished() {

@@ -1,6 +1,6 @@
 //! Checksums of files.
 
-/// The checksum of some bytes.
+/// Returns the checksum of a byte sequence.
 pub(crate) fn checksum(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes)
 }

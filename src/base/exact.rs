@@ -11,13 +11,13 @@ const BITS: u32 = 32;
 const DIGITS: usize = 68;
 
 /// Number of additions after which carries are propagated. Each addition changes a digit by less than `2^32`,
-/// and a digit has 63 bits.
+/// and a digit can hold 63 bits.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).
 ///
 /// The terms are added as integers in units of the smallest number. The result therefore does not depend on
-/// their order or grouping. If some terms are not finite, the sum is the sum of these.
+/// their order or grouping. If any terms are not finite, the result is the sum of the non-finite terms.
 #[derive(Debug, Clone, Copy)]
 pub struct ExactSum {
     /// `sum digits[k] 2^(32 k - 1074)`.
@@ -47,7 +47,8 @@ impl ExactSum {
             self.infinite += x;
             return;
         }
-        // A subnormal number has the exponent of the smallest normal one, without the implicit leading bit.
+        // A subnormal number has the exponent of the smallest normal number, without the implicit leading
+        // bit.
         let place = exponent.max(1) - 1;
         let magnitude = (bits & ((1 << 52) - 1)) | u64::from(exponent > 0) << 52;
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]

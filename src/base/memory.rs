@@ -1,12 +1,12 @@
-//! Available memory, with which scenes are compared before anything is allocated for them.
+//! Available memory. The requirements of a scene are compared with it before any allocation.
 
 use std::sync::OnceLock;
 
 /// Used if the system does not report its memory: 16 GiB, or half of the 32-bit address space.
 const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
-/// The memory that this process may use `[bytes]`: that of the machine, or less if a control group or a limit
-/// of the process (`ulimit -v`) restricts it.
+/// The memory that this process may use `[bytes]`. It is the memory of the machine, or less if a control
+/// group or a limit of the process (`ulimit -v`) restricts it.
 pub(crate) fn total() -> u64 {
     static TOTAL: OnceLock<u64> = OnceLock::new();
     *TOTAL.get_or_init(|| system::limits().into_iter().flatten().min().unwrap_or(UNKNOWN))

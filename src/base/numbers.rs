@@ -61,7 +61,7 @@ pub(crate) fn single(x: f64) -> f32 {
 /// and fewer of anything else.
 ///
 /// # Panics
-/// If the index exceeds those of any scene.
+/// If the index exceeds the largest possible index of a scene.
 #[inline]
 #[cfg_attr(not(test), expect(clippy::expect_used, reason = "scenes with more are refused"))]
 pub(crate) fn id(index: usize) -> u32 {

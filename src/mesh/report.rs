@@ -96,8 +96,8 @@ pub struct MeshReport {
 /// of them takes a time quadratic in the number of triangles.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections, and of
-/// triangles that are tested against rays. A mesh of a million triangles needs a tenth of it. Tens of
+/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections. It
+/// also limits the triangles tested against rays. A mesh of a million triangles needs a tenth of it. Tens of
 /// thousands of needles that are not parallel to an axis, whose boxes all overlap, may need more.
 pub const MOST_PAIRS: usize = 100_000_000;
 

@@ -20,7 +20,7 @@ mod brought {
         static BROUGHT: RefCell<BTreeMap<PathBuf, Vec<u8>>> = RefCell::default();
     }
 
-    /// Provides a file for scenes, under the path by which they name it.
+    /// Provides the content of a file to scenes that name this path.
     pub fn bring(path: &Path, content: Vec<u8>) {
         BROUGHT.with_borrow_mut(|files| files.insert(path.to_owned(), content));
     }

@@ -1,4 +1,4 @@
-//! A scene built in code, with the same checks as one from a file.
+//! A scene built in code, with the same checks as a scene from a file.
 
 use std::collections::BTreeMap;
 
@@ -54,10 +54,10 @@ pub struct SceneBuilder {
     /// The first group whose ids were requested but are unknown.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    /// Surfaces besides those of the parts.
+    /// Surfaces in addition to the surfaces of the parts.
     pub(crate) surfaces: Vec<SurfaceDraft>,
     pub(crate) has_surfaces: bool,
-    /// The run that it starts from, instead of groups.
+    /// The run from which the scene starts, instead of groups.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
 }
@@ -111,14 +111,14 @@ impl SceneBuilder {
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
-        /// The acceleration of every moving species without one of its own `[length / time^2]`.
+        /// The acceleration of every moving species that has no acceleration of its own `[length / time^2]`.
         gravity(gravity: Vector) => gravity;
         /// Shears the box: the streaming velocity is `v_x = rate (y - y_middle)`, and images above and below
         /// slide along x `[1 / time]`.
         shear(rate: f64) => parts.shear_rate;
         /// Initial displacement along x of the next image along y in a sheared box `[length]`.
         displacement(displacement: f64) => parts.displacement;
-        /// Contact time of the TC model, which it switches on `[time]`.
+        /// Contact time of the TC model `[time]`. Setting it switches the model on.
         contact_time(time: f64) => parts.contact_time;
         /// Plan of the live page.
         live(live: LivePlan) => parts.live;
@@ -149,7 +149,7 @@ impl SceneBuilder {
     }
 
     /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature
-    /// `[energy]`. A wall without one reflects.
+    /// `[energy]`. A wall without a temperature reflects.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
         if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
@@ -249,9 +249,9 @@ impl SceneBuilder {
     /// Sets equal speeds in random directions for all fills and chains added so far that have neither a
     /// temperature nor a speed `[length / time]`.
     ///
-    /// Directions are opposite in pairs; if a species has an odd number of particles, three are at 120
-    /// degrees to each other. Each speed is therefore exactly this one and the momentum is zero. On a line,
-    /// the last particle of an odd number keeps its momentum.
+    /// Directions are opposite in pairs. If a species has an odd number of particles, three of them have
+    /// directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the
+    /// momentum is zero. On a line, the last particle of an odd number keeps its momentum.
     pub fn speed(mut self, speed: f64) -> Self {
         self.at_rest().for_each(|start| *start.1 = Some(speed));
         self
@@ -321,7 +321,7 @@ impl SceneBuilder {
 
     /// Adds a group of particles and returns the id of the first one.
     fn insert(&mut self, table: &'static str, group: Group) -> ParticleId {
-        // More particles than ids are rejected with the scene.
+        // If there are more particles than ids, the scene is rejected later.
         let first = self.push(table, group).map(|first| ParticleId(u32::try_from(first).unwrap_or(u32::MAX)));
         if let (None, Some(last)) = (first, self.groups.last()) {
             self.unnumbered.get_or_insert_with(|| last.at.clone());

@@ -101,7 +101,8 @@ fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError
     SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }
 
-/// The given mass is that of the mean diameter.
+/// Replaces each distributed species by its classes.
+/// The given mass belongs to a particle of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     let dimensions = scene.parts.space.dimensions();
     let mut species = Vec::new();
@@ -151,7 +152,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         };
         let is_alike = species[0] == species[1];
         let (first, second) = (names(0), names(1));
-        // One of them keeps the name, for bonds, which derive their potentials from it.
+        // Bonds derive their potentials from the name. One of the interactions therefore keeps it.
         let mut name = draft.name.clone();
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {

@@ -46,8 +46,7 @@ impl Scene {
     /// Reads a scene from its text, with overrides, that continues from the present state of a simulation.
     /// Particles, bonds and static meshes are those of the simulation and replace those of the text.
     ///
-    /// # Errors
-    /// [`SceneError`] with the first mistake, also if the state does not fit.
+    /// [`SceneError`] for the first error in the text, or if the state does not fit the scene.
     pub(crate) fn from_toml_after(
         text: &str,
         name: &Path,
@@ -89,7 +88,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// A builder in which everything that the scene leaves out is taken from the run.
+    /// Returns a builder that takes everything that the scene leaves out from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -148,8 +147,8 @@ impl SceneBuilder {
             static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
-        // Pairs captured across a side that opens are far apart, and pairs across a side that becomes
-        // periodic may be near.
+        // When a periodic side opens, pairs captured across it are suddenly far apart. When a side becomes
+        // periodic, pairs across it may be near.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {
@@ -168,7 +167,7 @@ impl SceneBuilder {
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
-        // Otherwise no position can be worse than in the run.
+        // If nothing changed, no position can be less valid than in the run.
         if !is_as_it_was {
             self.check_places(&start)?;
         }

@@ -124,8 +124,9 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the box from a frame. Sides that the scene does not mention are taken from the frame; a frame cannot
-/// distinguish walls from open sides, so they are open. Flat axes have no extent.
+/// Takes the box from a frame, with the sides that the scene does not mention. A frame cannot distinguish
+/// walls from open sides, so an axis that is neither periodic nor flat must be given by the scene. Flat axes
+/// have no extent.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
@@ -145,8 +146,8 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
     Ok(())
 }
 
-/// Adds the bonds of a frame. Each gets the scene's interaction with the name in the file, or the one that
-/// the scene names for all.
+/// Adds the bonds of a frame. Each bond gets the interaction that the scene names for all bonds, or else the
+/// interaction whose name is in the file.
 fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let frame = &*start.frame;
     if frame.bonds.is_empty() {
@@ -202,7 +203,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     Ok(())
 }
 
-/// Path and checksum of a file. The checksum must be the one in the scene, if it has one.
+/// Returns the path and checksum of a file. If the scene has a checksum, the two must be equal.
 pub(super) fn unchanged(
     path: &Path,
     text: &[u8],
@@ -220,7 +221,7 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// A frame, or the line and the mistake.
+/// Reads a frame; on failure, returns the line and the error.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

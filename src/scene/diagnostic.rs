@@ -112,16 +112,16 @@ pub enum SceneErrorKind {
     /// An invalid mesh file.
     #[error("{}: {problem}", path.display())]
     Mesh { path: PathBuf, problem: Box<MeshFileProblem> },
-    /// A coordinate file with another checksum than the scene requires.
+    /// A coordinate file whose checksum differs from the checksum in the scene.
     #[error("{} has changed: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
-    /// A scene that starts from a run, where runs cannot be read.
+    /// A scene that starts from a run, in a context where runs cannot be read.
     #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
     NeedsRun { path: PathBuf },
     /// A run that cannot be started from.
     #[error("nothing can start from {}: {problem}", path.display())]
     NoStart { path: PathBuf, problem: String, cure: String },
-    /// A run whose state differs from the one the scene starts from.
+    /// A run whose state has changed since the scene named its checksum.
     #[error("the run in {} has changed: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
     RunChanged { path: PathBuf, found: String, expected: String },
     /// An override of something that does not exist.
@@ -148,7 +148,7 @@ impl SceneErrorKind {
         Self::Value { value: shortened(value.to_string()), expected: expected.into() }
     }
 
-    /// The likely cure, if there is one.
+    /// A suggestion for the likely correction, if there is one.
     fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, .. } if not_there(key).is_some() => not_there(key).map(str::to_owned),
@@ -274,7 +274,8 @@ fn one_of<S: AsRef<str>>(words: &[S]) -> String {
 
 /// The known word most similar to `word`, if any is similar.
 pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
-    // Jaro-Winkler similarity of unrelated key names stays below 0.7, one or two typos above 0.8.
+    // The Jaro-Winkler similarity of unrelated key names stays below 0.7. With one or two typos it is above
+    // 0.8.
     const ALIKE: f64 = 0.75;
     known
         .iter()
@@ -287,7 +288,7 @@ pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> 
 /// Error in a scene, with the config path of the value and its line in the file.
 ///
 /// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value
-/// underlined, and a cure.
+/// underlined, and a suggestion.
 #[derive(Debug)]
 pub struct SceneError(Box<Inner>);
 
@@ -296,12 +297,12 @@ struct Inner {
     kind: SceneErrorKind,
     at: ConfigPath,
     source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
-    /// Further mistakes in the same text.
+    /// Further errors in the same text.
     others: Vec<SceneError>,
 }
 
 impl SceneError {
-    /// A mistake at a config path.
+    /// An error at a config path.
     pub(crate) fn new(at: ConfigPath, kind: impl Into<SceneErrorKind>) -> Self {
         Self(Box::new(Inner { kind: kind.into(), at, source: None, others: Vec::new() }))
     }
@@ -321,7 +322,7 @@ impl SceneError {
         self
     }
 
-    /// Config path of the value; the root if the mistake is not at a single value.
+    /// Config path of the value; the root if the error does not concern a single value.
     #[must_use]
     pub fn config_path(&self) -> &ConfigPath {
         &self.0.at
@@ -347,19 +348,19 @@ impl SceneError {
         self
     }
 
-    /// The error with further mistakes in the same text.
+    /// The error with further errors in the same text.
     pub(crate) fn with_others(mut self, others: Vec<Self>) -> Self {
         self.0.others = others;
         self
     }
 
-    /// Further mistakes in the same text, in its order: unknown keys, and values of the wrong type.
+    /// Further errors in the same text, in its order: unknown keys, and values of the wrong type.
     #[must_use]
     pub fn others(&self) -> &[Self] {
         &self.0.others
     }
 
-    /// Whether the text that contains the mistake is known.
+    /// Whether the text that contains the error is known.
     pub(crate) fn has_source(&self) -> bool {
         self.0.source.is_some()
     }

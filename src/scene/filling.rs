@@ -18,8 +18,8 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Maximum number of sites of the lattice around a region, even if few lie inside, as for a thin cylinder
-/// across the box: seconds and a gigabyte.
+/// Maximum number of lattice sites around a region, even if few sites lie inside it, as for a thin cylinder
+/// across the box. At this number, a fill needs seconds and a gigabyte.
 const MOST_SITES: f64 = 2e7;
 
 /// Relative round-off by which the mean of two diameters may exceed their contact distance.
@@ -156,8 +156,8 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
     Ok(shares)
 }
 
-/// An upper bound of the number of particles that fit, if particles cannot overlap: the room over the mean
-/// volume of their impenetrable spheres.
+/// An upper bound of the number of particles that fit if particles cannot overlap: the volume of the region
+/// divided by the mean volume of their impenetrable spheres.
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],

@@ -1,5 +1,5 @@
-//! The particles of a scene, group by group: placed in the order that leaves most room, numbered in the given
-//! order, at rest.
+//! The particles of a scene, group by group and at rest. Groups are placed in the order that leaves most
+//! room, and numbered in the given order.
 
 mod placing;
 
@@ -58,7 +58,7 @@ impl Groups {
                         placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // Includes the spheres of all static surfaces, whose numbers are only known now.
+                // The total includes the spheres of all static surfaces, whose numbers are only known now.
                 total += parts[index].len() as u64;
                 affordable(total, &placed.at)?;
             }
@@ -146,7 +146,7 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
     let mut particles = Vec::with_capacity(listed.particles.len());
     for (row, particle) in listed.particles.iter().enumerate() {
         let found = known.get(particle.species.0 as usize).copied().flatten();
-        // For valid particles, which are many, no messages are prepared.
+        // Valid particles are the common case, so no messages are prepared for them.
         let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
             return Err(wrong(listed, row, (species, space), at));
         };

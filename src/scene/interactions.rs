@@ -13,11 +13,11 @@ use crate::scene::limits::{above_one, finite, positive, positive_if_given, resti
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// Maximum number of steps of a stepped potential. More are a typing mistake.
+/// Maximum number of steps of a stepped potential. A larger number is taken for a typing error.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// Maximum number of interactions of a scene, one for each pair of species and each diameter, and of species.
-/// The event loop numbers both with 16 bits.
+/// Maximum number of interactions of a scene, and of its species. Each pair of species and each diameter
+/// counts as one interaction. The event loop numbers both with 16 bits.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
 /// The interactions in use. A draft becomes several if it applies to pairs of different diameters.

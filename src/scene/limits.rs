@@ -9,13 +9,13 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory per particle in a simulation, with its prediction and lists `[bytes]`. Measured maxima for hard
-/// spheres at a packing fraction of 0.5: 250, with instruments that need a copy for a look ahead 530, and
-/// from a random start 560.
+/// Memory per particle in a simulation, including its prediction and lists `[bytes]`. Measured maxima for
+/// hard spheres at a packing fraction of 0.5 are 250 bytes, 530 with instruments that copy the state to look
+/// ahead, and 560 from a random start.
 const BYTES_PER_PARTICLE: u64 = 600;
 
-/// Maximum number of particles. Up to eight cells and eight slots in blocks per particle must be numbered in
-/// 32 bits.
+/// Maximum number of particles. A particle can need up to eight cells and eight slots in blocks, and all of
+/// them must be numbered in 32 bits.
 const MOST_PARTICLES: u64 = 500_000_000;
 
 /// Memory per pair of species in the tables of the event loop, in both orders `[bytes]`.
@@ -24,7 +24,8 @@ const BYTES_PER_PAIR: u64 = 64;
 /// Maximum number of species with particles, which have 16-bit numbers.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids, before anything is allocated.
+/// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids. The
+/// check comes before any allocation.
 pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
     affordable_with(particles, memory::total(), at)
 }
@@ -207,7 +208,7 @@ mod tests {
         assert!(with_any_memory(MOST_PARTICLES).is_ok());
         let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();
         assert!(error.contains("a scene of 500000001 particles, expected at most 500000000"), "{error}");
-        // The numbers of cells and slots stay below the marker for none.
+        // The numbers of cells and slots stay below the value that marks an empty entry.
         assert!(8 * MOST_PARTICLES + 64 < u64::from(u32::MAX));
     }
 }

@@ -10,9 +10,9 @@ use crate::scene::file::SceneFile;
 /// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, type, range and
 /// default, and permitted words.
 ///
-/// A scene that violates it has a mistake. A scene that satisfies it may still have one, because relations
-/// between parts of a scene are not included. [`Scene::from_toml`](crate::model::Scene::from_toml) decides.
-/// JSON has no infinity, so an infinite energy is null.
+/// A scene that violates it is invalid. A scene that satisfies it may still be invalid, because the schema
+/// does not include relations between parts of a scene. [`Scene::from_toml`](crate::model::Scene::from_toml)
+/// decides. JSON has no infinity, so an infinite energy is null.
 ///
 /// ```
 /// let schema = carom::scene::schema();

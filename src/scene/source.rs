@@ -98,13 +98,13 @@ impl Source {
         if error.has_source() {
             return error;
         }
-        // Parsing it a second time is cheaper than keeping the tree of a valid scene.
+        // The text is parsed a second time, which is cheaper than keeping the tree of every valid scene.
         let range = self.tree().map_or(0..0, |tree| range_of(error.config_path(), &tree));
         self.at(error, range)
     }
 
-    /// The parsed file with the overrides applied. If they start it from a run, its own particles are
-    /// removed.
+    /// The parsed file with the overrides applied. If the overrides start the scene from a run, the particles
+    /// of the file are removed.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
@@ -266,8 +266,8 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     found.map_or(0..0, Spanned::span)
 }
 
-/// The kind of a mistake that TOML or serde found in a text. Their messages name keys in backticks, the
-/// relevant one first.
+/// The kind of an error that TOML or serde found in a text. Their messages name keys in backticks, the
+/// relevant key first.
 fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);

@@ -10,7 +10,7 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    /// Motions. Each may name a stage, to whose beginning its times refer.
+    /// Motions. If a motion names a stage, its times count from the beginning of the stage.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
@@ -34,8 +34,8 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
     }
 
-    /// Adds a stage of a run in which it is present. Without any, it is present in all. `measurement` stands
-    /// for everything after the stages that the scene lists.
+    /// Adds a stage of a run in which the surface is present. Without any such stage, the surface is present
+    /// in all stages. `measurement` stands for everything after the stages that the scene lists.
     #[must_use]
     pub fn during(mut self, stage: &str) -> Self {
         self.stages.push(stage.to_owned());
@@ -57,7 +57,7 @@ impl SurfaceDraft {
         self
     }
 
-    /// Restricts it to species: adds one that meets the surface.
+    /// Adds a species that meets the surface. The surface is then restricted to the added species.
     #[must_use]
     pub fn only(mut self, species: &str) -> Self {
         self.species.push(species.to_owned());

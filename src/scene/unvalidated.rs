@@ -20,7 +20,7 @@ use crate::scene::diagnostic::{SceneError, missing, refuse};
 pub enum Amount {
     /// Number of particles per volume `[length^-D]`, `D` the number of axes that are not flat.
     NumberDensity(f64),
-    /// Sum of the particles' own volumes relative to the volume.
+    /// Total volume of the particles divided by the volume of the region.
     PackingFraction(f64),
 }
 
@@ -51,8 +51,8 @@ pub struct Fill {
     pub count: Option<u64>,
     /// How dense; follows from `count` if it is not given.
     pub amount: Option<Amount>,
-    /// Whether to place only as many as fit one by one, at most those of `count` or `amount` if given. Only
-    /// at random.
+    /// Whether to place only as many particles as fit one by one, at most the number from `count` or `amount`
+    /// if given. Valid only at random.
     pub as_many_as_fit: bool,
     /// Region; the whole box if `None`. Particles stay inside it including their surfaces.
     pub region: Option<FillRegion>,
@@ -93,7 +93,7 @@ impl Fill {
         Self { amount: Some(amount), ..self }
     }
 
-    /// Places as many as fit at random, but at most those of a number or density, if given.
+    /// Places as many particles as fit at random, at most the number from a given count or density.
     #[must_use]
     pub fn as_many_as_fit(self) -> Self {
         Self { as_many_as_fit: true, ..self }
@@ -299,8 +299,8 @@ impl InteractionDraft {
         Self { name: Some(name.to_owned()), ..self }
     }
 
-    /// Sets the contact distance, which is the mean diameter of the species by default, if the model has one
-    /// `[length]`.
+    /// Sets the contact distance, if the model has one `[length]`. The default is the mean diameter of the
+    /// two species.
     #[must_use]
     pub fn diameter(self, diameter: f64) -> Self {
         Self { diameter: Some(diameter), ..self }

@@ -32,7 +32,7 @@ impl SceneBuilder {
     /// Validates the parts and places the particles.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
+    /// [`SceneError`] for the first error: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
             let expected = "before it, or with a count: its id is not known otherwise";

@@ -295,7 +295,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // Listed with those of all stages below.
+            // `redrawn` below lists these collisions for all stages.
             Influence::AndersenCollisions => None,
         })
         .collect();

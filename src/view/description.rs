@@ -191,7 +191,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
-/// Reasons why the run takes far longer than its events, with the time for each.
+/// Lists reasons why the run takes far longer than its events need, with the wall time for each.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(told).collect()
@@ -199,7 +199,7 @@ pub fn burdens(scene: &Scene) -> Vec<String> {
 
 fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
-        // If the number of events is unknown, so is the time.
+        // Below one second the time is left out. It is also unknown if the number of events is unknown.
         ..1.0 => cause,
         _ => format!("{cause}: some {} of wall time", wall_time(seconds)),
     }

@@ -75,7 +75,7 @@ pub enum ViewError {
         "a GIF cannot show {0} images per second: its images last for whole hundredths of a second, and players make one of the shortest ten"
     )]
     FastGif(u32),
-    /// In an MP4, two by two pixels share one colour.
+    /// In an MP4, each block of two by two pixels shares one colour.
     #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
     OddSize {
         /// Columns of pixels.
@@ -124,7 +124,7 @@ pub enum ViewError {
     /// No thread could be started.
     #[error("no thread could be started to draw images")]
     Threads,
-    /// The caller stopped it.
+    /// The caller stopped the work.
     #[error("interrupted; nothing was written")]
     Interrupted,
     /// The folder of a run is not a folder.

@@ -17,7 +17,8 @@ use crate::view::{audit, describe};
 /// Values by the name of their observable.
 type Means<T> = [(&'static str, T)];
 
-/// Largest number of lines for results of instruments: enough for one of each kind with a few species.
+/// Largest number of lines for results of instruments: enough for one instrument of each kind with a few
+/// species.
 const MOST_NUMBERS: usize = 48;
 
 /// Largest number of lines for rates.

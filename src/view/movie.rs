@@ -1,9 +1,9 @@
 //! Movies of a trajectory as GIF, APNG or MP4; every frame is drawn by [`render`].
 //!
 //! All images are framed in the same way: by the box, or else by all particles of all frames. The camera may
-//! move around the scene at constant speed. The scale of speeds is the same in all images. Below each image
-//! stand its simulated time and a scale bar; in perspective the bar holds at the distance of the middle of
-//! the scene.
+//! move around the scene at constant speed. The scale of speeds is the same in all images. The simulated time
+//! and a scale bar appear below each image. In perspective, the scale bar is valid at the distance of the
+//! middle of the scene.
 //!
 //! | format | how | colours |
 //! |---|---|---|
@@ -12,9 +12,9 @@
 //! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, which receives the images through a pipe | H.264, or MPEG-4 if ffmpeg lacks it |
 //!
 //! GIF and APNG store only the part of each image that differs from the previous one, and repeat for ever.
-//! The file is first scanned for its frames; then each frame is read once, drawn and compressed, as many at a
-//! time as cores and memory allow. The same trajectory and options give the same bytes on any number of cores
-//! (for MP4, as far as ffmpeg does).
+//! The program first scans the file for its frames. Then it reads, draws and compresses each frame once.
+//! Cores and memory limit the number of frames processed at the same time. The same trajectory and options
+//! give the same bytes on any number of cores (for MP4, as far as ffmpeg does).
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -65,7 +65,7 @@ use track::{Codec, Track};
 const MOST_MEMORY: u64 = 2 << 30;
 
 /// Memory per particle while its frame is drawn `[bytes]`: its line in the frame, its position and rectangle
-/// in the image, and the shading of others.
+/// in the image, and the shading of other particles.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
 /// Largest number of images per second.
@@ -104,8 +104,8 @@ impl MovieFormat {
 /// Options of a movie: which frames, how fast, and the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movie {
-    /// How each image is drawn. The movie has exactly this width and height; the azimuth is that of the first
-    /// image.
+    /// How each image is drawn. The movie has exactly this width and height. The azimuth of the style applies
+    /// to the first image.
     pub style: Style,
     /// Images per second, 1 to 120.
     pub frames_per_second: u32,
@@ -149,7 +149,7 @@ pub struct MovieProgress {
     pub is_drawing: bool,
     /// Frames found, or images written.
     pub frames: u64,
-    /// Simulated time of the last of them `[time]`.
+    /// Simulated time of the last frame found or image written `[time]`.
     pub time: f64,
     /// Completed fraction of this stage, 0 to 1.
     pub fraction: f64,

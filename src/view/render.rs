@@ -1,9 +1,9 @@
 //! Images of a frame: shaded spheres, bonds and the box, drawn without a display.
 //!
-//! The camera positions itself: three-dimensional scenes are seen in perspective from a raised corner, flat
-//! and one-dimensional ones from the front. Light comes from the sky and from a sun with soft shadows, so
-//! that heaps and packings look solid; with gravity, shadows fall on the ground. Static particles and
-//! [surfaces](Surfaces) are translucent, so that their contents stay visible, and the box is drawn behind its
+//! The camera positions itself. Three-dimensional scenes are seen in perspective from a raised corner; flat
+//! and one-dimensional scenes are seen from the front. Light comes from the sky and from a sun with soft
+//! shadows, so that heaps and packings look solid. With gravity, shadows fall on the ground. Static particles
+//! and [surfaces](Surfaces) are translucent, so that their contents stay visible. The box is drawn behind its
 //! contents. The same frame, surfaces and style give the same bytes on each machine.
 //!
 //! ```
@@ -95,8 +95,8 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
     draw_with(frame, &Surfaces::default(), style)
 }
 
-/// Draws a frame and surfaces. A surface much larger than the box and the particles is drawn as far as it is
-/// visible.
+/// Draws a frame and surfaces. If a surface is much larger than the box and the particles, only its visible
+/// part is drawn.
 ///
 /// # Errors
 /// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;
@@ -137,7 +137,7 @@ fn paint(
     let sharp = surfaces.skins.iter().filter(|_| has_outline).flat_map(|skin| &skin.edges);
     let fine = Pen { width: FINE * thick, colour: ink, opacity: FINE_OPACITY, is_behind: false };
     let edges = box_edges(frame).into_iter().filter(|_| style.has_box).filter_map(|(ends, faces)| {
-        // An edge between two sides that face the camera has the whole box behind it.
+        // If both sides at an edge face the camera, the whole box lies behind the edge.
         let is_near = faces.iter().all(|normal| camera.is_before(&ends[0], normal)) && !faces.is_empty();
         let opacity = if is_near { NEAR_OPACITY } else { BOX_OPACITY };
         Edge::of(camera, place(&ends), Pen { width: thick, colour: ink, opacity, is_behind: true })

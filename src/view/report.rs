@@ -54,7 +54,7 @@ pub(super) const STYLE: &str = include_str!("report/page.css");
 /// Script of the figures: values under the pointer, saving of plots, and unfolding for print.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
-/// Largest trajectory that a small page plays `[bytes]`. The player makes about a third of it.
+/// Largest trajectory that a small page plays `[bytes]`. The player stores it in about a third of this size.
 const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
@@ -71,13 +71,13 @@ pub struct Page {
 /// MB, plus two frames.
 ///
 /// # Errors
-/// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if its
-/// `summary.json` is missing or damaged.
+/// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`]
+/// if its `summary.json` is missing or damaged.
 pub fn page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, u64::MAX)
 }
 
-/// Makes a small page for one of many runs: without the player if the trajectory has more than a few
+/// Makes a small page for one of many runs. The page has no player if the trajectory is larger than a few
 /// megabytes.
 ///
 /// # Errors

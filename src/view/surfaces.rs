@@ -17,9 +17,9 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// How far a surface may extend beyond the particles and the box and still be framed as a whole, relative to
-/// the longest edge of the box around these. Larger surfaces extend out of the picture, so that particles
-/// stay large.
+/// Largest distance by which a surface may extend beyond the particles and the box if it is framed as a
+/// whole. It is relative to the longest edge of the bounding box of the particles and the box. Larger
+/// surfaces extend out of the picture, so that particles stay large.
 const REACH: f64 = 0.5;
 
 /// Surfaces to draw.
@@ -85,7 +85,7 @@ impl Surfaces {
         self.skins.iter().map(pose).collect()
     }
 
-    /// Sets the bounding box of each moving surface so that it holds the surface at all given times.
+    /// Sets the bounding box of each moving surface so that it contains the surface at all given times.
     pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
         for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
             let boxes = times.clone().map(|time| skin.bounds_at(time));

@@ -92,7 +92,7 @@ impl Page {
         spans
     }
 
-    /// Headings without the marks before them.
+    /// Headings without their leading `#` characters.
     pub fn headings(&self) -> Vec<&str> {
         self.prose().into_iter().filter_map(|(_, line)| heading(line)).collect()
     }

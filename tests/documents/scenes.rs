@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// A fragment in a scene: its tables replace those of the base.
+/// A fragment in a scene. Its tables replace the tables of the base scene.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();

@@ -83,7 +83,7 @@ impl Overlap {
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
 /// Algorithms 4 to 6. Coefficients as above, with 4 roundings for `a.r + V2`. Horner's rule adds `2 k + 1` to
-/// the coefficient of `t^k`, and 2 k to that of `t^4`; `f'` adds one for the factor 3.
+/// the coefficient of `t^k`, and 2 k to the coefficient of `t^4`; `f'` adds one for the factor 3.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
 /// Algorithm 1. As for the quartic, but Horner's rule starts from zero, and each of three further derivatives

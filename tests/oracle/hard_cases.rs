@@ -15,7 +15,7 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
     state(r, v, a, distance)
 }
 
-/// Touches the discontinuity at some time with a velocity along it, from inside or outside; half of the
+/// Touches the discontinuity, with a velocity along it, at a chosen time, from inside or outside. Half of the
 /// states miss it by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);

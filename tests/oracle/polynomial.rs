@@ -61,7 +61,7 @@ impl Polynomial {
         }
     }
 
-    /// The sign just after `x`: that of the first derivative that is not zero there.
+    /// The sign just after `x`: the sign of the first derivative that is not zero there.
     pub fn sign_after(&self, x: &Dyadic) -> i32 {
         if self.is_zero() {
             return 0;

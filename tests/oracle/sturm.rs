@@ -7,7 +7,7 @@ use num_bigint::BigInt;
 /// The Sturm sequence of a polynomial without its multiple roots, so that any argument is allowed.
 pub struct Chain {
     elements: Vec<Polynomial>,
-    /// The greatest common divisor of the polynomial and its derivative, whose roots are the multiple ones.
+    /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
     pub common: Polynomial,
 }
 

@@ -9,7 +9,7 @@ use super::rule::{Kind, Verdict, next_event};
 /// Fractions of the boxes at which witnesses are searched, in addition to the centre.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Whether some polynomial in the boxes has the answer, and an event of the requested kind.
+/// Whether any polynomial in the boxes has the answer, and an event of the requested kind.
 pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
     let kinds = kind.map_or_else(|| vec![Kind::Root, Kind::TurningPoint], |kind| vec![kind]);
     directions(overlap).any(|signs| match answer {
@@ -88,7 +88,7 @@ fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let all = power_of_three(count);
     let digit = move |code: usize, k: usize| (code / power_of_three(k) % 3) as f64 - 1.0;
     let vector = move |code: usize, part: f64| (0..count).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform ones come first: they shift f as far as possible.
+    // The uniform shifts come first: they shift f as far as possible.
     let ordered = [0, all - 1].into_iter().chain(1..all - 1);
     let parts = PARTS.into_iter().flat_map(move |part| ordered.clone().map(move |code| vector(code, part)));
     std::iter::once(vec![0.0; count]).chain(parts)

@@ -232,7 +232,8 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
     let finished = finish(scene);
     let temperature = finished.observables[0].1;
     let error = temperature.standard_error.unwrap();
-    // Walls that gave velocities of the gas inside, instead of its flux, would make it colder by a fifth.
+    // If walls emitted the velocity distribution of the gas inside, instead of its flux, the gas would be
+    // colder by a fifth.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }

@@ -123,10 +123,10 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
         .unwrap()
 }
 
-/// Errors that used to be most wrong in short runs. Those of the virial of a crystal, of the pressure on
-/// walls and of the stress across a slit, whose fluctuations cancel over time, were up to four times too
-/// large. Those of free times were twice too large, and those of diffusion over few spans up to twice too
-/// small.
+/// Errors that used to be most wrong in short runs. The errors of the virial of a crystal, of the pressure on
+/// walls and of the stress across a slit were up to four times too large, because their fluctuations cancel
+/// over time. The errors of free times were twice too large. The errors of diffusion over few spans were up
+/// to twice too small.
 #[test]
 fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();

@@ -57,8 +57,8 @@ fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
 }
 
-/// Compares curves with those of levels `-k DEPTH` with known volumes, at all temperatures, and returns the
-/// largest deviation in standard errors.
+/// Compares curves with the exact curves for levels `-k DEPTH` with known volumes, at all temperatures.
+/// Returns the largest deviation in standard errors.
 pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
     let highest = curves.points.last().unwrap().temperature;
     let [top_mean, _, top_log] = moments(volumes, highest);

@@ -120,8 +120,8 @@ impl MonteCarlo {
         }
     }
 
-    /// Pairs in shells around contact, relative to those of an ideal gas, extrapolated to contact by a
-    /// parabola: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
+    /// Pairs in shells around contact, relative to the pairs of an ideal gas. A parabola extrapolates them to
+    /// contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
     fn compressibility(mut self, sweeps: u64) -> Mean {
         const SHELLS: usize = 10;
         const WIDTH: f64 = 0.01;

@@ -151,7 +151,7 @@ fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
     }
     assert!((heat.iter().flatten().sum::<f64>() - in_pairs - change).abs() < round_off);
     assert!((counts.supplied.total() - counts.dissipated.total() - change).abs() < round_off);
-    // The hottest wall heats, and the dissipative ones cool, the softer one more.
+    // The hottest wall supplies heat. The dissipative walls remove heat, the softer wall more.
     assert!(heat[0][0] > 1000.0 && heat[2][1] < 0.0 && heat[1][0] < 0.0 && heat[1][1] < heat[1][0], "{heat:?}");
 }
 

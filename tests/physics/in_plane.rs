@@ -25,7 +25,7 @@ fn surface(shape: Surface, spacing: Option<f64>) -> SurfaceFill {
     SurfaceFill { name: None, species: "wall".to_owned(), shape, spacing }
 }
 
-/// Small and large disks in the middle of static ones.
+/// Small and large disks in the middle of static disks.
 fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
     let hard = |distance: f64| Potential::hard_sphere(distance).unwrap();
     let fill = |species| Fill::new(Arrangement::Random, species).region(at(7.5, 7.5), at(12.5, 12.5));
@@ -80,8 +80,8 @@ fn rings_rectangles_and_lines_hold_what_is_inside() {
 #[test]
 fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
     let centre = at(10.0, 10.0);
-    // Two disks 1.6 apart leave 0.8 on either side: more than the 0.75 of the small ones, less than the 1 of
-    // the large ones.
+    // Two disks 1.6 apart leave 0.8 on either side: more than the 0.75 of the small disks, less than the 1 of
+    // the large disks.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);

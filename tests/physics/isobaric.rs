@@ -61,8 +61,8 @@ fn observable(finished: &Finished, name: &str) -> (f64, f64) {
     (mean, standard_error.unwrap())
 }
 
-/// Compares mean and variance of the volume with exact ones, within four standard errors, which are a few
-/// hundredths at most.
+/// Compares mean and variance of the volume with the exact values. The tolerance is four standard errors,
+/// which are a few hundredths at most.
 fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     let (volume, error) = observable(finished, "volume");
     let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
@@ -250,7 +250,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
     }
     let excluded = area / all;
     let density = |volume: f64| volume * (volume - excluded) * libm::exp(-pressure * volume / TEMPERATURE);
-    // Twice the longest range, which is that of the bond.
+    // Twice the longest range, which is the range of the bond.
     compare(&finished, moments(4.0 * longest * longest, 150.0, density));
 }
 

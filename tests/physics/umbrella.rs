@@ -1,4 +1,4 @@
-//! Replicas in windows of a distance, for particles with an exactly known potential of mean force.
+//! Replicas in umbrella windows of a distance, for particles with an exactly known potential of mean force.
 
 use std::ops::ControlFlow;
 
@@ -189,8 +189,8 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
     assert!(depth > 0.8, "{depth}");
 }
 
-/// Two large spheres among small ones that pass through each other. The small ones have more room where the
-/// excluded shells overlap.
+/// Two large spheres among small spheres that pass through each other. The small spheres have more room where
+/// the excluded shells of the large spheres overlap.
 #[test]
 fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
     let (length, count, radius) = (6.6_f64, 70, 1.5_f64);
@@ -204,7 +204,7 @@ fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
         .no_interaction("small", "small")
         .particle("large", Vector::new(2.0, 3.3, 3.3), Vector::zeros())
         .particle("large", Vector::new(4.7, 3.3, 3.3), Vector::zeros());
-    // A lattice around the large ones.
+    // A lattice around the large spheres.
     let places = (0..216).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)) * 1.1);
     let is_free = |place: &Vector| [2.0, 4.7].iter().all(|x| (place - Vector::new(*x, 3.3, 3.3)).norm() > radius);
     for place in places.filter(is_free).step_by(2).take(count) {

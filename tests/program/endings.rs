@@ -18,7 +18,7 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
 }
 
-/// A ball that rests on a wall: its present contact time is not suggested as a cure.
+/// A ball that rests on a wall: its present contact time is not suggested as a solution.
 #[test]
 fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
     let ball = "name = \"ball\"\n[space]\nsize = [4.0, 4.0, 40.0]\n\

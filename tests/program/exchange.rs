@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// A chain of four particles with wells between those that are not bonded.
+/// A chain of four particles with wells between particles that are not bonded.
 pub const CHAIN: &str = r#"
 name = "chain"
 seed = 3

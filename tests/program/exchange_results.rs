@@ -15,7 +15,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
     let rows: Vec<Vec<f64>> =
         curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    // Errors from the data at one temperature are larger than those from all data together.
+    // Errors from the data at one temperature are larger than errors from all data together.
     for at in summary["temperatures"].as_array().unwrap() {
         let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
         let names = ["potential_energy_per_particle", "heat_capacity_per_particle"];

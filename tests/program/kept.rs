@@ -160,7 +160,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
-    // In the order of the renamings; those before are done.
+    // In the order of the renamings. All earlier renamings are done.
     for done in 0..files.len() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();

@@ -13,7 +13,7 @@ use super::place::{FLUID, Place, code, contents, errors, line, run};
 
 const WORK: &str = "years of work";
 
-/// Replaces a file by something else.
+/// Replaces a file by a link, a folder or a pipe.
 fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     if path.exists() {
         fs::remove_file(path).unwrap();

@@ -1,4 +1,4 @@
-//! Places that cannot be written to: every command reports them with the same exit code, that of bad input.
+//! Paths that cannot be written to: every command reports them with the same exit code as bad input.
 
 #![cfg(target_os = "linux")]
 

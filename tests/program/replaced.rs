@@ -146,7 +146,7 @@ fn conversions_of_a_run_are_replaced_with_it() {
     assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
     let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
     assert_eq!(now.keys().collect::<Vec<_>>(), [&names[..], &["trajectory.xyz"]].concat());
-    // The user's own files are in the way, and a rejected run leaves nothing behind.
+    // The user's own files are in the way. A rejected run leaves no files.
     fs::write(folder.join("trajectory.csv"), "mine").unwrap();
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "output.formats=[\"csv\"]"]);

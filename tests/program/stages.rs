@@ -218,7 +218,7 @@ thermo_interval = 10.0
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");
-    // The energy supplied by the bath includes that of the centre of mass.
+    // The energy supplied by the bath includes the energy of the centre of mass.
     let stage = &summary["stages"][1];
     let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));

@@ -234,7 +234,7 @@ fn gravity_walls_and_gates_are_what_the_scene_says() {
     run(&place, &["up.toml", "--from", "runs/a", "--out", "runs/up"]);
     let heights = column(&place, "runs/up", "potential");
     assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
-    // If the scene has no [space], the box and its sides are those of the run.
+    // If the scene has no [space], it takes the box and its sides from the run.
     assert_eq!(code(&place.carom(&["verify", "runs/up", "--events", "500"])), 0);
     started(&place, "walls", &format!("[space]\nx = \"walls\"\nz = \"walls\"\n{}", run_until("0.5")));
     refused(&place, &["run", "walls.toml", "--from", "runs/a"], &["start.from", "wall of"]);

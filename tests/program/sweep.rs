@@ -26,7 +26,7 @@ fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
     row[name].parse().unwrap_or_else(|_| panic!("{name} in {row:?}"))
 }
 
-/// Results of a sweep that must equal those of an undisturbed one: everything except wall times.
+/// Results of a sweep that must equal the results of an undisturbed sweep: everything except wall times.
 fn bits(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     for run in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {

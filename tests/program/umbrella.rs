@@ -1,9 +1,9 @@
-//! `carom exchange` between windows of a distance.
+//! `carom exchange` between umbrella windows of a distance.
 
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, line, words};
 
-/// A chain whose ends are kept in windows of their distance.
+/// A chain whose end-to-end distance is kept in umbrella windows.
 #[test]
 fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let windows = "umbrella = { between = [[0], [3]], windows = [[1.0, 1.6], [1.4, 2.2], [2.0, 3.3]], bins = 20 }";
@@ -89,7 +89,7 @@ fn a_window_that_cannot_be_reached_is_named() {
     assert!(errors(&output).contains("give a longer equilibration_time"), "{}", errors(&output));
     let output = place.carom(&["report", "runs/chain-exchange"]);
     assert!(code(&output) == 2 && line(&output).contains("unfinished replica exchange"), "{}", errors(&output));
-    // It has stored nothing, so the corrected windows replace these.
+    // The exchange has stored nothing, so the corrected windows replace the first windows.
     place.write("scene.toml", &scene.replace("], [3.9, 4.4]]", "]]").replace("time = 15.0", "time = 150.0"));
     let output = place.carom(&exchange(&["--until-time", "30"]));
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -1,4 +1,4 @@
-//! `carom verify` compares the files of a run with those of a replay.
+//! `carom verify` compares the files of a run with the files of a replay.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -101,7 +101,7 @@ fn found(folder: &Path) -> Result<Comparison, CompareError> {
     compare(folder, &final_table::text, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Asserts that all files of a run equal those of its replay.
+/// Asserts that all files of a run equal the files of its replay.
 fn is_whole(folder: &Path) {
     let comparison = found(folder).unwrap();
     assert_eq!(comparison.differences, [], "{}", folder.display());

@@ -108,7 +108,7 @@ const WRITTEN: [&str; 8] = [
     ".exchange",
 ];
 
-/// Files of the user beside it, which are targets of links.
+/// Files of the user outside the folder, which are targets of links.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
 /// How a file may have been changed.

@@ -85,7 +85,8 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
 }
 
 /// Plans a sweep with the axes from these bytes. Every axis is rejected, or written in a form that reads back
-/// as the same. Every point has its own folder in that of the sweep, and a scene that no other point has.
+/// as the same axis. Every point has its own folder in the folder of the sweep, and a scene that no other
+/// point has.
 ///
 /// # Panics
 /// If this does not hold.

@@ -155,7 +155,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // Just behind a wall, or where no particle arrives within a few events.
+        // Just beyond a wall, or where no particle arrives within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;

@@ -1,4 +1,4 @@
-//! Stopped and resumed runs give the same bits as uninterrupted ones, whatever stopped them.
+//! Stopped and resumed runs give the same bits as uninterrupted runs, however they were stopped.
 
 #[path = "../program/files.rs"]
 mod files;

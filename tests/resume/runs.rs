@@ -6,7 +6,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use super::files::files;
 
-/// Scenes for every kind of engine, with their external influences, and a number of events that takes some
+/// Scenes for every kind of engine, with their external influences, and a number of events that takes a few
 /// tenths of a second.
 pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),

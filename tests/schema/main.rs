@@ -25,7 +25,7 @@ fn program(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// [`EVERY_KEY`] with its coordinate file beside it.
+/// [`EVERY_KEY`] with its coordinate file in the same folder.
 struct Base(tempfile::TempDir);
 
 impl Base {
@@ -129,7 +129,7 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
     }
 }
 
-/// The scenes in `tests/bad_scenes` whose mistake is visible without the rest of the scene.
+/// The scenes in `tests/bad_scenes` whose error is visible without the rest of the scene.
 const REFUSED: [&str; 41] = [
     "barostat_of_no_pressure",
     "bond_id_too_large",
@@ -342,8 +342,8 @@ fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // The height of a shoulder is positive, that of a penetrable core need not be. The ends of a slider
-        // are compared with each other.
+        // The height of a shoulder is positive; the height of a penetrable core need not be. The ends of a
+        // slider are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-/// Mistakes that a schema finds in a value, each with its position.
+/// Errors that a schema finds in a value, each with its position.
 pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, value, "scene", &mut found);
@@ -28,7 +28,7 @@ fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
     }
 }
 
-/// Whether a value obeys one rule; mistakes inside of the value are listed separately.
+/// Whether a value obeys one rule. Errors inside the value are listed separately.
 fn holds(
     rules: &serde_json::Map<String, Value>,
     keyword: &str,

@@ -156,7 +156,7 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
         // NaN means that there is no inner contact.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
-        // The other one in the box: from above or below it arrives slower or faster.
+        // The other particle, wrapped into the box. From above or below, it arrives slower or faster.
         let mut other = (place - apart, velocities[1]);
         for axis in 0..3 {
             let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
@@ -177,8 +177,8 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // A few particles have lists, and that of the first one does not reach the side; the other one is 8 away
-    // across it.
+    // A few particles have neighbour lists. The list of the first particle does not reach the side; the other
+    // particle is 8 away across the side.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

@@ -1,4 +1,4 @@
-//! Newton's cradle: spheres in contact on a line, and others that strike them.
+//! Newton's cradle: spheres in contact on a line, and other spheres that strike them.
 
 use crate::listed::{State, along, hard_sphere, line, listed, open_box};
 use crate::watched::Watched;
@@ -26,7 +26,7 @@ fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation 
         .space(line(16.0, boundary))
         .species("A", 1.0, diameter)
         .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
-        // Contact to the last digit may be an overlap by one.
+        // Spheres in contact to the last digit may overlap by one floating-point number.
         .allow_invalid_start(true);
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);

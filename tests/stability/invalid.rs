@@ -1,5 +1,5 @@
-//! Starts with particles placed anywhere, overlapping or not: overlaps only improve, no new ones appear, and
-//! all vanish.
+//! Starts with particles placed anywhere, overlapping or not: overlaps only become shallower, no new overlaps
+//! appear, and all overlaps vanish.
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
@@ -221,7 +221,7 @@ fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
     println!("{} events, {arrest}", simulation.event_counts().physical());
     // The allowance for simultaneous events of a lattice.
     assert!(simulation.event_counts().physical() < 1_000_000);
-    // The static ones are the last tenth.
+    // The static particles are the last tenth.
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }
 

@@ -1,4 +1,4 @@
-//! Static spheres beyond a wall, such as those of a protruding mesh, do not hide the wall.
+//! Static spheres beyond a wall, such as the spheres of a protruding mesh, do not hide the wall.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};

@@ -153,8 +153,9 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres that grow much faster than they move are heated by their contacts, which those on a lattice would
-/// not have, and then cooled again. The error of their momentum is relative to its value when they were hot.
+/// Spheres that grow much faster than they move. Contacts heat them, and then they are cooled again; on a
+/// lattice there would be no contacts. The error of their momentum is relative to its value when they were
+/// hot.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes() {
     for rate in [1.0, 1e6, 1e10] {
@@ -175,7 +176,7 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
     }
 }
 
-/// Nearby neighbours take time, in a box of any length; the length of the path does not.
+/// The work depends on nearby neighbours in a box of any length, not on the length of the path.
 #[test]
 fn few_particles_in_a_long_box_are_looked_at_seldom() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {

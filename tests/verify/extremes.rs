@@ -42,7 +42,7 @@ pub fn deep(depth: &str) -> Scene {
 
 #[test]
 fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_without_a_panic() {
-    // At 1e16 positions still have eight digits; from 1e20 on they have no significant ones.
+    // At 1e16 positions still have eight digits; from 1e20 on they have no significant digits.
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;

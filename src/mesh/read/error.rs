@@ -13,7 +13,7 @@ use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 pub struct MeshFileError {
     /// The file, as named by the caller.
     pub name: String,
-    /// The mistake in it.
+    /// The error in the file.
     pub problem: MeshFileProblem,
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// A mistake in a mesh file.
+/// An error in a mesh file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
@@ -147,7 +147,7 @@ pub enum MeshFileProblem {
 }
 
 impl MeshFileError {
-    /// The position of the mistake, if it has one.
+    /// The position of the error, if it has one.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
         match self.problem {

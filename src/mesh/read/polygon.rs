@@ -42,7 +42,7 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     let fan: Vec<Vector> = rest.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin))).collect();
     let normal: Vector = fan.iter().sum();
     if normal.norm() <= rounding {
-        // Corners on a line have no area, and neither has their fan.
+        // If all corners are on a line, the face and its fan have no area.
         let is_line = fan.iter().all(|twice_area| twice_area.norm() <= rounding);
         return if is_line { Ok(None) } else { Err(PolygonProblem::CrossesItself) };
     }

@@ -14,7 +14,7 @@ const TRIANGLE: usize = 50;
 /// Length of the beginning of a file that is searched for bytes that never occur in text `[bytes]`.
 const PROBED: usize = 1024;
 
-/// Whether a file is binary STL, or of no other known format.
+/// Whether a file is binary STL, or has no other known format.
 ///
 /// Many programs begin the header of binary files with `solid`. Zero bytes distinguish these from text, even
 /// in truncated files: attributes are zero, and so is the last byte of a number of triangles below 2^24.

@@ -66,7 +66,7 @@ fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
 fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     keyword(words, "normal", "`normal`")?;
     for _ in 0..3 {
-        // Many files have NaN here if the area is zero.
+        // In many files, the normal of a facet with zero area is NaN.
         next(words, "a component of the normal")?;
     }
     keyword(words, "outer", "`outer` behind three components of the normal")?;

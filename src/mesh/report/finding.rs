@@ -5,7 +5,7 @@ use std::fmt;
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh, with a cure. Its text names the first position.
+/// Fault of a mesh, with a suggestion for its repair. Its text names the first position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {

@@ -79,7 +79,7 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     if turn == Sign::Equal || moved_turn(b, c, point) != turn || moved_turn(c, a, point) != turn {
         return 0;
     }
-    // Below a triangle whose normal points up is behind it.
+    // A point below a triangle is behind it if the normal of the triangle points up.
     match (turn, side(triangle, point)) {
         (Sign::Greater, Sign::Less) => 1,
         (Sign::Less, Sign::Greater) => -1,

@@ -33,7 +33,8 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 
 #[test]
 fn pairs_keep_their_states_where_only_energies_are_others() {
-    // Each time another pair is at a step, on either side as far as its coordinates tell.
+    // After each number of events, a different pair is at a step. Its coordinates may place it on either
+    // side.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -91,7 +92,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // It may meet particles there that stayed inside.
+    // There it may overlap particles that stayed inside.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }

@@ -9,7 +9,8 @@ use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// Ten times the relative rounding error of single precision, in which many programs write numbers.
+/// Ten times the relative rounding error of single precision. Many programs write numbers in single
+/// precision.
 const SINGLE: f64 = 1e-6;
 
 /// A number with at least this many digits counts as rounded.
@@ -26,7 +27,7 @@ pub(in crate::scene) struct RadiiAndMasses {
     radii: Vec<(u32, f64, usize)>,
     /// Species, mass, and the first line with both, if the file has a column of masses.
     masses: Vec<(u32, f64, usize)>,
-    /// Momenta, if the file has these instead of velocities, and the number of the group of its particles.
+    /// Momenta, if the file has momenta instead of velocities, and the number of the group of its particles.
     momenta: Vec<Vector>,
     group: usize,
 }
@@ -101,7 +102,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // A species that is static in only one of the two is intended.
+            // A difference is intended if the species is static only in the file or only in the scene.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {
@@ -119,8 +120,8 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number of a file equals that of the scene within its rounding: to single precision, or to its
-/// last digit if it has three or more.
+/// Whether a number of a file equals the number of the scene within rounding. The rounding is single
+/// precision, or the last digit if the number in the file has three or more digits.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");

@@ -196,7 +196,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
     let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
     assert_eq!(scene.displacement, frame.displacement);
-    // Both have the same contacts, except for rounding that some of them amplify.
+    // Both simulations have the same contacts, except for rounding that some contacts amplify.
     let mut again = Simulation::without_plan(scene);
     assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
     simulation.advance(Until::time(3.3)).unwrap();
@@ -225,7 +225,7 @@ fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
 fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     let file = "[[file]]\npath = \"start.xyz\"\n";
     let error = |frame: &Frame| started(frame, &format!("{BEADS}{file}")).unwrap_err().to_string();
-    // As after a growth of the diameters.
+    // Particles larger than their species, as after a growth of the diameters.
     let mut grown = chains();
     grown.particles.iter_mut().for_each(|particle| particle.radius *= 1.1);
     let found = error(&grown);

@@ -51,7 +51,7 @@ impl<'a> Placing<'a> {
         Ok(())
     }
 
-    /// Number of particles of a group; that of a static surface is still unknown.
+    /// Number of particles of a group. The number for a static surface is not yet known here.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
             Group::Listed(listed) => Ok(listed.particles.len() as u64),

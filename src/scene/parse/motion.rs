@@ -13,7 +13,8 @@ pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Motions in order of time. Each may name a stage, to whose beginning its times refer.
+/// Parses motions in order of time. If a motion names a stage, its times count from the beginning of the
+/// stage.
 pub(super) fn parse_motions(
     files: Vec<MotionFile>,
     of: &ConfigPath,

@@ -118,7 +118,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             finite_vector(&corner, &at.key("corner"))?;
             finite_vector(&one, &at.key("edge_1"))?;
             finite_vector(&other, &at.key("edge_2"))?;
-            // Parallel edges have an area due to rounding only.
+            // For parallel edges, rounding alone gives a nonzero area.
             if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
                 return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
             }

@@ -10,14 +10,14 @@ use super::Source;
 use crate::scene::diagnostic::SceneError;
 use crate::scene::file::SceneFile;
 
-/// Maximum number of mistakes that are reported at a time.
+/// Maximum number of errors that are reported at a time.
 const MOST: usize = 10;
 
 impl Source {
-    /// The mistakes of a rejected file, as one error with the others attached.
+    /// The errors of a rejected file, as one error with the others attached.
     ///
-    /// Each invalid key or value is removed, and the rest is parsed again. A table or an array that becomes
-    /// incomplete by this is not a further mistake.
+    /// Each invalid key or value is removed, and the rest is parsed again. If the removal makes a table or an
+    /// array incomplete, this is not reported as a further error.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -91,7 +91,7 @@ mod tests {
 
     use crate::model::Scene;
 
-    /// Lines and messages of all mistakes.
+    /// Lines and messages of all errors.
     fn mistakes(text: &str, overrides: &[(&str, &str)]) -> Vec<(usize, String)> {
         let error = Scene::from_toml_with(text, Path::new("scene.toml"), overrides).unwrap_err();
         let all = std::iter::once(&error).chain(error.others());

@@ -195,8 +195,8 @@ impl SceneBuilder {
     }
 }
 
-/// Minimum number of attempts in an equilibration that prepares something. In a multicanonical exchange, five
-/// of them yield the first energies for the weights.
+/// Minimum number of attempts in an equilibration that finds weights or brings replicas into their windows.
+/// In a multicanonical exchange, five of these attempts yield the first energies for the weights.
 const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 with [exchange]: a system that loses energy in contacts has no equilibrium";
@@ -259,7 +259,7 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
         Boundary::Bounded { lower, upper } => {
             let [below, above] = scene.wall_temperatures[axis];
             let sides = [("lower", lower, below), ("upper", upper, above)];
-            // A common law of both walls is given with their axis.
+            // If both walls have the same law, the scene gives it with their axis.
             let is_common = scene.space.walls(axis) < 2 || (lower, below) == (upper, above);
             sides.into_iter().try_for_each(|(side, face, temperature)| {
                 let wall = if is_common { at.clone() } else { at.key(side) };

@@ -90,7 +90,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     Ok(())
 }
 
-/// Requires an outlet with a published law: in three dimensions, for all grains together.
+/// Requires an outlet to which a published law applies: in three dimensions, for all grains together.
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
@@ -197,8 +197,8 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// A requested instrument: its key, its numbers that must be positive with their keys, and its number of
-/// bins.
+/// A requested instrument: its key, its number of bins, and its numbers that must be positive, each with its
+/// key.
 type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
 
 /// The requested instruments, except profiles and flows.

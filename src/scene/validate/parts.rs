@@ -38,7 +38,7 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake, as for a scene from a file.
+    /// [`SceneError`] for the first error, as for a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         // Particles that may have been modified are an independent start.
         let mut builder = SceneBuilder::of_parts(SceneParts { predecessor: None, ..parts });

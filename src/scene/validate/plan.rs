@@ -23,8 +23,9 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
 /// Largest relative round-off of a time of the run after the start time is added.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks that the times of a run can be resolved when added to the start time: the given intervals to a
-/// thousandth, and the fastest particle's motion by less than a diameter in the smallest step.
+/// Checks that the times of a run can be resolved when added to the start time. Given intervals must be
+/// resolved to a thousandth. In the smallest time step, the fastest particle must move by less than a
+/// diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
@@ -173,8 +174,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// Sets the gravity of every stage, if some stages have their own. That of the species is the gravity of the
-/// first stage.
+/// Sets the gravity of every stage, if some stages have their own. The gravity of the species becomes the
+/// gravity of the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());

@@ -15,7 +15,7 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// A wall or the end of a bond may be exceeded by the rounding of a particle's coordinates.
+/// Relative rounding of a particle's coordinates, by which it may exceed a wall or the end of a bond.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Initial configuration: particles and bonds in their box, with their interactions.
@@ -28,7 +28,8 @@ pub(crate) struct Configuration<'a> {
     pub surfaces: Surfaces,
 }
 
-/// Requires periodic axes of at least two ranges, so that a particle never meets two images of another.
+/// Requires every periodic axis to be at least two ranges long. A particle then never meets two images of
+/// another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, .. } = start;
     let counts = groups.counts(interactions.species.len());

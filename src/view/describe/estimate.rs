@@ -23,8 +23,9 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below this, `2^53`, have all their digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The mean of an observable over an interval, as in [`estimate`]. A value that never changes is conserved,
-/// unless no event could have changed it. A wall that exchanged nothing was not touched.
+/// Describes the mean of an observable over an interval, as in [`estimate`]. A value that never changes is
+/// marked as conserved. A pressure or compressibility factor without any event is marked as such. A wall with
+/// mean zero is marked as not touched.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";

@@ -140,7 +140,7 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// The axis of the walls behind which a surface at rest lies entirely.
+/// Returns the axis along which a surface at rest lies entirely beyond a wall of the box.
 fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     if surface.moves() {
         return None;

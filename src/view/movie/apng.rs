@@ -1,7 +1,7 @@
 //! Animated PNG: images in all colours, each with the changes since the previous one.
 //!
-//! Each image is compressed as a separate PNG, on any core. Its contents are then put into the file behind a
-//! control chunk (<https://www.w3.org/TR/png-3/#11fcTL>).
+//! Each image is compressed as a separate PNG, on any core. The contents of this PNG are then written to the
+//! file after a control chunk (<https://www.w3.org/TR/png-3/#11fcTL>).
 
 use std::io::{self, Write};
 
@@ -29,7 +29,7 @@ pub(super) struct ApngCodec;
 /// A part of an image.
 pub(super) struct Piece {
     rectangle: Rectangle,
-    /// In the form of a PNG's data chunks.
+    /// The compressed pixels, as the content of a PNG's data chunks.
     data: Vec<u8>,
 }
 

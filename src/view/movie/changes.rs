@@ -10,8 +10,8 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The smallest one that holds all differing pixels, or the first pixel if none differs. Both images are
-    /// stored in rows of the same `width`.
+    /// Returns the smallest rectangle that contains all differing pixels, or the first pixel if none differs.
+    /// Both images are stored in rows of the same `width`.
     fn around_changes<T: PartialEq>(previous: &[T], image: &[T], width: usize) -> Self {
         let rows = || previous.chunks(width).zip(image.chunks(width)).enumerate();
         let (mut left, mut right, mut top, mut bottom) = (width, 0, usize::MAX, 0);
@@ -44,7 +44,7 @@ impl Rectangle {
         (rectangle, pixels.map(|(new, old)| if new == old { unchanged } else { *new }).collect())
     }
 
-    /// Its pixels, row by row, in an image of this `width`.
+    /// Returns the pixels of the rectangle, row by row, in an image of this `width`.
     fn pixels<'a, T>(&self, image: &'a [T], width: usize) -> impl Iterator<Item = &'a T> {
         let Self { left, top, width: columns, height } = *self;
         image.chunks(width).skip(top).take(height).flat_map(move |row| &row[left..left + columns])

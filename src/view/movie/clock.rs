@@ -3,16 +3,16 @@
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// Larger times, and times that need more digits than this, are written with powers of ten.
+/// Larger times, and times that need more digits than this, are written in scientific notation.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 
-/// A number format that shows different times in successive images, the same for all of them.
+/// A number format that shows different times in successive images. All images of a movie share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// Number of decimals.
+    /// Decimal notation with this number of decimals.
     Plain(usize),
-    /// Number of digits with a power of ten.
+    /// Scientific notation with this number of digits.
     Powers(usize),
 }
 
@@ -26,7 +26,7 @@ impl Clock {
         Self::with(mean, times().fold(0.0, |most, time| time.abs().max(most)))
     }
 
-    /// The format for steps of this mean length, up to this time.
+    /// Returns the format for frames with a mean time step `step` and times up to `largest`.
     fn with(step: f64, largest: f64) -> Self {
         if !(step > 0.0 && step.is_finite()) {
             // A single time, or times out of order.

@@ -11,8 +11,8 @@ use super::track::Codec;
 use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
-/// Time without progress after which ffmpeg is stopped. Its longest pause, of a few seconds, is the end of a
-/// large movie.
+/// Time without progress after which ffmpeg is stopped. Its longest pause lasts a few seconds, at the end of
+/// a large movie.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Compression options by the name of the encoder, good enough for clean edges of grains.
@@ -48,7 +48,7 @@ impl Ffmpeg {
         Ok(Self { program, encoder, patience })
     }
 
-    /// Starts it for an existing file.
+    /// Starts ffmpeg, which writes to an existing file.
     ///
     /// # Errors
     /// [`ViewError::NoFfmpeg`] if it cannot be started.
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn one_that_hangs_is_ended_whatever_it_hangs_at() {
         let mut go_on = || ControlFlow::Continue(());
-        // In the last one a child of the script is left behind.
+        // The last script leaves a child process behind.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
             let error = with(script, &mut go_on).unwrap_err();
             assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");

@@ -16,7 +16,8 @@ pub enum Follow {
 }
 
 impl Follow {
-    /// Its unwrapped position in a frame `[length]`; `None` if it does not exist.
+    /// Returns the unwrapped position of the followed point in a frame `[length]`; `None` if the point does
+    /// not exist.
     fn place(self, frame: &Frame) -> Option<Vector> {
         let particles = || frame.particles.iter().enumerate();
         match self {
@@ -34,8 +35,8 @@ impl Follow {
         }
     }
 
-    /// Moves it to the middle of the box along periodic axes, where particles are wrapped again; along the
-    /// others, returns the position at which the camera should look.
+    /// Moves the followed point to the middle of the box along periodic axes, and wraps the particles again
+    /// along these axes. For the other axes, returns the coordinate at which the camera should look.
     ///
     /// # Errors
     /// [`ViewError::NoParticle`] if the frame does not contain the particle.
@@ -43,7 +44,7 @@ impl Follow {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
             (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
-            // Nothing moves.
+            // Nothing moves, so there is no centre to follow.
             (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
         };
         let middle = frame.lower + 0.5 * frame.size;
@@ -71,7 +72,8 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // The static one does not count. Of the others, one has mass 3, and one has crossed a side.
+        // The static particle does not count. Of the moving particles, one has mass 3, and one has crossed a
+        // side.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

@@ -11,7 +11,8 @@ use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
-/// Largest number of images per second. Players turn the shortest delay, one hundredth of a second, into ten.
+/// Largest number of images per second. Players replace the shortest delay, one hundredth of a second, by ten
+/// hundredths.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
 /// Compresses images that share a palette.
@@ -44,7 +45,7 @@ impl Codec for GifCodec<'_> {
     }
 }
 
-/// Duration of an image in hundredths of a second: integers with the right mean.
+/// Returns the duration of an image in hundredths of a second. Durations are integers with the right mean.
 fn delay(place: usize, per_second: u32) -> u16 {
     let end = |images: usize| (images as f64 * 100.0 / f64::from(per_second)).round();
     trunc_to_u16(end(place + 1) - end(place))

@@ -37,11 +37,11 @@ impl Selection {
 /// Position of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Its index in the file, from 0.
+    /// Index of the frame in the file, from 0.
     pub index: u64,
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Number of bytes and lines before it.
+    /// Number of bytes and lines before the frame.
     offset: u64,
     lines: usize,
 }
@@ -60,9 +60,9 @@ pub(super) struct Index {
     /// Lower corner and edges of the framed region: it contains the boxes of all frames, or all particles
     /// `[length]`.
     region: Option<(Vector, Vector)>,
-    /// How far particles may extend beyond it `[length]`.
+    /// How far particles may extend beyond the framed region `[length]`.
     margin: f64,
-    /// Extent of the particles in some of the frames: lower and upper corner `[length]`.
+    /// Extent of the particles in a few of the frames: lower and upper corner `[length]`.
     reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
@@ -100,7 +100,7 @@ impl Index {
             match found {
                 Ok(true) => count += 1,
                 Ok(false) => break,
-                // Everything before it is complete.
+                // All frames before the truncated frame are complete.
                 Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;

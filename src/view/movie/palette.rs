@@ -30,11 +30,11 @@ pub(super) fn pilot_style(style: &Style) -> Style {
     Style { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
 }
 
-/// 256 colours, and the nearest of them for any other.
+/// A palette of 256 colours, with a lookup of the nearest palette colour for any other colour.
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     colours: Vec<[u8; 3]>,
-    /// By the upper bits of red, green and blue.
+    /// Index of the nearest palette colour, by the upper bits of red, green and blue.
     nearest: Vec<u8>,
 }
 
@@ -49,7 +49,7 @@ impl Palette {
         let network = NeuQuant::new(1, NEURONS, &pixels);
         let chosen = network.color_map_rgb();
         let chosen = chosen.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
-        // The first one stands for no colour.
+        // The first palette entry stands for no colour.
         let colours: Vec<[u8; 3]> = [[0; 3]].into_iter().chain(EXACT).chain(chosen).collect();
         let nearest = nearest(&colours);
         Self { colours, nearest }
@@ -80,7 +80,8 @@ fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// For each cell of the lookup table, the index of the colour nearest to its centre, except the first colour.
+/// Finds, for each cell of the lookup table, the index of the colour nearest to the centre of the cell. The
+/// first colour is excluded.
 fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let squares = |component: usize| -> Vec<Vec<i32>> {
         let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));

@@ -1,9 +1,9 @@
 //! Draws and compresses images on several cores, and delivers them in order.
 //!
-//! Each worker takes the next place, draws its image, and compresses it against the previous image, which
-//! another worker may still be drawing. No worker is more than a few places ahead of the delivered ones, so
-//! memory is bounded for any number of images. Neither the result nor the place of a reported error depends
-//! on the number of workers.
+//! A *place* is the index of an image in the movie. Each worker takes the next place, draws its image, and
+//! compresses it against the previous image, which another worker may still be drawing. No worker is more
+//! than a few places ahead of the delivered images, so memory is bounded for any number of images. Neither
+//! the result nor the place of a reported error depends on the number of workers.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -64,7 +64,7 @@ impl<P: Send> Pipeline<'_, P> {
         thread::scope(|scope| {
             for _ in 0..self.crew {
                 let (tasks, tell) = (&tasks, tell.clone());
-                // If one cannot be started, the others do its share.
+                // If a worker cannot be started, the other workers do its share.
                 let _ = thread::Builder::new().spawn_scoped(scope, move || self.work(tasks, &tell));
             }
             drop(tell);
@@ -149,7 +149,7 @@ mod tests {
         let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
-                // One more may have been taken but not yet counted.
+                // One more place may have been taken but not yet counted.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {

@@ -1,6 +1,6 @@
-//! A program that receives images through a pipe and writes a file. The caller waits as long as the
-//! program makes progress, that is, reads bytes or changes its file. Any call may hang, so each runs in its own thread, and a
-//! waiting caller can be asked to stop.
+//! A program that receives images through a pipe and writes a file. The caller waits as long as the program
+//! makes progress, that is, reads bytes or changes its file. Any call may hang, so each call runs in its own
+//! thread. A waiting caller can be asked to stop.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use std::time::{Duration, SystemTime};
 use super::track::{Ask, Track, TrackError};
 use crate::view::ViewError;
 
-/// Largest part of its output that is kept `[bytes]`.
+/// Largest part of the program's output that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
 
 /// Bytes sent at a time, so that a part of an image already counts as progress.
@@ -23,16 +23,17 @@ const PIECE: usize = 1 << 14;
 /// Interval between two checks for progress.
 const TICK: Duration = Duration::from_millis(20);
 
-/// Time limit for reading its output after its end, because a child process may keep the pipe open.
+/// Time limit for reading the program's output after the program has ended. A child process may keep the pipe
+/// open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// A running program. It is killed when dropped.
 pub(super) struct Process {
     child: Child,
-    /// Channel to the thread that writes to it, which reports the result for each image.
+    /// Channel to the thread that writes to the program. This thread reports the result for each image.
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Bytes that it has read.
+    /// Number of bytes that the program has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
@@ -42,7 +43,7 @@ pub(super) struct Process {
 /// Progress of a program: bytes read, the length of its file, and when that changed.
 type Done = (u64, Option<(u64, SystemTime)>);
 
-/// Time without progress. It is counted in ticks, so that sleep of the machine does not count.
+/// Time without progress. It is counted in ticks, so that time in which the machine sleeps does not count.
 struct Idleness {
     before: Done,
     waited: Duration,
@@ -50,7 +51,7 @@ struct Idleness {
 }
 
 impl Idleness {
-    /// Counts one more tick; an error if it was one too many.
+    /// Counts one more tick. Returns an error after `patience` without progress.
     fn tick(&mut self, now: Done) -> Result<(), TrackError> {
         let is_something = now != self.before;
         self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
@@ -71,7 +72,7 @@ impl Process {
     pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, ViewError> {
         #[cfg(unix)]
         {
-            // Ctrl-C goes to this program, which then stops the other one.
+            // Ctrl-C reaches only the calling program, which then stops the child process.
             std::os::unix::process::CommandExt::process_group(command, 0);
         }
         let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
@@ -89,7 +90,7 @@ impl Process {
             }
         };
         let (tell, message) = channel();
-        // The program would block if its output were not read.
+        // The program would block if nobody read its output.
         let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
         let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
         for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
@@ -98,7 +99,7 @@ impl Process {
         Ok(process)
     }
 
-    /// Waits for an answer as long as there is progress.
+    /// Waits for an answer as long as the program makes progress.
     fn wait_for<T>(
         &mut self,
         ask: &mut Ask,
@@ -122,7 +123,7 @@ impl Process {
         (self.taken.load(Ordering::Relaxed), state)
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the program.
     fn end(&mut self, ask: &mut Ask) -> Result<(), TrackError> {
         drop(self.images.take());
         let status = self.wait_for(ask, |process| ended(&mut process.child))?;
@@ -151,7 +152,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // It has ended by itself; its output is the reason.
+            // The program has ended by itself; its output is the reason.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
@@ -167,7 +168,7 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // If it has ended already, there is nothing to kill or wait for.
+        // If the program has ended already, there is nothing to kill or wait for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -213,7 +214,7 @@ fn write(input: &mut impl Write, image: &[u8], taken: &AtomicU64) -> io::Result<
     Ok(())
 }
 
-/// The last part of the output, up to the end.
+/// Returns the last part of the program's output.
 fn message_of(mut errors: impl Read) -> String {
     let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
     while let Ok(count @ 1..) = errors.read(&mut buffer) {

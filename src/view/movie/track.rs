@@ -1,5 +1,5 @@
-//! From images to the bytes of a movie in two steps: one that needs only two images and runs on any core, and
-//! one in order.
+//! Conversion of images to the bytes of a movie in two steps. The first step needs only two images and runs
+//! on any core. The second step adds the compressed images in order.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -44,7 +44,7 @@ pub(super) enum TrackError {
     /// An error of ffmpeg, with its output.
     #[error("{0}")]
     Ffmpeg(String),
-    /// The callback stopped it.
+    /// The callback stopped the movie.
     #[error("interrupted")]
     Interrupted,
 }

@@ -20,8 +20,9 @@ const HALF_VIEW: f32 = 0.267_949_2;
 /// Free margin around the framed region, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
-/// Angle between two directions at which the framed region is fitted into the image. In between it extends by
-/// at most a thousandth of its distance from the axis, far less than the margin, in degrees.
+/// Largest angle between two directions at which the framed region is fitted into the image, in degrees.
+/// Between two such directions, the region extends by at most a thousandth of its distance from the axis, far
+/// less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
 /// Nothing closer than this is drawn, in half diagonals; the framed region begins well behind it.
@@ -94,7 +95,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// The same view, enlarged around the middle of the image above the footer.
+    /// Returns the same view, enlarged around the middle of the image above the footer.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -103,7 +104,7 @@ impl Camera {
         self
     }
 
-    /// The same view with other coordinates in the middle.
+    /// Returns the same view with the coordinates of `focus` in the middle of the image.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -301,7 +302,7 @@ fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
         return [azimuth, style.elevation.to_radians()];
     };
     let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
-    // Straight from above or below, the right direction is that at azimuth 0.
+    // In a view straight from above or below, the right direction is the same as at azimuth 0.
     let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
@@ -327,7 +328,7 @@ fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
         [flat] => {
             let up = up - axis(flat) * up[flat];
             let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
-            // The side from which the first of the other axes points right.
+            // Look from the side from which the first of the other axes points right.
             let right = up.cross(&axis(flat));
             let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
             (rows(if is_mirrored { -right } else { right }, up), false)

@@ -36,7 +36,8 @@ impl Caption {
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the length of the bar. In perspective it holds at the distance of the middle of the scene.
+    /// Chooses the length of the bar. In perspective, the bar is valid at the distance of the middle of the
+    /// scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
@@ -47,7 +48,7 @@ impl Caption {
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
-        // With a scale of speeds below, it is in the middle between the scale and the framed region.
+        // With a scale of speeds below, the caption is in the middle between the scale and the framed region.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
         write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);

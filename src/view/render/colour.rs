@@ -68,8 +68,9 @@ pub(super) fn encode(colour: &Colour) -> [u8; 4] {
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 
-/// The smallest intensity of each byte value, and for even steps of intensity the byte at which each starts.
-/// Computing a power for each pixel would take as long as its shadows.
+/// Lookup table from intensities to byte values. It holds the smallest intensity of each byte value. For even
+/// steps of intensity, it holds the byte value at which each step starts. Computing a power for each pixel
+/// would take as long as the shadows of the pixel.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,
@@ -84,7 +85,7 @@ static STEPS: LazyLock<Steps> = LazyLock::new(|| {
     Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
 });
 
-/// So fine that at most a few byte values start within a step.
+/// Number of steps, large enough that at most a few byte values start within a step.
 const STEP_COUNT: usize = 2048;
 
 impl Steps {

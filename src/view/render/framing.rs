@@ -6,7 +6,8 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// If particles fill less than this fraction of the box along an axis, the image leaves out the rest.
+/// The image leaves out empty parts of the box along an axis only if particles fill at least this fraction of
+/// it.
 const FILLED: f64 = 0.34;
 
 /// Spheres and corners that must be in the image.

@@ -9,16 +9,16 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Fractions of the ground's light that come from the sun and from the sky. A full shadow keeps the rest of
-/// the background.
+/// Fractions of the ground's light that come from the sun and from the sky. In full shadow, the ground keeps
+/// the remaining fraction of the brightness of the background.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
 /// Opacity of translucent spheres in shadows, relative to their visible opacity.
 const VEIL: f32 = 1.2;
 
-/// Height above the ground at which spheres cast half a shadow, and at which they cast none. Without this
-/// limit, high spheres would darken the whole ground.
+/// Height above the ground at which spheres cast half a shadow, and height at which they cast no shadow.
+/// Without this limit, high spheres would darken the whole ground.
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 

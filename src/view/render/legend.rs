@@ -10,8 +10,9 @@ pub(super) const STRIP: f32 = 0.085;
 /// Fraction of the sum of squared speeds that may lie above the upper end of the scale.
 const FASTER: f64 = 0.05;
 
-/// The speed at the upper end of the scale `[length / time]`, with two digits. It is high enough for a few
-/// falling particles while all others rest, and low enough that a thermal fluid shows all colours.
+/// Returns the speed at the upper end of the scale `[length / time]`, with two digits. It is high enough to
+/// show a few falling particles while all others rest. It is low enough that a thermal fluid shows all
+/// colours.
 pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
     let highest = speeds.last().copied().unwrap_or(0.0);

@@ -1,10 +1,10 @@
 //! The light that reaches a point: from the sky, brighter above, and from the sun.
 //!
 //! The sun is a disc, so shadows have soft edges, which get softer with the distance from the object. A
-//! sphere in front of a part of the disc takes that part of its light. The sky is dimmed by each nearby
-//! sphere in proportion to its form factor, the part of the hemisphere above the surface that it covers, and
-//! by anything above. Everything is computed from the spheres themselves, without shadow maps and without
-//! random numbers.
+//! sphere that covers a fraction of the disc blocks this fraction of the sun's light. Each nearby sphere dims
+//! the sky in proportion to its form factor, the fraction of the hemisphere above the surface that the sphere
+//! covers. Objects above a point also dim the sky. Everything is computed from the spheres themselves,
+//! without shadow maps and without random numbers.
 
 use super::bodies::Ball;
 use super::camera::{Camera, Point};
@@ -12,26 +12,28 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangent of half the angular width of the sun, and of the part of the sky above that shades as a unit.
+/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky, for
+/// which shadows are computed in the same way.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
 /// Largest half-width of the soft edge of a shadow, relative to the radius of the sphere.
 const WIDEST_EDGE: f32 = 1.3;
 
-/// Largest distance of a sphere's centre at which it dims the sky, relative to its radius, and the distance
-/// at which this starts to fade.
+/// Largest distance at which a sphere dims the sky, and distance at which the dimming starts to fade. Both
+/// are measured from the centre of the sphere, relative to its radius.
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface, and its increase and decrease above and below.
+/// Brightness of the sky on a vertical surface. A surface that faces up receives more, and a surface that
+/// faces down receives less, by up to `SLOPE`.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
 /// Fraction of the sky's light that is blocked by objects above a point.
 const ZENITH_SHARE: f32 = 0.5;
 
-/// Below this, no light is left.
+/// A smaller fraction of the light counts as darkness.
 const DARK: f32 = 0.004;
 
 /// Cell widths relative to the mean radius of the spheres.
@@ -99,7 +101,7 @@ impl Lights {
     }
 }
 
-/// Light on the ground. Translucent spheres absorb part of it.
+/// Light on the ground. Translucent spheres absorb a fraction of the light.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,
@@ -201,7 +203,7 @@ impl Shadows {
     }
 }
 
-/// Spheres that cover part of the sky for nearby points.
+/// Spheres that cover a part of the sky as seen from nearby points.
 #[derive(Debug)]
 struct Near {
     centre: Point,
@@ -228,7 +230,8 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Spheres below the horizon of the surface hide nothing, and distant ones hide too little.
+            // Spheres below the horizon of the surface hide nothing. Distant spheres hide too little to
+            // count.
             if along <= -radius {
                 continue;
             }
@@ -239,7 +242,7 @@ impl Near {
             let inverse = 1.0 / square.max(0.25 * area).sqrt();
             let (cosine, form) = (along * inverse, area * inverse * inverse);
             let hidden = if along < *radius {
-                // Partly below the horizon.
+                // The sphere is partly below the horizon.
                 let above = (0.5 * (along / radius + 1.0)).clamp(0.0, 1.0);
                 form * above * above.sqrt()
             } else {

@@ -2,7 +2,7 @@
 
 use crate::base::numbers::{id, index, trunc_to_usize};
 
-/// Largest number of bodies in a cell. The first ones in the given order are kept.
+/// Largest number of bodies in a cell. If there are more, the first bodies in the given order are kept.
 const MOST_PER_CELL: u32 = 128;
 
 /// Entries of all cells together: per body, and in addition.

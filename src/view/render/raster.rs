@@ -4,7 +4,7 @@ use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
 use crate::base::numbers::trunc_to_usize;
 
-/// Samples per pixel along each axis; each pixel is the mean of the square of this number.
+/// Samples per pixel along each axis. Each pixel is the mean of `SAMPLES * SAMPLES` samples.
 pub(super) const SAMPLES: usize = 3;
 
 /// No surface.
@@ -36,7 +36,7 @@ pub(super) struct Layer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,
-    /// The furthest body, by its near side.
+    /// The body whose near side is furthest from the camera.
     Farthest,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// Draws some rows of samples; with `before`, only what is in front of that layer.
+    /// Draws a few rows of samples. With `before`, draws only shapes in front of that layer.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -186,9 +186,9 @@ impl Rays {
     }
 }
 
-/// Distances along the rays of a row, starting at column `left`, at which they enter a sphere, or NaN. They
-/// are measured from the point nearest to the centre, which avoids cancellation, and without branches, for
-/// several rays at once.
+/// Computes the distances along the rays of a row, starting at column `left`, at which the rays enter a
+/// sphere; NaN for a ray that misses it. The distances are measured from the point nearest to the centre,
+/// which avoids cancellation. The loop has no branches, so that several rays are computed at once.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);

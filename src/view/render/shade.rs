@@ -26,7 +26,8 @@ const SUN: f32 = 0.62;
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
-/// Opacity of a static surface with only the background behind it, relative to one in front of other bodies.
+/// Opacity of a static surface with only the background behind it, relative to a static surface in front of
+/// other bodies.
 const LAST_SIDE: f32 = 2.2;
 
 /// Increase of opacity at the rim of a translucent sphere.
@@ -228,7 +229,7 @@ impl Band<'_> {
         let scenery = self.scenery;
         let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
         let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Neighbours in one wall overlap and count as one side.
+        // Neighbouring particles in one wall overlap and count as one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let film =

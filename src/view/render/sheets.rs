@@ -136,8 +136,8 @@ impl Plane {
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // Neighbours have the same numbers with opposite sign for a shared edge, so no ray passes between
-        // them.
+        // For a shared edge, neighbouring triangles have the same numbers with opposite sign, so no ray
+        // passes between the two triangles.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());

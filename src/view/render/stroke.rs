@@ -66,7 +66,7 @@ pub(super) struct Pen {
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether all bodies hide it, also those behind it.
+    /// Whether all bodies hide the edge, including bodies behind it.
     pub is_behind: bool,
 }
 

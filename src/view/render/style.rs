@@ -26,8 +26,9 @@ pub enum ColourBy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box. If particles and surfaces fill a third of it along an axis that is not periodic, empty parts
-    /// are left out: above them with gravity, and beside them if the box is not drawn.
+    /// The box. Empty parts may be left out along an axis that is not periodic, if particles and surfaces
+    /// fill a third of the box along this axis. With gravity, the part above them is left out; if the box is
+    /// not drawn, the parts at their sides are left out too.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in it.
@@ -51,7 +52,7 @@ pub struct Style {
     pub palette: Vec<[u8; 3]>,
     /// The speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
     pub top_speed: Option<f64>,
-    /// Opacity of static particles, 0 to 1. Those with a bond are always opaque.
+    /// Opacity of static particles, 0 to 1. Static particles with a bond are always opaque.
     pub static_opacity: f64,
     /// Opacity of surfaces seen straight on, 0 to 1. At 0 they are not drawn.
     pub surface_opacity: f64,
@@ -59,15 +60,15 @@ pub struct Style {
     pub framing: Framing,
     /// Whether to draw the edges of the box.
     pub has_box: bool,
-    /// The direction that points up in the image. `None` means against gravity, or without gravity z, or y if
-    /// z is flat.
+    /// The direction that points up in the image. `None` means the direction against gravity. Without
+    /// gravity, it means z, or y if z is flat.
     pub up: Option<Vector>,
     /// Degrees by which the camera has moved around the scene to the right.
     pub azimuth: f64,
     /// Degrees of the camera above the horizon.
     pub elevation: f64,
-    /// The direction of the camera from the middle of the scene, instead of an elevation; the azimuth counts
-    /// from there. Flat and one-dimensional scenes are seen from the front.
+    /// The direction of the camera from the middle of the scene, instead of an elevation. The azimuth is then
+    /// measured from this direction. Flat and one-dimensional scenes are seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,

@@ -243,7 +243,7 @@ fn the_camera_stands_where_it_is_told() {
     let above = Style { from: Some(Vector::z()), ..level() };
     let image = draw(&frame([10.0; 3], &[(0, [8.0, 8.0, 5.0], 1.0), (1, [2.0, 2.0, 5.0], 1.0)]), &above).unwrap();
     assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)));
-    // The azimuth counts from there.
+    // The azimuth is measured from this direction.
     let turned = Style { from: Some(-Vector::y()), azimuth: 90.0, ..level() };
     assert!(is_red(pixel(&draw(&frame([10.0; 3], &balls), &turned).unwrap(), 0.5, 0.5)));
 }
@@ -295,7 +295,8 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
-    // A ball straight above, too far to be a neighbour and not in front of the sun, takes light of the sky.
+    // A ball straight above is too far to be a neighbour and not in front of the sun. It still blocks light
+    // from the sky.
     let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
     assert!(below < alone * 98 / 100, "{below} {alone}");
     let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);

@@ -134,7 +134,8 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by the mean of itself and others. A value that is unknown in one of them is unknown.
+/// Replaces a series by the mean of this series and the other series. A value that is unknown in any of them
+/// is unknown in the mean.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {

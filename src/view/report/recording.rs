@@ -7,8 +7,8 @@
 //! coordinate has an error of at most 1/131,068 of the field. Scalars are rounded to the nearest of 255 steps
 //! between the smallest and the largest value of their frame; counts up to 255 are exact.
 //!
-//! Finally there is one bit per particle: whether it flies freely until the next frame. Frames are read one
-//! at a time. When they become too large for the page, every second one is dropped.
+//! Each frame ends with one bit per particle: whether the particle flies freely until the next frame. Frames
+//! are read one at a time. When the frames become too large for the page, every second frame is dropped.
 
 mod channel;
 mod flight;
@@ -124,7 +124,7 @@ pub(super) struct FrameHead {
     /// Lower corner and edges of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
-    /// Displacement along x of its next image up along y.
+    /// Displacement along x of the periodic image of the box one period up along y.
     pub displacement: f64,
     /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],

@@ -1,5 +1,5 @@
-//! The page of a sweep: every quantity against the value that varies, beside published values, and the state
-//! of all runs.
+//! The page of a sweep: every quantity against the value that varies, compared with published values, and the
+//! state of all runs.
 
 mod curves;
 mod pages;

@@ -17,7 +17,7 @@ pub(super) struct Trace {
     open: Span,
 }
 
-/// The lowest and the highest of some neighbouring points, in the order of the rows.
+/// The lowest and the highest of several neighbouring points, in the order of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Span {
     rows: usize,

@@ -247,7 +247,7 @@ fn the_page_tells_whether_the_run_was_in_equilibrium() {
     assert!(html.contains("✓ Sound."), "the audit is another question");
     let html = with(serde_json::json!({ "verdict": "yes", "reasons": [] }));
     assert!(html.contains("✓ equilibrated") && html.contains("Equilibrated: yes."));
-    // Runs from before there was a verdict.
+    // Runs of versions before the verdict was introduced.
     summary.as_object_mut().unwrap().remove("equilibrated");
     fs::write(&path, summary.to_string()).unwrap();
     assert!(page(run.path()).unwrap().html.contains("Equilibrated: unknown"));
@@ -264,7 +264,8 @@ fn energies_that_are_plotted_add_up() {
     let mut rows = 0;
     for line in lines.filter(|line| line.ends_with(",measurement")) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
-        // Hard spheres without dissipation conserve it, to the round-off of a thousand terms.
+        // For hard spheres without dissipation, the sum is the kinetic minus the supplied energy, to the
+        // round-off of a thousand terms.
         assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
         assert!(cells[supplied] != 0.0);
         rows += 1;
@@ -307,8 +308,8 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // One of six curves has no data, and one has three variables; an empty map is not drawn. In addition:
-    // energies, four columns, the region.
+    // One of six curves has no data, one curve has three variables, and an empty map is not drawn. The other
+    // plots show the energies, four columns and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");

@@ -19,7 +19,7 @@ const MOST_EDGES: usize = 20_000;
 pub(in crate::view) struct Skin {
     /// Positions `[length]`, one for each normal.
     pub vertices: Vec<Vector>,
-    /// Of length 1.
+    /// Unit normals.
     pub normals: Vec<Vector>,
     pub triangles: Vec<[u32; 3]>,
     /// Ends of the edges at rims and at sharp angles.
@@ -40,7 +40,7 @@ impl Skin {
         let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
         let around = corners_around(mesh, &normals);
         let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
-        // For each vertex, its copies with different normals.
+        // For each vertex, the copies of this vertex with different normals.
         let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
         for (triangle, own) in mesh.triangles.iter().zip(&normals) {
             let Some(own) = own else { continue };
@@ -72,7 +72,7 @@ impl Skin {
         skin
     }
 
-    /// Whether it is present, given the presence of each surface of the scene.
+    /// Whether the surface is present, given the presence of each surface of the scene.
     pub fn is_among(&self, surfaces: &[bool]) -> bool {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
@@ -111,7 +111,8 @@ impl Skin {
     }
 }
 
-/// For each vertex, the normals of the triangles around it, each with its angle there.
+/// Returns, for each vertex, the normals of the triangles around it. Each normal comes with the angle of its
+/// triangle at the vertex.
 fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(Vector, f64)>> {
     let mut around = vec![Vec::new(); mesh.vertices.len()];
     for ((triangle, corners), normal) in mesh.triangles.iter().zip(mesh.all_corners()).zip(normals) {

@@ -31,7 +31,7 @@ pub struct Approach {
     /// Position of the foot.
     pub foot: [f64; 2],
     pub contact: f64,
-    /// Distance minus that of contact, in units of the latter.
+    /// Distance minus the contact distance, in units of the contact distance.
     pub gap: f64,
     pub velocity: [f64; 3],
     pub acceleration: [f64; 3],

@@ -1,8 +1,8 @@
 //! Compares an answer of Carom for a feature with the oracle.
 //!
-//! The answer must be the oracle's for the exact polynomials, at its time to within the bound from the
-//! condition of the roots. If the input is within its own rounding of the boundary between two verdicts, it
-//! may be the oracle's for a witness.
+//! The answer must equal the answer of the oracle for the exact polynomials. Its time must agree to within
+//! the bound from the condition of the roots. If the input is within its own rounding of the boundary between
+//! two verdicts, it may equal the answer of the oracle for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
@@ -20,7 +20,7 @@ pub fn largest_ratio(kind: Kind) -> f64 {
 /// The verdict on an answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The oracle's verdict. For a time after now, the error in units of what rounding allows.
+    /// The same verdict as the oracle. For a time after now, the error in units of what rounding allows.
     Right(Option<f64>),
     /// The verdict of a witness, which is off by this fraction of what rounding allows.
     WithinRounding(f64),

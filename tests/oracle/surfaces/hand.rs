@@ -159,7 +159,8 @@ fn a_wrong_answer_is_seen_as_such() {
     for answer in [None, Some(0.0), Some(1.99), Some(2.0 + 1e-14)] {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
-    // With its foot on the end, both verdicts are within rounding; slightly beside it, only no event is.
+    // With the foot on the end, both verdicts are within rounding. With the foot slightly past the end, only
+    // the verdict without an event is.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

@@ -22,7 +22,7 @@ impl Place<'_> {
         }
     }
 
-    /// The sign just after: that of the first derivative that is not zero there.
+    /// The sign just after: the sign of the first derivative that is not zero there.
     pub fn sign_after(&self, g: &Polynomial) -> i32 {
         if g.is_zero() {
             return 0;
@@ -92,7 +92,7 @@ pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
                 return Ordering::Equal;
             }
         }
-        // The wider one, so that neither falls behind.
+        // Narrow the wider bracket, so that neither falls behind.
         let (a_width, b_width) = (&a.bracket().1 - &a.bracket().0, &b.bracket().1 - &b.bracket().0);
         if a_width > b_width { a.narrow() } else { b.narrow() }
     }

@@ -50,7 +50,8 @@ impl Form {
 pub enum Shape {
     /// Coefficients of a height above a plane.
     Linear,
-    /// Coefficients of a squared distance, times this sign, which is also that of the leading one.
+    /// Coefficients of a squared distance, times this sign, which is also the sign of the leading
+    /// coefficient.
     Square(i32),
     /// Coefficients of a height, and the distance at which the plane is met on either side.
     TwoSided,

@@ -121,7 +121,7 @@ pub fn next_event(exact: &Exact) -> Verdict {
 }
 
 /// All times after now at which the rule holds but did not just before. Each would be the next event without
-/// those before it.
+/// the earlier times.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();

@@ -1,4 +1,5 @@
-//! Witnesses: polynomials indistinguishable from the exact ones by rounding, for which an answer is right.
+//! Witnesses: polynomials that rounding cannot distinguish from the exact polynomials, and for which an
+//! answer is right.
 
 use super::question::{DISTANCE, Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event, possible_events};
@@ -214,7 +215,7 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
         .collect();
     let all = power_of_three(sizes[0]);
     let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform ones come first: they shift f as far as possible.
+    // The uniform shifts come first: they shift f as far as possible.
     let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
     ordered.take(most).flat_map(move |code| {
         let overlap = vector(code);

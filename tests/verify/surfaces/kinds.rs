@@ -58,7 +58,7 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
     }
 }
 
-/// A triangle with two equal corners is a line, with three a point; beside other triangles it adds nothing.
+/// A triangle with two equal corners is a line, with three a point. Next to other triangles it adds nothing.
 #[test]
 fn triangles_without_an_area_are_met_and_proven() {
     let at = |x: f64, y: f64, z: f64| super::MIDDLE + Vector::new(x, y, z);

@@ -80,7 +80,7 @@ fn surfaces_of_every_kind_are_proven_in_every_motion() {
     }
 }
 
-/// A single ball in moving surfaces: it slides and rolls on some, and is carried.
+/// A single ball in moving surfaces: it slides or rolls on them, and is carried.
 #[test]
 fn a_ball_that_is_carried_is_proven() {
     for number in 0..MOTIONS {
@@ -208,7 +208,7 @@ fn gravity_that_turns_is_proven() {
     }
 }
 
-/// A recording in which gravity changes after some events, and the states at that time.
+/// A recording in which gravity changes after a number of events, and the states at that time.
 fn turning() -> (Recording, usize) {
     let down = grains(2, 18).gravity(Vector::new(0.0, 0.0, -1.0));
     let aside = Vector::new(0.8, -0.3, 0.4);

@@ -159,7 +159,7 @@ fn wrong_numbers_are_told() {
     });
 }
 
-/// The fault of an engine whose surfaces have `wrong` motions instead of the right ones.
+/// The fault of an engine whose surfaces have the `wrong` motions instead of the right motions.
 fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fault {
     let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };

@@ -146,7 +146,7 @@ fn contacts_of_others_are_told() {
     }
 }
 
-/// The fault of an engine that uses `wrong` surfaces instead of the right ones.
+/// The fault of an engine that uses the `wrong` surfaces instead of the right surfaces.
 fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
     let scene = |shapes| with(grains(2, 18), shapes, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };

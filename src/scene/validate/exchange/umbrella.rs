@@ -1,4 +1,4 @@
-//! Validates windows of a distance: their ends, and the two groups.
+//! Validates umbrella windows: their ends, and the two groups whose distance they restrict.
 
 use crate::base::text::shortest;
 use crate::model::components::Component;

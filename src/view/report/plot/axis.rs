@@ -76,7 +76,8 @@ impl Axis {
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
     }
 
-    /// A linear axis with the same ends, for the ticks of one that covers less than about a factor of two.
+    /// Returns a linear axis with the same ends. It provides the ticks of a logarithmic axis that covers less
+    /// than about a factor of two.
     fn evenly(&self) -> Self {
         match self.is_logarithmic {
             true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
@@ -98,8 +99,8 @@ impl Axis {
         multiples(self.step(), [self.low, self.high])
     }
 
-    /// 1, 2 or 5 times a power of ten: the largest step with enough ticks, or with fewer if the labels of a
-    /// horizontal axis would touch.
+    /// Returns the step between ticks: 1, 2 or 5 times a power of ten. It is the largest step with enough
+    /// ticks, or a larger one if the labels of a horizontal axis would touch.
     fn step(&self) -> f64 {
         let power = 10_f64.powf((self.high - self.low).log10().floor());
         let ticks = |step: f64| multiples(step, [self.low, self.high]);
@@ -112,8 +113,9 @@ impl Axis {
         if room > 1.0 && LETTER * letters as f64 > room { with(FEWEST).unwrap_or(step) } else { step }
     }
 
-    /// Powers of ten, with two to nine times them in between. Powers have labels; if there are fewer than
-    /// three, also two and five times them, then all. `None` if there are still too few.
+    /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there
+    /// are fewer than three labels, two and five times each power are labelled too, then all ticks. `None` if
+    /// there are still too few.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;

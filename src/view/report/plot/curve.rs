@@ -10,13 +10,13 @@ const RIGHT: f64 = WIDTH - 14.0;
 /// Curves with more points show their errors as a band.
 const MOST_BARS: usize = 60;
 
-/// Number of marks along a curve without marks at its points, if there are other curves.
+/// Number of markers along a curve without markers at its points, if there are other curves.
 const SPARSE: usize = 9;
 
 /// Values with a larger ratio get a logarithmic axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// Largest part of an error band that is shown, relative to the range of the values; bars are always shown
+/// Largest shown extent of an error band, relative to the range of the values. Bars are always shown as a
 /// whole.
 const WIDEST_BAND: f64 = 2.0;
 
@@ -41,7 +41,7 @@ pub(in crate::view::report) enum LineStyle {
     Published,
 }
 
-/// A line of a plot. Its index determines its colour and its mark; published lines are counted separately.
+/// A line of a plot. Its index determines its colour and its marker; published lines are counted separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
@@ -144,9 +144,9 @@ impl Curves {
         self.lines.iter().map(class).collect()
     }
 
-    /// Whether a logarithmic axis shows more than a linear one. The values must be positive and cover a large
-    /// range. On the horizontal axis there must be many of them in each decade, on the vertical axis they
-    /// must be larger than their errors.
+    /// Whether a logarithmic axis shows more than a linear axis. The values must be positive and cover a large
+    /// range. On the horizontal axis, the median must be below a tenth of the largest value, and no line may
+    /// be a time series. On the vertical axis, the values must be larger than their errors.
     fn asks_for_logarithms(&self, k: usize) -> bool {
         let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
         let points = || lines().flat_map(|line| line.points.iter().flatten());
@@ -178,8 +178,8 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Range of the measured values with their errors and of the published ones, unless these are much
-    /// larger. Bars are included as a whole.
+    /// Returns the range of the measured values with their errors and of the published values. Published
+    /// values are left out if they are much larger. Bars are included as a whole.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let level =
@@ -223,7 +223,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// Draws a line, with a mark of this index if there are several lines.
+/// Draws a line, with a marker of this index if there are several lines.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -252,14 +252,14 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     if let Some(number) = number.filter(|_| !has_bars && line.style != LineStyle::Published) {
         let points: Vec<&Point> = runs.iter().flatten().collect();
         let stride = points.len().div_ceil(SPARSE).max(1);
-        // Marks of nearly coinciding curves are placed beside each other.
+        // Markers of nearly coinciding curves are placed side by side.
         for point in points.iter().skip((number * stride / 4) % stride).step_by(stride) {
             svg.push_str(&mark(number, place(point)));
         }
     }
 }
 
-/// Error bar of a point. One that goes beyond a logarithmic axis has no lower end.
+/// Draws the error bar of a point. A bar that extends beyond a logarithmic axis has no lower end.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     if point.error > 0.0 {
         let [low, high] = [point.y - point.error, point.y + point.error];

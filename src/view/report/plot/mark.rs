@@ -16,7 +16,7 @@ const SHAPES: [&str; 7] = [
 /// Index of the first shape that consists of lines, without area.
 const FIRST_OPEN: usize = 5;
 
-/// The mark of a line, by its index, at a position `[pixels]`.
+/// Returns the marker of a line, by its index, at a position `[pixels]`.
 pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     let (x, y) = (px(x), px(y));
     match (line % (SHAPES.len() + 1)).checked_sub(1) {

@@ -13,8 +13,8 @@ use crate::trajectory::Frame;
 /// millions of moves. A contact with a smaller effect cannot be seen.
 const ROUNDING: f64 = 1e-9;
 
-/// The longest flight whose direction follows from its ends: nearly half a period, in these parts of a
-/// period.
+/// Longest flight whose direction follows from its ends, nearly half a period, in units of 1/500 of a period;
+/// and the number of these units in a period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -39,8 +39,8 @@ impl Moment {
 pub(super) struct Flights {
     /// Index of the acceleration.
     pub fall: usize,
-    /// Per particle 0 if it had an event or went too far, otherwise an upper bound of its displacement along
-    /// any periodic axis, in parts of a period.
+    /// For each particle, an upper bound of its displacement along any periodic axis, in units of 1/500 of a
+    /// period. It is 0 if the particle had an event or went too far.
     ways: Vec<u8>,
 }
 
@@ -122,8 +122,8 @@ impl FlightFinder {
     }
 }
 
-/// The shortest displacement between images of two points of the box, at the later displacement of the box;
-/// and the number of periods up along y.
+/// Returns the shortest displacement between periodic images of two points of the box, for the displacement
+/// of the sheared box in the later frame. Also returns the number of periods up along y.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -136,7 +136,8 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Upper bound of a displacement along any periodic axis, in parts of a period; 0 if it is too far.
+/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period; 0 if it
+/// is too far.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// Number of steps between the sides of the field; one more value marks particles beyond.
+/// Number of steps between the sides of the field. One more value marks particles beyond the field.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 

@@ -14,7 +14,7 @@ fn frame(time: f64, count: u32) -> Frame {
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Some are one edge to the right of the box, which is the same position.
+        // Several grains are one edge to the right of the box, which is the same position.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -168,7 +168,7 @@ fn scalars_are_those_that_the_scene_has() {
 fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
-        // The last one belongs to the pivot, which keeps its own colour.
+        // The last value belongs to the pivot, which keeps its own colour.
         let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
         frame.scalars = vec![Scalar { name: "q6".into(), values }];
     }
@@ -183,7 +183,7 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
 fn neighbours_are_those_of_a_search_over_all_pairs() {
     let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
     for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
-        // Wells of two ranges, and none.
+        // Pairs with wells of two different ranges, and pairs without a well.
         let well = |factor| Potential::square_well(0.5, factor, 1.0).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
         fill.composition.push(("B".to_owned(), 1.0));
@@ -201,7 +201,7 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
         let mut frame = Frame::start_of(&scene);
         assert!((frame.size.x - edge).abs() < 1e-9);
         let edge = frame.size.x;
-        // Out of the lattice, and some out of the box.
+        // Move the particles off the lattice, and several of them out of the box.
         for (index, particle) in (0_u32..).zip(&mut frame.particles) {
             let shift = |factor: f64| (f64::from(index) * factor).fract() * edge;
             particle.position += Vector::new(shift(0.618), shift(0.414), shift(0.732));

@@ -20,8 +20,8 @@ const LONG: f64 = 10.0;
 /// Largest relative difference of a quantity that is equal in all stages.
 const SAME: f64 = 1e-9;
 
-/// Figures of all observables and measured numbers against the temperature of the stage, and of measured
-/// functions, coloured by it; empty if all stages have the same temperature.
+/// Returns figures of all observables and measured numbers against the temperature of the stage. Figures of
+/// measured functions are coloured by this temperature. Empty if all stages have the same temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -44,7 +44,7 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
 
-/// Whether temperatures are those of an anneal rather than of a run at one temperature.
+/// Whether temperatures belong to an anneal rather than to a run at one temperature.
 pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
 }

@@ -13,7 +13,7 @@ use crate::view::report::html::escape;
 /// other values.
 const MOST_FIGURES: usize = 48;
 
-/// A family of all state points that share all values but one.
+/// A family of all state points that share all values except one.
 struct Family {
     label: String,
     members: Vec<Member>,

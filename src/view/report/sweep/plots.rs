@@ -1,5 +1,5 @@
 //! Every quantity of a sweep against the value that varies, and of measured stages against their temperature,
-//! beside published values.
+//! compared with published values.
 
 use std::fmt::Write;
 
@@ -36,8 +36,8 @@ impl Horizontal {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// The other values of a state point, in words. Values that change together with the one along the axis
-    /// are left out.
+    /// Returns the other values of a state point, in words. Values that change together with the value along
+    /// the axis are left out.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
@@ -62,8 +62,8 @@ struct Along {
     words: &'static str,
 }
 
-/// The first key with numbers that differ, or the first entry with such numbers in a list or table;
-/// preferably one with a different number for each value.
+/// Returns the first key with numbers that differ, or the first entry with such numbers in a list or table.
+/// An entry with a different number for each value is preferred.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -103,7 +103,8 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
     ascending(all)
 }
 
-/// The measured stages of each state point along their mean temperatures; empty if all have the same one.
+/// Returns the measured stages of each state point along their mean temperatures; empty if all temperatures
+/// are the same.
 fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
@@ -157,7 +158,8 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
 }
 
-/// The figures of all quantities but one, and a sentence on quantities that are the same everywhere.
+/// Returns the figures of all quantities except `but`, and a sentence on quantities that are the same
+/// everywhere.
 fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
     let (mut constants, mut figures) = (Vec::new(), String::new());
     for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
@@ -203,8 +205,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Published values of a quantity for the system sizes along the axis, by label, with their source and
-/// points. Series with the same values share them.
+/// Returns published values of a quantity for the system sizes along the axis, by label, with their source
+/// and points. Series with the same published values share one entry.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
@@ -233,7 +235,8 @@ fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String,
     all
 }
 
-/// Whether two curves are the same within round-off, like those against the edge of the box at one density.
+/// Whether two curves are the same within round-off. For example, curves against the edge of the box at one
+/// density are the same.
 fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
     one.len() == other.len()
@@ -243,8 +246,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// Deviation of all runs from the published values, in words: at their own size and, if it matters, at the
-/// size of the source.
+/// Describes the deviation of all runs from the published values in words: at the system size of each run
+/// and, if it matters, at the system size of the source.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;

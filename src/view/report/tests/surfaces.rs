@@ -89,7 +89,7 @@ fn the_player_has_surfaces_where_they_are_in_each_frame() {
     let mut seen = [0; 2];
     for frame in head["frames"].as_array().unwrap() {
         let (time, poses) = (frame["time"].as_f64().unwrap(), &frame["poses"]);
-        // When the gate is removed, there may be a frame before and one after.
+        // When the gate is removed at t = 1, there may be a frame before the removal and a frame after it.
         assert!(if time < 1.0 { !poses[0].is_null() } else { poses[0].is_null() || time == 1.0 }, "{time} {poses}");
         assert!((poses[1][9].as_f64().unwrap() - 0.25 * time).abs() < 1e-12 && poses[1][0] == 1.0, "{time} {poses}");
         seen[usize::from(poses[0].is_null())] += 1;

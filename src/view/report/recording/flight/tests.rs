@@ -6,7 +6,7 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::SceneBuilder;
 use crate::trajectory::extended_xyz::write_frame;
 
-/// The frames of a scene at some times, as a run writes them.
+/// Returns the frames of a scene at given times, as a run writes them.
 fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let at = |time: &f64| {
@@ -100,7 +100,7 @@ fn parabolas_are_free_flights_until_the_floor() {
         .particle("ball", Vector::new(6.0, 5.0, 8.5), Vector::zeros())
         .build()
         .unwrap();
-    // The first one reaches the floor at t = 2.
+    // The first ball reaches the floor at t = 2.
     let frames = frames(&scene, &[0.0, 0.9, 1.9, 2.9]);
     let recording = recorded(&frames, &scene);
     assert_eq!(recording.head.falls, [[[0.0, 0.0, -1.0]]]);
@@ -178,7 +178,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 #[test]
 fn a_collision_in_a_frame_that_is_left_out_is_kept_in_mind() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
-    // The particle turns back between frames 1500 and 1501. The recording has only one of the two.
+    // The particle turns back between frames 1500 and 1501. The recording has only one of these two frames.
     let frames = (0..4_323).map(|index| {
         let mut frame = Frame::start_of(&scene);
         frame.time = f64::from(index);

@@ -42,7 +42,7 @@ fn the_axis_is_the_first_number_that_varies_also_within_a_list() {
     let of = |title: &str, numbers: &[f64]| Some((title.to_owned(), numbers.to_vec()));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc", "fill.0.count=1,2"]), of("count", &[1.0, 2.0, 1.0, 2.0]));
     assert_eq!(along(&["space.size=[9, 5, 5],[9, 7, 7]"]), of("size 1", &[5.0, 7.0]));
-    // The first entry has the same number for two values, the second distinguishes all.
+    // The first entry has the same number for two values. The second entry distinguishes all values.
     assert_eq!(along(&["space.size=[1, 1],[1, 2],[2, 3]"]), of("size 1", &[1.0, 2.0, 3.0]));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc"]), None);
     assert_eq!(along(&["space.size=[1, 2],[1, 2, 3]", "seed=1,2"]).map(|(title, _)| title), None);
@@ -58,7 +58,7 @@ fn stages_are_drawn_against_their_temperature() {
     let annealed = page(2.0);
     let (before, after) = annealed.split_once("Measured stages against their temperature").unwrap();
     assert!(before.contains("hot") && !before.contains("temperature of each"));
-    // A line for each state point, but none for the temperature against itself.
+    // There is a line for each state point, but no line for the temperature against itself.
     assert!(
         after.contains("count = 100") && after.contains("count = 200") && !after.contains(">Temperature</"),
         "{after}"
