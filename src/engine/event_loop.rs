@@ -7,7 +7,7 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
-/// The next thing to do: an entry of the queue, or something that precedes it.
+/// The next action: the first entry of the queue, or an action before it.
 enum Next {
     /// The prediction of a particle.
     Particle(QueueEntry),

@@ -51,7 +51,7 @@ pub(super) struct Sources {
     pub andersen: Option<Andersen>,
     /// A distance that is held in a window.
     pub restraint: Option<Box<Restraint>>,
-    /// Whether velocity changes are reported to the pressure between walls or to a restraint.
+    /// Whether velocity changes are needed for the pressure between walls or for a restraint.
     pub is_watched: bool,
     /// Time of the next global event since the epoch; infinite if there is none.
     pub next_global: f64,

@@ -15,7 +15,7 @@ use super::multicanonical::Torn;
 /// Why the equilibration of an exchange has failed to prepare the measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
-    /// The energies determine no weights.
+    /// The weights do not follow from the energies.
     Torn,
     /// A replica is not in its window.
     Outside { window: usize, ends: [f64; 2], distance: f64 },

@@ -167,7 +167,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
     }
 }
 
-/// Includes the phase in which weights are learned, and the phase with weights.
+/// Includes the phase that learns the weights, and the phase with fixed weights.
 #[test]
 fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     let mut parts = fluid(0.2, 10).into_parts();

@@ -1,5 +1,5 @@
-//! Carom's own files: plain files in plain folders. Links to them are not followed, because their targets are
-//! not Carom's, and files with a second name are not used.
+//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because their targets may
+//! not belong to Carom. Files with more than one hard link are not used.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};

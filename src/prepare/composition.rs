@@ -9,8 +9,8 @@ use crate::model::space::Boundary;
 use crate::model::{Region, Space, Species, SpeciesId};
 use crate::prepare::lattice::root;
 
-/// Integers in the given shares that add up to `count`. They are rounded down, and the remaining particles
-/// go to the largest remainders.
+/// Divides `count` in the given proportions. Each number is rounded down, and the remaining particles go to
+/// the largest remainders.
 pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();

@@ -23,7 +23,7 @@ pub enum Unreached {
     Amplitude {
         /// Moves before the first measurement with a barostat.
         moves: f64,
-        /// Minimum number of moves that tune it.
+        /// Minimum number of volume moves that tune the amplitude.
         fewest: f64,
     },
 }

@@ -107,7 +107,7 @@ impl SceneBuilder {
         seed(seed: u64) => parts.seed;
         /// Simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Leaves overlaps at the start to the stable rule.
+        /// Sets whether particles may overlap at the start. The stable rule handles such overlaps.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;

@@ -284,7 +284,7 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// The observables, except those also measured by an instrument, and the numbers of the instruments.
+/// The numbers of all instruments, and the observables that no instrument measures.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,

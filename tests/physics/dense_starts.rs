@@ -246,6 +246,6 @@ fn a_mixture_of_which_as_many_as_fit_keeps_its_shares() {
     assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());
     let all = scene.particles().len() as f64;
     let small = scene.particles().iter().filter(|particle| particle.species.0 == 0).count() as f64;
-    // Four standard deviations of independent choices.
+    // Four standard deviations, if choices are independent.
     assert!((small / all - 0.25).abs() < 4.0 * (0.25_f64 * 0.75 / all).sqrt(), "{small} of {all}");
 }

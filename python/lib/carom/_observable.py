@@ -79,8 +79,7 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    #: For each measured value that this one depends on: by its source, the derivative, and the error of that
-    # value.
+    #: For each measured value on which this value depends, by source: the derivative with respect to it, and its error.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
     #: NumPy scalars leave arithmetic to this class.

@@ -307,7 +307,7 @@ pub struct Sample<'a> {
     pub velocities: &'a [Vector],
     /// Periods travelled since the start, along each axis.
     pub images: &'a [[i32; 3]],
-    /// Displacement of the next image up along x, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
+    /// Displacement along x of the periodic image above, in `(-L_x / 2, L_x / 2]`; 0 without shear `[length]`.
     pub displacement: f64,
 }
 

@@ -89,7 +89,7 @@ fn few_independent_values_have_the_error_of_students_distribution() {
 
 #[test]
 fn slow_motion_is_seen_under_fast_noise() {
-    // A tenth of the variance relaxes in ten values, and causes two thirds of the error.
+    // A tenth of the variance has a correlation time of ten values. This part causes two thirds of the error.
     let (n, count) = (400, 60);
     let series = |seed: u64| -> Vec<f64> {
         let noise = correlated(0.0, n, 9000 + seed);

@@ -7,7 +7,7 @@ use crate::model::potential::Potential;
 pub enum Side {
     /// Valid beyond the distance: `f+`, Core and Capture.
     Positive,
-    /// Valid within the distance: `f-`, Bounce and Release.
+    /// Events that are possible inside the distance: `f-`, Bounce and Release.
     Negative,
 }
 

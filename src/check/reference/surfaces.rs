@@ -34,7 +34,7 @@ pub(in super::super) struct Motion {
     pub radius: f64,
 }
 
-/// The components of a motion across a feature. The overlap function of the feature depends only on them.
+/// The components of a motion perpendicular to a feature. The overlap function of the feature depends only on them.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Across {
     pub position: Vector,

@@ -168,7 +168,7 @@ pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, 
 }
 
 impl World {
-    /// A particle as seen by features, moved to within half a period of the box.
+    /// The image of a particle that features use. It is at most half a period outside the box.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
         let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);

@@ -19,7 +19,7 @@ const STEPS: u64 = 20_000;
 /// The range of events to prove.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EventRange {
-    /// Number of events to replay first without a proof.
+    /// Number of events to replay before the proof begins.
     pub from: u64,
     /// Number of events to prove after the skipped events.
     pub events: u64,

@@ -42,7 +42,7 @@ struct Group {
     inverse_mass: f64,
 }
 
-/// A distance that is held in a window.
+/// A distance that is restrained to a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
@@ -120,7 +120,7 @@ impl Simulation {
         });
     }
 
-    /// The window of the held distance `[length]`; `None` without a restraint.
+    /// The window of the restrained distance `[length]`; `None` without a restraint.
     pub(crate) fn distance_window(&self) -> Option<[f64; 2]> {
         with_engine!(&self.engine, engine => engine.sources.restraint.as_ref().map(|restraint| restraint.window))
     }

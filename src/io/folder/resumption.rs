@@ -104,7 +104,7 @@ impl Folder {
             outer,
         };
         if limit.is_some() {
-            // From here on, the new end is in effect even after a crash.
+            // From here on, the new end survives a crash.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
         // This is also needed if the program was killed between a checkpoint with a new end and this point.

@@ -67,7 +67,7 @@ mod tests {
             [vec![], vec![0.0; 3], vec![f64::MAX], vec![0.314_15], vec![1e-9]].map(fastest),
             [1.0, 1.0, 1.0, 0.32, 1e-9]
         );
-        // 3 + 3 + ... + 4 squared: the particle at 4 has 16 of 916.
+        // The sum of squares is 916, and the particle at 4 contributes 16.
         assert_eq!(fastest([vec![3.0; 100], vec![4.0]].concat()), 3.0);
         assert_eq!(fastest([vec![0.01; 100], vec![4.0, 4.5]].concat()), 4.5);
     }

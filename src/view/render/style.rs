@@ -65,7 +65,7 @@ pub struct Style {
     pub up: Option<Vector>,
     /// Degrees by which the camera has moved around the scene to the right.
     pub azimuth: f64,
-    /// Degrees of the camera above the horizon.
+    /// Elevation of the camera above the horizon, in degrees.
     pub elevation: f64,
     /// The direction of the camera from the middle of the scene, instead of an elevation. The azimuth is then
     /// measured from this direction. Flat and one-dimensional scenes are seen from the front.

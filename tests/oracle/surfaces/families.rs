@@ -51,7 +51,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     }
 }
 
-/// A few ulps of order one, or none.
+/// Zero, or a few units in the last place of a number of order one.
 fn ulps(random: &mut Random) -> f64 {
     if random.chance(0.3) { 0.0 } else { f64::EPSILON * (random.below(17) as f64 - 8.0) * 0.5 }
 }

@@ -141,7 +141,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
 }
 
 impl Exact {
-    /// Whether no extent is negative, except one that is known to be zero.
+    /// Whether no extent is negative. An extent that is exactly zero may be negative by round-off.
     fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
         let mut extents = self.extents.iter().enumerate();
         extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)

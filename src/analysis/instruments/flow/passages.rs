@@ -95,7 +95,7 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The last row is dropped, too, so the next row already has one sample.
+            // The last row is dropped, too. Its end is the first sample of the next row.
             self.skipped = self.stride;
             self.stride *= 2;
         }

@@ -1,4 +1,4 @@
-//! Tests of distances that are held in umbrella windows.
+//! Tests of distances restrained to umbrella windows.
 
 use super::*;
 use crate::engine::Until;
