@@ -124,7 +124,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
         hard(),
         1.0,
     );
-    refused(one.particle("A", Vector::repeat(0.5), Vector::repeat(1.0)), scaling, "two or more particles");
+    refused(one.particle("A", Vector::repeat(0.5), Vector::repeat(1.0)), scaling, "two or more moving particles");
     let flat = Space {
         size: Vector::new(9.0, 9.0, 0.0),
         boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
