@@ -465,7 +465,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         lambda **keywords: carom.exchange(replicas, tmp_path / "exchange", **keywords),
     ]
     for call in calls:
-        with pytest.raises(carom.FolderError, match=r"would write some .* unasked\n.*force=True"):
+        with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
     # With force it ends for another reason.
@@ -475,7 +475,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
     (tmp_path / "exchange").write_text("in the way")
     with pytest.raises(carom.CaromError, match="exchange"):
         calls[2](force=True)
-    with pytest.raises(carom.FolderError, match="unasked"):
+    with pytest.raises(carom.FolderError, match="allowed without"):
         calls[1]()
 
 

@@ -83,7 +83,7 @@ def test_its_example_is_true(name: str) -> None:
 
 def test_the_front_page_has_the_scene_of_the_examples() -> None:
     text = carom.__doc__ or ""
-    code = text[text.index("fluid = {") : text.index("and ``pair``")]
+    code = text[text.index("fluid = {") : text.index("They also use ``pair``")]
     found: dict[str, Any] = {}
     exec(inspect.cleandoc(code), found)  # noqa: S102
     assert found["fluid"] == FLUID

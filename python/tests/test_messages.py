@@ -24,7 +24,7 @@ def test_cures_are_those_of_python(fluid: dict, tmp_path: Path) -> None:
         carom.run(fluid, tmp_path / "run")
     cure = "choose another folder with out=, or replace it with force=True; `carom.resume(DIR, until_time=T)` makes it longer"
     assert caught.value.cure == cure and str(caught.value).endswith(f"help: {cure}")
-    with pytest.raises(carom.FolderError, match="give until_time= or until_events= at least"):
+    with pytest.raises(carom.FolderError, match="set until_time= or until_events= beyond"):
         carom.resume(tmp_path / "run", until_events=10)
     with pytest.raises(carom.SweepError, match=re.escape('give an axis, such as vary={"seed": "1..3"}')):
         carom.sweep(fluid, out=tmp_path / "sweep")

@@ -11,7 +11,7 @@ __all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "Simulatio
 _IN_PYTHON = (
     (r"`carom run --resume DIR --until-time T`", r"`carom.resume(DIR, until_time=T)`"),
     (r"`carom run --resume DIR`", r"`carom.resume(DIR)`"),
-    (r"\bcarom run --resume (\S+) goes on", r'carom.resume("\1") goes on'),
+    (r"\bcarom run --resume (\S+) (goes on|continues it)", r'carom.resume("\1") \2'),
     (r"`carom exchange DIR`", r"`carom.exchange` with its scene and DIR as out"),
     (r"`carom exchange --jobs`", r"`jobs=` of `carom.exchange`"),
     (r"`carom run`", r"`carom.run`"),
