@@ -1,7 +1,7 @@
 //! Every dependency has a licence compatible with those of Carom, and `THIRD-PARTY.md` names everything from
 //! which the program and the Python package are built.
 //!
-//! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` rewrites that file.
+//! After a change of `Cargo.lock`: `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites that file.
 
 #![cfg(target_os = "linux")]
 
@@ -174,7 +174,7 @@ fn notice(crates: &[Crate]) -> String {
         The list is that of a build for Linux; elsewhere, a few crates for the operating system take the place of others.\n\n\
         Letters in pictures and movies are a part of the font Inter, (c) The Inter Project Authors, under the SIL Open Font License 1.1: \
         `src/view/render/letters/OFL.txt`.\n\n\
-        Written by `cargo test --test licences -- --ignored`.\n\n\
+        Written by `CAROM_WRITE_NOTICE=1 cargo test --test licences`.\n\n\
         | crate | version | licence | source |\n|---|---|---|---|\n"
         .to_owned();
     let mut users: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -227,16 +227,19 @@ fn every_dependency_has_a_licence_that_is_allowed() {
 
 #[test]
 fn the_notice_names_all_that_the_program_is_built_from() {
+    let crates = dependencies();
+    if std::env::var_os("CAROM_WRITE_NOTICE").is_some() {
+        fs::write(NOTICE, notice(&crates)).unwrap();
+    }
     let text = fs::read_to_string(NOTICE).unwrap();
     let found: BTreeSet<&str> =
         text.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| crate ")).collect();
-    let crates = dependencies();
     let lines: Vec<String> = crates.iter().filter(|it| it.is_built_in).map(line).collect();
     let expected: BTreeSet<&str> = lines.iter().map(String::as_str).collect();
     assert!(expected.len() > 20, "{expected:?}");
     assert!(
         found == expected,
-        "cargo test --test licences -- --ignored writes it anew\nmissing: {:#?}\ntoo many: {:#?}",
+        "CAROM_WRITE_NOTICE=1 cargo test --test licences writes it again\nmissing: {:#?}\ntoo many: {:#?}",
         expected.difference(&found).collect::<Vec<_>>(),
         found.difference(&expected).collect::<Vec<_>>()
     );
@@ -244,10 +247,4 @@ fn the_notice_names_all_that_the_program_is_built_from() {
         let heads = text.lines().filter_map(|line| line.strip_prefix("## "));
         assert!(heads.flat_map(|line| line.split(", ")).any(|name| name == it.name), "no text for {}", it.name);
     }
-}
-
-#[test]
-#[ignore = "writes THIRD-PARTY.md"]
-fn write_the_notice() {
-    fs::write(NOTICE, notice(&dependencies())).unwrap();
 }

@@ -3,17 +3,18 @@
 
 use crate::compare::largest_ratio;
 use crate::detection::Algorithm;
+use crate::per_family;
 use crate::tally::run;
 use carom::physics::overlap::Side;
 
-/// States of each family and algorithm; the long run has a hundred times as many.
+/// States of each family and algorithm.
 const PER_FAMILY: usize = 500;
 
 const SEED: u64 = 20_260_101;
 
 fn agrees(algorithm: Algorithm) {
     let mut wrong = 0;
-    for (family, tally) in run(algorithm, PER_FAMILY, SEED) {
+    for (family, tally) in run(algorithm, per_family(PER_FAMILY), SEED) {
         wrong += tally.wrong_count;
         for (state, comparison) in &tally.wrong {
             eprintln!("{family}: {} {state:?}\n    answer {:?}", algorithm.name(), comparison.answer);

@@ -5,7 +5,7 @@ use crate::tally::{Tally, spread};
 use std::fmt::Write;
 use std::process::Command;
 
-const COMMAND: &str = "cargo test --release --test oracle -- --ignored --nocapture long_run";
+const COMMAND: &str = "CAROM_ORACLE=50000 cargo test --release --test oracle -- --nocapture";
 
 const EXPLANATION: &str = "\
 The oracle decides the rule in exact arithmetic (`tests/oracle`). *Within rounding*: the verdict differs, or the time by more \

@@ -85,10 +85,3 @@ fn nothing_outside_of_a_prepared_folder_changes() {
     println!("{over} calls");
     assert!(over > 60, "calls come to their end: {over}");
 }
-
-/// Prints the scene of `CAROM_FUZZ_SEED`.
-#[test]
-#[ignore = "to look at a scene"]
-fn show() {
-    print!("{}", instruments::scene(&bytes(setting("CAROM_FUZZ_SEED", 1), BYTES)));
-}

@@ -110,7 +110,7 @@ fn whatever_runs_is_proven() {
 }
 
 /// Scenes whose runs were once wrongly rejected: a particle that is moved across many epochs beyond the side
-/// of a long box, and one that rattles until its squared speed underflows.
+/// of a long box, and a particle that rattles until its squared speed underflows.
 #[test]
 fn what_was_refuted_once_is_proven() {
     let mut count = Count::default();
@@ -118,13 +118,6 @@ fn what_was_refuted_once_is_proven() {
         assert_eq!(judge(&generator::without_surfaces(seed), &mut count), None, "seed {seed}");
     }
     assert_eq!(count.proven, 2, "{count:?}");
-}
-
-/// Prints the scene of `CAROM_FUZZ_SEED`.
-#[test]
-#[ignore = "to look at a scene"]
-fn show() {
-    print!("{}", generator::scene(setting("CAROM_FUZZ_SEED", 1)));
 }
 
 #[test]
