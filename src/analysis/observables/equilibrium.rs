@@ -140,15 +140,17 @@ fn rounded(drift: f64) -> f64 {
 mod tests {
     use super::*;
 
+    const STEADY: Conditions = Conditions {
+        dimensions: 3,
+        has_steady_state: true,
+        only_exchanges_velocities: false,
+        events_per_particle: 1e4,
+    };
+
     #[test]
     fn less_than_an_event_of_each_particle_tells_nothing() {
         let text = |events_per_particle: f64| {
-            let conditions = Conditions {
-                dimensions: 3,
-                has_steady_state: true,
-                only_exchanges_velocities: false,
-                events_per_particle,
-            };
+            let conditions = Conditions { events_per_particle, ..STEADY };
             Equilibrium::of(&[("pressure", Stationarity::Drifting(0.5))], &conditions).to_string()
         };
         assert_eq!(text(0.5), "unknown (too short to tell: 0.5 events per particle, and 10 are needed)");
@@ -159,12 +161,7 @@ mod tests {
     fn what_drifts_comes_before_what_is_not_known() {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
-        let conditions = Conditions {
-            dimensions: 3,
-            has_steady_state: true,
-            only_exchanges_velocities: false,
-            events_per_particle: 10.0,
-        };
+        let conditions = Conditions { events_per_particle: 10.0, ..STEADY };
         let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, &conditions).to_string();
         assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
         assert_eq!(
@@ -185,15 +182,10 @@ mod tests {
 
     #[test]
     fn what_only_loses_energy_or_has_hardly_begun_is_never_in_equilibrium() {
-        let steady = Conditions {
-            dimensions: 3,
-            has_steady_state: true,
-            only_exchanges_velocities: false,
-            events_per_particle: 0.25,
-        };
-        let cooling = Conditions { has_steady_state: false, events_per_particle: 1e4, ..steady };
+        let begun = Conditions { events_per_particle: 0.25, ..STEADY };
+        let cooling = Conditions { has_steady_state: false, ..STEADY };
         let all = [("temperature", Stationarity::Stationary)];
-        let short = Equilibrium::of(&all, &steady).to_string();
+        let short = Equilibrium::of(&all, &begun).to_string();
         assert_eq!(short, "unknown (too short to tell: 0.25 events per particle, and 10 are needed)");
         let still = Equilibrium::of(&all, &cooling);
         assert_eq!((still.verdict, &still.reasons[..]), (Answer::Unknown, &[Equilibrium::COOLS.to_owned()][..]));
