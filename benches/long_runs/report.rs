@@ -14,7 +14,7 @@ type Quantity = (&'static str, fn(&Row) -> f64, bool);
 const QUANTITIES: [Quantity; 3] = [
     ("energy error, relative", |row| row.energy.abs(), true),
     ("momentum drift, relative", |row| row.momentum, true),
-    ("deepest overlap so far, of the discontinuity's distance", |row| row.overlap, false),
+    ("deepest overlap so far, relative to the distance of the discontinuity", |row| row.overlap, false),
 ];
 
 pub fn write() -> Result<(), Box<dyn Error>> {

@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 /// A number type that arrays can hold.
 pub trait Number: Copy + Send + Sync + 'static {
-    /// Its type in the array interface, with the byte order of the machine.
+    /// Name of the type in the array interface, with the byte order of the machine.
     const KIND: &'static str;
 }
 
@@ -46,13 +46,13 @@ impl Memory {
         all.set_item("version", 3)?;
         all.set_item("typestr", self.kind)?;
         all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
-        // The second element says that it is read-only.
+        // The second element says that the array is read-only.
         all.set_item("data", (self.address, true))?;
         Ok(all)
     }
 }
 
-/// An array with one axis, or with rows of `columns` numbers if that is given.
+/// An array with one axis, or with rows of `columns` numbers if `columns` is given.
 pub fn array<T: Number>(py: Python<'_>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
     let shape = match columns {
         Some(columns) => vec![numbers.len() / columns, columns],

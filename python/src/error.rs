@@ -88,7 +88,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
 }
 
-/// Path of the key in a table whose name or value is at a position in the text.
+/// Path of a key in a table. The name or the value of the key is at the position `at` in the text.
 fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -98,7 +98,8 @@ fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     })
 }
 
-/// Path of the innermost key in a value whose name or value is at a position in the text.
+/// Path of the innermost key in a value. The name or the value of the key is at the position `at` in the
+/// text.
 fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
     match value.get_ref() {
         DeValue::Table(table) => key_in(table, path, at),
@@ -117,7 +118,7 @@ pub fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// The observing functions differ from those at the start of the run.
+/// The error for observing functions that differ from the functions at the start of the run.
 fn instrument(error: &InstrumentError) -> PyErr {
     cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
 }

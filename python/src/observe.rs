@@ -62,7 +62,7 @@ impl Observation {
         })
     }
 
-    /// The run with its instruments, whose functions this thread calls from now on, until [`end`].
+    /// The run with its instruments. From now on until [`end`], this thread calls their functions.
     pub fn begin(&self, run: Run) -> Run {
         FUNCTIONS.set(Some(self.functions()));
         self.of(run)

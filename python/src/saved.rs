@@ -26,7 +26,7 @@ pub struct Beside {
 
 impl Beside {
     pub fn of(scene: &Scene, state: &State) -> Self {
-        // Relative paths refer to the folder where it is saved.
+        // Relative paths refer to the folder in which the simulation is saved.
         let name = std::path::absolute(&scene.name).unwrap_or_else(|_| scene.name.clone());
         Self {
             model: scene.model.clone(),

@@ -26,7 +26,7 @@ pub struct Scene {
     /// The file, or the name that represents it.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
-    /// Its particles from arrays.
+    /// Particles of the scene from arrays.
     pub given: Option<Given>,
 }
 
@@ -75,12 +75,12 @@ impl Scene {
         Ok(value_of(value, place)?.to_string())
     }
 
-    /// TOML from which it can be recreated anywhere.
+    /// TOML from which the scene can be recreated anywhere.
     fn record(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| self.complete_record())
     }
 
-    /// Its particles from arrays, if it has any.
+    /// Particles of the scene from arrays, if there are any.
     fn given(&self) -> Option<Given> {
         self.given.clone()
     }
@@ -170,12 +170,12 @@ impl Scene {
 }
 
 impl Scene {
-    /// TOML from which it can be recreated, with all of its particles.
+    /// TOML from which the scene can be recreated, with all of its particles.
     pub fn complete_record(&self) -> PyResult<String> {
         self.record_with(self.given.as_ref().map(|Given(particles)| KeptParticles::InTables(particles)))
     }
 
-    /// TOML from which it can be recreated, with its particles from arrays in a file or in tables.
+    /// TOML from which the scene can be recreated, with its particles from arrays in a file or in tables.
     pub fn record_with(&self, given: Option<KeptParticles<'_>>) -> PyResult<String> {
         let record = self.model.record_with(self.text.clone(), &self.name, &borrowed(&self.set), given);
         record.map_err(|error| error::scene(&error))
@@ -215,7 +215,7 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
         return Ok(Value::String(value.extract::<PathBuf>()?.to_string_lossy().into_owned()));
     }
     let is_bytes = value.is_instance_of::<PyBytes>() || value.is_instance_of::<PyByteArray>();
-    // Sets have no order, so a list made from one would not be reproducible.
+    // Sets have no order, so a list made from a set would not be reproducible.
     let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
     if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();

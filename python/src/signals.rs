@@ -26,7 +26,7 @@ impl Signals {
         self.steps
     }
 
-    /// Whether something that is done as often as checks for signals is due.
+    /// Whether a check for signals is due, or other work that is done equally often.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {
@@ -40,7 +40,7 @@ impl Signals {
         true
     }
 
-    /// Checks for signals, if it is time.
+    /// Checks for signals if a check is due.
     ///
     /// # Errors
     /// The exception that a signal raises, such as `KeyboardInterrupt`.

@@ -97,8 +97,8 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 
 #[pymethods]
 impl Simulation {
-    /// The dynamics of a scene from its start. With `plan`, features that only a run has are rejected;
-    /// without, they are left out.
+    /// The dynamics of a scene from its start. With `plan`, features that only a run has are rejected.
+    /// Without `plan`, these features are left out.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
@@ -139,7 +139,7 @@ impl Simulation {
         }
     }
 
-    /// Saves it with its scene to a file.
+    /// Saves the simulation with its scene to a file.
     fn save(&self, py: Python<'_>, scene: &Scene, path: PathBuf, force: bool) -> PyResult<()> {
         let state = self.state()?;
         let existing = if force { Existing::Replace } else { Existing::Keep };
@@ -156,14 +156,14 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// The bytes of such a file.
+    /// The bytes of a file with the saved simulation and scene.
     fn to_bytes<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Bound<'py, PyBytes>> {
         let state = self.state()?;
         let bytes = py.detach(|| simulation_to_bytes(&state.engine, &Beside::of(scene, &state)));
         Ok(PyBytes::new(py, &bytes?))
     }
 
-    /// The simulation and the scene from such bytes.
+    /// The simulation and the scene from the bytes of a file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<(Self, Scene)> {
         let loaded = py.detach(|| simulation_from_bytes::<Beside>(bytes).map(|loaded| engine_of(loaded, None)));
@@ -230,7 +230,7 @@ impl Simulation {
         let mut state = self.state()?;
         if !state.pending.is_empty() {
             let message =
-                "events that were asked for have not been handed out, because a signal came: go on with events() first";
+                "a signal interrupted events(), and not all events were returned: continue with events() first";
             return Err(PyValueError::new_err(message));
         }
         let engine = &mut state.engine;

@@ -1,4 +1,4 @@
-//! Means of correlated series, with errors and verdicts like those of a run.
+//! Means of correlated series, with errors and verdicts as in a run.
 
 use carom::analysis::statistics::{BlockAverage, Stationarity};
 use pyo3::prelude::*;

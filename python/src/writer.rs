@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use crate::error;
 use crate::given::Given;
 
-/// Writes frames to a file or folder; `None` inside once it is complete.
+/// Writes frames to a file or folder; `None` inside once the output is complete.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Writer {
     series: Mutex<Option<FrameSeries>>,
@@ -59,7 +59,7 @@ impl Writer {
         })
     }
 
-    /// Number of frames so far; `None` if it is closed.
+    /// Number of frames so far; `None` if the writer is closed.
     fn frames(&self) -> Option<u64> {
         self.series.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(FrameSeries::frames)
     }

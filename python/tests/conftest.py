@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-#: The repository, if the tests run in one.
+#: The repository, if the tests run in the repository.
 ROOT = Path(__file__).parents[2]
 
 FLUID = {

@@ -188,7 +188,7 @@ def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path)
         ("checkpoint_every", lambda: carom.resume(tmp_path / "run", checkpoint_every="300")),
         ("checkpoint_every", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", checkpoint_every=True)),
         ("until_time", lambda: carom.run(fluid, tmp_path / "new", until_time=np.True_)),
-        # An existing run is lost with it.
+        # With `force`, an existing run is lost.
         ("force", lambda: carom.run(fluid, tmp_path / "run", seed=2, force="no")),
         ("force", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", force="no")),
         ("plan", lambda: carom.Simulation(fluid, plan="no")),
@@ -286,7 +286,7 @@ def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
     # An interrupted batch loses no events.
     simulation = carom.Simulation(fluid)
     interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
-    with pytest.raises(ValueError, match="go on with events"):
+    with pytest.raises(ValueError, match="continue with events"):
         simulation.advance(events=1)
     count = simulation.event_counts["core"]
     found = np.concatenate(list(simulation.events(events=7)))
@@ -320,7 +320,7 @@ def test_a_signal_ends_an_exchange_that_can_go_on(tmp_path: Path) -> None:
 
     pair = changed(copy.deepcopy(PAIR), "run.until_time", 100_000.0)
     interrupted_after(0.3, lambda: carom.exchange(pair, tmp_path / "parts", jobs=2))
-    with pytest.raises(carom.FolderError, match="go on with carom.exchange"):
+    with pytest.raises(carom.FolderError, match="continue it with carom.exchange"):
         carom.open(tmp_path / "parts")
     parts, whole = (carom.exchange(pair, tmp_path / name) for name in ("parts", "whole"))
     assert (parts.potential_energies == whole.potential_energies).all()
@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With force it ends for another reason.
+    # With `force`, the call fails for another reason.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

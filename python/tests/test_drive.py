@@ -64,7 +64,7 @@ def test_velocities_are_those_of_a_start_whatever_is_simulated(fluid: dict, mixt
     plane.thermalize(0.7, seed=3)
     assert (plane.velocities[:, 2] == 0.0).all() and (plane.velocities[0] == 0.0).all()
     assert plane.temperature == pytest.approx(0.7, rel=1e-12)
-    # Relative to the streaming.
+    # In a sheared box, the temperature is relative to the streaming.
     sheared = carom.Simulation({**large(fluid), "space": {"shear_rate": 0.5}})
     sheared.thermalize(1.0, seed=4)
     y = sheared.positions[:, 1] - 0.5 * sheared.scene.size[1]
@@ -112,7 +112,7 @@ def test_a_heat_bath_is_that_of_a_scene(fluid: dict) -> None:
     assert plain.event_counts["thermostat"] > 3000
     axes = (plain.velocities**2).mean(axis=0)
     assert plain.temperature == pytest.approx(2.0, rel=0.25) and axes[1] == pytest.approx(axes[0], rel=0.6)
-    # While it acts the momentum is not conserved, and all components count.
+    # While the bath acts, the momentum is not conserved, and all components count.
     kinetic = plain.energy["kinetic"] - 0.5 * plain.momentum[1] ** 2 / 108
     assert plain.temperature == pytest.approx(2.0 * kinetic / (3 * 108 - 1), rel=1e-12)
     plain.thermostat = None
@@ -139,7 +139,7 @@ def test_each_bath_has_numbers_of_its_own(fluid: dict) -> None:
     first, second = heated(simulation), heated(simulation)
     assert not np.allclose(first, second)
     assert np.array_equal(heated(carom.Simulation(fluid)), first)
-    # Nor are they those of the scene's own bath.
+    # The scene's own bath has other random numbers.
     planned = {**fluid, "run": {"until_events": 1, "thermostat": {"kind": "andersen", "temperature": 1.0, "rate": 1.0}}}
     own, copied = carom.Simulation(planned), carom.Simulation(planned)
     copied.thermostat = own.thermostat

@@ -110,7 +110,7 @@ def test_a_worker_of_dask_is_killed(fluid: dict, tmp_path: Path) -> None:
 
 
 def test_mpi(undisturbed: carom.Sweep, tmp_path: Path) -> None:
-    # The one in the tests' own environment, if there is one.
+    # Prefers the `mpiexec` of the tests' own environment.
     mpiexec = shutil.which("mpiexec", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
     if mpiexec is None:
         pytest.skip("there is no mpiexec")
@@ -136,7 +136,7 @@ def test_mpi(undisturbed: carom.Sweep, tmp_path: Path) -> None:
         )
     )
     environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    # More processes than cores; the first name is that of Open MPI 4.
+    # Allows more processes than cores. Open MPI 4 reads the first variable.
     environment["OMPI_MCA_rmaps_base_oversubscribe"] = "1"
     environment["PRTE_MCA_rmaps_default_mapping_policy"] = ":oversubscribe"
     command = [mpiexec, "-n", "3", sys.executable, "-m", "mpi4py.futures", script]

@@ -94,7 +94,7 @@ def test_a_run_that_was_interrupted_says_so(fluid: dict) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         carom.run({**fluid, "run": {"until_time": 5.0}}, "cut", observe={"none": interrupt}, every=0.5)
-    assert "interrupted: carom.resume goes on" in repr(carom.open("cut"))
+    assert "interrupted: carom.resume continues it" in repr(carom.open("cut"))
     assert "interrupted" not in repr(carom.run(fluid))
 
 

@@ -44,7 +44,7 @@ def test_what_is_over_is_left_out(fluid: dict, tmp_path: Path) -> None:
     assert simulation.advance(events=100) == "events"
     with pytest.raises(carom.SceneError, match="stage"):
         carom.Simulation(staged)
-    # So are fills, in boxes that they have made; walls, wells and gravity stay.
+    # Fills are left out, too. Walls and gravity stay.
     chain = carom.run(
         {
             **fluid,
@@ -90,7 +90,7 @@ def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> N
     run = carom.run(scene, tmp_path / "run")
     simulation = carom.Simulation.prepared(scene, progress=False)
     frame = simulation.frame()
-    # All frames except those of the measurement belong to the stages.
+    # All frames except the frames of the measurement belong to the stages.
     assert simulation.thermostat == {"kind": "andersen", "temperature": 2.0, "rate": 1.0, "axes": ["x", "y", "z"]}
     assert frame.radii[0] > 0.5 and (frame.radii == run.frames[-1].radii).all()
     before = simulation.event_counts["core"]

@@ -29,7 +29,7 @@ NEEDED = {
 #: Blocks for machines that exist elsewhere only; `test_executors` covers Dask and MPI.
 ELSEWHERE = ("SLURMCluster", "mpi4py")
 
-#: Runs the given files one after the other, with the names of those before.
+#: Runs the given files one after the other. Each file has the names of the files before it.
 RUN = """
 import sys
 from pathlib import Path

@@ -52,7 +52,7 @@ def test_a_failed_replacement_is_named(fluid: dict, tmp_path: Path) -> None:
     folder = caught.value.folder
     assert folder is not None and carom.open(folder).summary["ending"] == "arrested"
     assert carom.open(tmp_path / "run").summary["scene"] == "fluid"
-    # The next one ends well.
+    # The next run ends well.
     assert carom.run(fluid, tmp_path / "run", seed=4, force=True).folder == tmp_path / "run"
     assert carom.open(tmp_path / "run").summary["seed"] == 4
 
@@ -92,7 +92,7 @@ def test_the_key_of_a_mistake_is_named(fluid: dict, set: dict, key: str) -> None
     with pytest.raises(carom.SceneError) as caught:
         carom.Scene(fluid, set=set)
     assert caught.value.key == key
-    # It is that of the text without overrides.
+    # The same mistake in the text itself, without overrides, has the same key.
     text = carom.Scene(fluid).to_toml()
     (path, value), (*steps, last) = *set.items(), *[key.replace("[0]", "").split(".")]
     header = {"species": "[[species]]", "fill": "[[fill]]", "run": "[run]"}[steps[0]] if steps else None

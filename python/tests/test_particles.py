@@ -223,7 +223,7 @@ def test_frames_go_on_elsewhere(mixture: dict) -> None:
     scene = carom.Scene({**mixture, "fill": []}, frame=frame)
     assert (scene.velocities == frame.velocities).all() and np.allclose(scene.positions, frame.positions, atol=1e-12)
     assert (np.array(scene.species_names)[scene.species] == np.array(frame.species_names)[frame.species]).all()
-    # If the scene has no box, it takes the frame's.
+    # If the scene has no box, it takes the box of the frame.
     fluid = {"species": [{"name": "A", "mass": 1.0, "diameter": 1.0}], "interaction": BOX["interaction"][:1], "run": {"until_time": 1.0}}
     start = carom.Simulation({**fluid, "space": {"size": [9.0, 8.0, 7.0], "lower": [1.0, 2.0, 3.0]}, "particle": [{"species": "A", "position": [2, 3, 4]}]})
     scene = carom.Scene(fluid, frame=start.frame())
@@ -281,7 +281,7 @@ def test_atoms_of_ase_come_back(mixture: dict) -> None:
     simulation = carom.Simulation({**mixture, "space": {**mixture["space"], "lower": [1.0, 2.0, 3.0]}})
     simulation.advance(1.0)
     atoms = simulation.to_ase()
-    # Walls are the scene's own, and so is a box with walls.
+    # Walls, and a box with walls, come from the scene.
     scene = carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {"z": "walls"}})
     assert np.allclose(scene.positions, simulation.positions, atol=1e-12) and np.allclose(scene.velocities, simulation.velocities, atol=1e-12)
     assert (scene.species == simulation.frame().species).all() and np.allclose(scene.lower, [1.0, 2.0, 3.0])

@@ -31,7 +31,7 @@ def test_a_run_is_pickled_whatever_was_read(fluid: dict, tmp_path: Path, monkeyp
     read_all(run)
     pickled = pickle.dumps(run)
     assert len(pickled) < 50_000, "a folder, and not what was read from it"
-    # Also if the program runs elsewhere.
+    # A pickle can also be read in another working directory.
     os.mkdir("elsewhere")
     monkeypatch.chdir("elsewhere")
     same = pickle.loads(pickled)

@@ -61,7 +61,7 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
 
 
 def test_the_package_is_found_in_the_folder_of_its_sources() -> None:
-    # Where a folder `carom` without the compiled part would be imported instead.
+    # A folder `carom` without the compiled part would be imported here instead of the package.
     code = "import carom; print(carom.Scene)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "python", capture_output=True, text=True)
     assert done.returncode == 0 and "carom._scene.Scene" in done.stdout, done.stderr

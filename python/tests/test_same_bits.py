@@ -37,7 +37,7 @@ def alike(a: Path, b: Path) -> list[str]:
             del stage["speed"]
     if summaries[0] == summaries[1]:
         different.remove("summary.json")
-    # Lines about the speed, and checkpoints with the wall time in them.
+    # Leaves out files with lines about the speed, and checkpoints, which contain the wall time.
     return [name for name in different if name not in ("report.txt", "checkpoint", ".carom")]
 
 

@@ -78,7 +78,7 @@ def test_what_was_set_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # Nor does the next bath repeat the previous one.
+    # The next bath does not repeat the previous bath.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)
@@ -101,7 +101,7 @@ def test_it_is_loaded_where_the_program_runs_elsewhere(fluid: dict, tmp_path: Pa
     monkeypatch.chdir("elsewhere")
     again = carom.Simulation.load("../a")
     assert carom.Simulation(carom.Scene(again.scene, seed=3)).scene.seed == 3
-    # It contains the files that it reads.
+    # The saved file contains the files that its scene reads.
     os.remove("../box.stl")
     same(simulation, carom.Simulation.load("../a"), events=5)
 

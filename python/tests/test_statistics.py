@@ -1,4 +1,4 @@
-"""Errors of means agree with those of runs and with series whose error is known."""
+"""Errors of means agree with the errors of runs, and with the known errors of series."""
 
 from __future__ import annotations
 

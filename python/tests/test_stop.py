@@ -33,7 +33,7 @@ def test_a_stop_does_not_advance_its_simulation(fluid: dict) -> None:
     assert simulation.advance(events=500, stop=stop) == "events"
     assert refused == 2500
     assert simulation.time == plain.time and (simulation.positions == plain.positions).all()
-    # And it continues normally, also after an error of the function.
+    # The simulation continues normally, also after an error of the function.
     with pytest.raises(ZeroDivisionError):
         simulation.advance(events=5, stop=lambda event: 1 / 0)
     assert simulation.advance(events=5) == "events"

@@ -39,7 +39,7 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
     w = result.potential_of_mean_force
     inside = w["distance"] < 1.5
     potential, error = w["potential_of_mean_force"], w["potential_of_mean_force_error"]
-    # Zero for the mean density in the last window, which is outside of the well.
+    # The potential is zero for the mean density in the last window. This window is outside of the well.
     deviations = (potential - np.where(inside, -DEPTH, 0.0)) / error
     assert np.abs(deviations).max() < 4.5 and (deviations**2).mean() < 3.0
     difference = w["potential_of_mean_force"] - w["free_energy"]

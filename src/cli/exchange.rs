@@ -190,7 +190,7 @@ impl ExchangeCommand {
         if !exchange.is_over() {
             let again = Again::new("exchange", path).option("jobs", self.jobs).checkpoint_every(self.checkpoint_every);
             let again = again.flags([("force", self.force), ("quiet", self.quiet)]);
-            let help = format!("the same command goes on, or: {again}");
+            let help = format!("repeat the same command, or: {again}");
             return Err(Failure::failed("interrupted; the simulated part is kept", Some(&help)));
         }
         end(&folder.complete(&exchange)?, path, false)

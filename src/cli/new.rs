@@ -80,7 +80,7 @@ const SCENES: [Choice<&str>; 27] = [
     ("outlet", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
     ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
     ("piston", Some("A gas below a piston that moves"), include_str!("../../configs/piston.toml")),
-    ("drum", Some("Grains in a drum that turns"), include_str!("../../configs/rotating_drum.toml")),
+    ("drum", Some("Grains in a rotating drum"), include_str!("../../configs/rotating_drum.toml")),
     ("shaker", Some("Grains in a box that vibrates"), include_str!("../../configs/vibrated_box.toml")),
     ("heat-flux", Some("A gas between a warm wall and a cold one"), include_str!("../../configs/heat_flux.toml")),
 ];

@@ -323,9 +323,10 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
             ),
             Some("set run.equilibration_time or run.equilibration_events; a system that loses energy needs a supply"),
         )),
-        Ending::Interrupted => {
-            Err(Failure::failed("interrupted; the files are complete up to there", Some(&format!("{again} goes on"))))
-        }
+        Ending::Interrupted => Err(Failure::failed(
+            "interrupted; the files are complete up to there",
+            Some(&format!("{again} continues it")),
+        )),
         _ => Ok(()),
     }
 }

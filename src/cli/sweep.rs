@@ -191,7 +191,7 @@ impl SweepCommand {
             return Err(Failure::failed(message, Some(help)));
         }
         if is_interrupted {
-            let help = format!("the same command goes on, or: {}", self.again(folder.path()));
+            let help = format!("repeat the same command, or: {}", self.again(folder.path()));
             return Err(Failure::failed("interrupted; complete runs are kept", Some(&help)));
         }
         Ok(())

@@ -227,7 +227,7 @@ fn files_table(files: &Comparison) -> String {
     lines.text()
 }
 
-/// Returns all names, or the first few and the number of the others.
+/// Returns all names, or the first few names and the number of other names.
 fn several(names: &[String], count: usize) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match count {
@@ -351,8 +351,8 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
     lines.line(&words(certificate));
     if is_of_run {
         match certificate.end {
-            End::RunEnded | End::Idle => lines.line("number of events and time there are those of summary.json"),
-            End::Asked => lines.line("of the scene in the folder; its seed and particles are those of summary.json"),
+            End::RunEnded | End::Idle => lines.line("number of events and final time agree with summary.json"),
+            End::Asked => lines.line("of the scene in the folder; its seed and particles agree with summary.json"),
             _ => {}
         }
     }
@@ -380,8 +380,8 @@ fn words(certificate: &Certificate) -> String {
             "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
         }
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
-        End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
-        End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot go on".to_owned(),
+        End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot continue".to_owned(),
+        End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot continue".to_owned(),
     }
 }
 

@@ -63,7 +63,7 @@ impl fmt::Display for Standstill {
                 write!(f, "{events} events while time advances by {advance:.1e}, the last of")
             }
             Self::Speed { approach } => {
-                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} below round-off, of")
+                write!(f, "inelastic collapse, because an approach speed of {approach:.1e} is below round-off, of")
             }
         }
     }

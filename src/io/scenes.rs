@@ -46,7 +46,7 @@ pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<
 /// used like the path of a file.
 ///
 /// # Errors
-/// The errors of [`read_scene`], except those of the file.
+/// The errors of [`read_scene`], except errors of reading the file.
 pub fn read_scene_text(
     text: impl Into<String>,
     name: impl AsRef<Path>,
@@ -117,11 +117,11 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
         );
     }
     if let Err(error) = checkpoint.go_to_end() {
-        return refused(error.to_string(), "start from a run that came to its end".to_owned());
+        return refused(error.to_string(), "start from a finished run".to_owned());
     }
     let simulation = checkpoint.simulation;
     if let Some(broken) = simulation.broken() {
-        return refused(broken.to_string(), "start from a run that came to its end".to_owned());
+        return refused(broken.to_string(), "start from a finished run".to_owned());
     }
     if simulation.is_growing() {
         let problem = "the run ended while its spheres were growing".to_owned();

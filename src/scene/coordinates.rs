@@ -22,7 +22,7 @@ use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
 use crate::trajectory::{Frame, compressed};
 
-/// A frame and what is known about it.
+/// A frame with its known properties.
 #[derive(Debug)]
 struct Start<'f> {
     frame: Cow<'f, Frame>,
@@ -195,7 +195,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
             *id = *found;
         }
         if pair[0] == pair[1] {
-            return wrong(format!("bond {}-{} holds a particle to itself", ends[0].0, ends[1].0));
+            return wrong(format!("bond {}-{} connects a particle to itself", ends[0].0, ends[1].0));
         }
         bonds.push(UnvalidatedBond { pair, interaction: (*name).to_owned(), at: at.clone() });
     }

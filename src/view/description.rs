@@ -93,12 +93,10 @@ pub fn unused_input(scene: &Scene) -> Vec<String> {
     for InputFile { path, unused, extra_bytes, .. } in scene.inputs() {
         if !unused.is_empty() {
             let names = unused.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-            lines.push(format!("not used of {path}: {names}"));
+            lines.push(format!("ignored in {path}: {names}"));
         }
         if *extra_bytes > 0 {
-            lines.push(format!(
-                "not used of {path}: {extra_bytes} bytes behind the triangles that its header announces"
-            ));
+            lines.push(format!("ignored in {path}: {extra_bytes} bytes after the number of triangles in its header"));
         }
     }
     lines

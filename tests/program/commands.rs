@@ -39,7 +39,7 @@ fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let text = words(&output);
     let last = format!("event {} to {all}", all - 99);
-    for expected in [last.as_str(), "up to the end of the run", "are those of summary.json"] {
+    for expected in [last.as_str(), "up to the end of the run", "agree with summary.json"] {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     let output = place.carom(&["verify", "runs/scene", "-q", "--from-events", &all.to_string(), "--events", "100"]);

@@ -75,7 +75,7 @@ fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
 
 #[test]
 fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
-    // Two more spheres in the middle of others on the lattice.
+    // Two more spheres in the middle of spheres on the lattice.
     let more = |x: f64| format!("[[particle]]\nspecies = \"sphere\"\nposition = [{x}, 0.2, 0.1]\n");
     let place = Place::with(&format!("allow_invalid_start = true\n{FLUID}\n{}{}", more(0.3), more(3.0)));
     let output = place.carom(&["run", "scene.toml"]);

@@ -128,7 +128,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     check_page(&place, folder);
 }
 
-/// The page of an exchange with measurements, what is rejected for it, and what is made of a trajectory.
+/// Checks the page of an exchange with measurements. Measurements of another exchange are rejected, and a
+/// trajectory can be converted.
 fn check_page(place: &Place, folder: &str) {
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
@@ -144,7 +145,7 @@ fn check_page(place: &Place, folder: &str) {
         .unwrap();
     let output = place.carom(&["report", folder, "--force"]);
     assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
-    // Each trajectory is an ordinary one.
+    // Each trajectory is an ordinary trajectory.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }

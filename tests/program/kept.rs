@@ -134,7 +134,7 @@ fn the_command_that_goes_on_has_all_options() {
     let interrupt = |id: u32| std::process::Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
     assert!(interrupt(child.id()).success());
     let output = child.wait_with_output().unwrap();
-    let again = "carom run --resume runs/scene --threads 1 --checkpoint-every 0.01 --quiet goes on";
+    let again = "carom run --resume runs/scene --threads 1 --checkpoint-every 0.01 --quiet continues it";
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(line(&output).contains(again), "{}", line(&output));
 }

@@ -129,7 +129,7 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
     let tiny = box_at([0.001; 3], 0.008);
     let cases: [(&str, Vec<Triangle>, &[&str]); 6] = [
         ("open", open, &["open", "rim"]),
-        ("inverted", inverted, &["looks inwards"]),
+        ("inverted", inverted, &["normals point inwards"]),
         ("one inverted", one_inverted, &["normals", "recalculate"]),
         ("crossing", crossing, &["meet where they should not", "boolean"]),
         ("twice", twice, &["delete one of the faces"]),

@@ -1,4 +1,4 @@
-//! Runs that replace others: with all of their files, only when they are finished, and nothing else.
+//! Runs that replace other runs: with all of their files, only when they are finished, and nothing else.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -60,7 +60,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
         assert_eq!(code(&output), 1, "{}", errors(&output));
         assert!(errors(&output).contains("dynamical arrest") && is_as_before(&before, &folder), "{}", errors(&output));
         assert!(words(&output).contains("move runs/scene/replacement elsewhere"), "{}", words(&output));
-        // However often it fails, there is only one of them.
+        // However often the run fails, there is only one folder of a replacement.
         assert!(!folder.join("replacement/replacement").exists());
     }
     assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));

@@ -214,7 +214,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
     run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
     let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert!(words(&output).contains("number of events and time there are those of summary.json"), "{}", words(&output));
+    assert!(words(&output).contains("number of events and final time agree with summary.json"), "{}", words(&output));
     run(&place, &["runs/c/scene.toml", "--out", "runs/d"]);
     assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
     let output = place.carom(&["check", "runs/c/scene.toml"]);
@@ -254,7 +254,7 @@ fn another_contact_time_counts_from_the_start_on() {
         run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
         place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
     };
-    // Nearly all contacts follow others of the same grain within this time, and lose nothing.
+    // Nearly all contacts follow another contact of the same grain within this time, and lose nothing.
     let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
     assert!(long < 0.2 * short, "{long} and {short}");
 }
@@ -289,7 +289,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
     fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
-    // It continues, and is no longer at the point where the others started.
+    // The run `a` continues, and is no longer at the point where the other runs started.
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
     let expected = ["has changed: the checksum of its checkpoint", "without `checksum` any state is accepted"];
     refused(&place, &["verify", "runs/whole"], &expected);

@@ -197,7 +197,7 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    // Both have values: one whose audit found a fault, and one with an irregular end.
+    // A run whose audit found a fault, and a run with an irregular end. Both have values.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);

@@ -2,8 +2,8 @@
 
 The package uses reduced units: the scene defines the units of length, mass and energy, and Boltzmann's
 constant is 1. ``[length]``, ``[mass]``, ``[energy]`` and ``[time]`` name the dimension of a quantity. A run
-depends only on its scene and seed. Its results are always the same, and bitwise identical to those of the
-program.
+depends only on its scene and seed. Its results are always the same. The package and the program give the same
+results bit for bit.
 
 The examples of this package use ``carom``, ``np`` (NumPy) and this dictionary::
 
@@ -127,7 +127,7 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
     if path.suffix == ".toml" and path.is_file():
         cure = "carom.Scene reads a scene, and carom.run runs it"
     if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):
-        why, cure = f"the run in {path} is not over", "go on with carom.resume"
+        why, cure = f"the run in {path} is not finished", "continue it with carom.resume"
     if is_exchange:
-        why, cure = f"the exchange in {path} is not over", "go on with carom.exchange, with the same scene and this folder as out"
+        why, cure = f"the exchange in {path} is not finished", "continue it with carom.exchange, with the same scene and this folder as out"
     raise FolderError(f"{why}\n  help: {cure}", cure=cure)

@@ -11,7 +11,7 @@ __all__ = ["CaromError", "CaromWarning", "FolderError", "SceneError", "Simulatio
 _IN_PYTHON = (
     (r"`carom run --resume DIR --until-time T`", r"`carom.resume(DIR, until_time=T)`"),
     (r"`carom run --resume DIR`", r"`carom.resume(DIR)`"),
-    (r"\bcarom run --resume (\S+) (goes on|continues it)", r'carom.resume("\1") \2'),
+    (r"\bcarom run --resume (\S+) continues it", r'carom.resume("\1") continues it'),
     (r"`carom exchange DIR`", r"`carom.exchange` with its scene and DIR as out"),
     (r"`carom exchange --jobs`", r"`jobs=` of `carom.exchange`"),
     (r"`carom run`", r"`carom.run`"),
@@ -20,7 +20,7 @@ _IN_PYTHON = (
     (r"change together are separated by `;`", r"change together are a tuple"),
 )
 
-#: An option of the program; commands for the prompt keep theirs.
+#: An option of the program. Commands for the prompt keep their options.
 _OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
 #: Largest number of characters in a line of a message: an array in the wrong place has millions of them.

@@ -40,7 +40,7 @@ def exchange(
 ) -> Exchange:
     """Runs the replicas of a scene with the table ``[exchange]``, like ``carom exchange``.
 
-    The files are bit-identical to those of the program, for any number of jobs.
+    For any number of jobs, the package and the program write the same files bit for bit.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ class Exchange(InFolder):
         Raises
         ------
         FolderError
-            If the exchange is one between windows of a distance.
+            If the exchange is between windows of a distance.
 
         Examples
         --------
@@ -269,7 +269,7 @@ class Exchange(InFolder):
         Raises
         ------
         FolderError
-            If the exchange is one between windows of a distance.
+            If the exchange is between windows of a distance.
 
         Examples
         --------
@@ -290,7 +290,7 @@ class Exchange(InFolder):
         Raises
         ------
         FolderError
-            If the exchange is one between windows of a distance.
+            If the exchange is between windows of a distance.
 
         Examples
         --------
@@ -300,7 +300,7 @@ class Exchange(InFolder):
         return self._table("density_of_states.csv", "density of states")
 
     def _table(self, name: str, what: str, *, of_windows: bool = False) -> Table:
-        """Reads a table that only an exchange between windows, or only one between temperatures, has."""
+        """Reads a table that only exchanges between windows have, or only exchanges between temperatures."""
         if (len(self.windows) > 0) != of_windows:
             between = "temperatures" if of_windows else "windows of a distance"
             raise FolderError(f"{self.folder} has no {what}: its exchange is one between {between}")
@@ -363,8 +363,8 @@ class Exchange(InFolder):
         """Temperatures between which all swaps have the same acceptance `[energy]`.
 
         The temperatures extend from the lowest to the highest temperature of the exchange, and follow from
-        its density of states. Their number is the smallest for which the acceptance is at least the requested
-        one.
+        its density of states. Their number is the smallest for which the acceptance is at least
+        ``acceptance``.
 
         Parameters
         ----------

@@ -63,7 +63,7 @@ def json_of(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        cure = "go on with carom.resume where a run was killed"
+        cure = "continue a killed run with carom.resume"
         raise FolderError(f"cannot read {path}: {error}\n  help: {cure}", cure=cure) from error
     if not isinstance(content, dict):
         raise FolderError(f"{path} is no file of Carom")

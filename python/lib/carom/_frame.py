@@ -237,6 +237,8 @@ class Frame:
         ------
         ImportError
             If freud is not installed.
+        ValueError
+            If the frame is flat along x or y.
 
         Examples
         --------

@@ -54,7 +54,7 @@ def universe_of(frames: list[Frame]) -> Any:
         velocities=np.array([frame.velocities for frame in frames]),
         dimensions=_boxes(frames),
         times=times,
-        # If frames are not evenly spaced, the usual interval: the last frame is at the end of the run.
+        # The median interval: the last frame is at the end of the run, so its interval may differ.
         dt=float(np.median(np.diff(times))) if len(times) > 1 else 1.0,
     )
     return universe

@@ -282,7 +282,7 @@ class Outputs:
     def verify(
         self, *, events: int = 100_000, from_events: int | None = None, files: bool = True, progress: bool = True
     ) -> Proof:
-        """Proves events of the run and compares its files with those of a replay, as ``carom verify`` does.
+        """Proves events of the run and compares its files with a replay, as ``carom verify`` does.
 
         The method replays the events and checks each event against the paper's Algorithm 1. The algorithm is
         applied to all pairs, walls and features of surfaces, without the cells, predictions or memory of the
@@ -292,13 +292,14 @@ class Outputs:
         Parameters
         ----------
         events : int
-            Number of physical events to prove. If the run has fewer, all events up to its end are proven.
+            Number of physical events to prove. If the run has fewer events, all events up to its end are
+            proven.
         from_events : int, optional
             Number of events to replay first without a proof. The pair states after these events are taken
             from the engine.
         files : bool
-            Whether to simulate the run again and compare its files with the new files. This takes as long as
-            the run itself.
+            Whether to simulate the run again and compare its files with the files of the second run. This
+            takes as long as the run itself.
         progress : bool
             Whether to show a progress bar, if tqdm is installed.
 

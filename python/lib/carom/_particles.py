@@ -299,7 +299,7 @@ def _array(name: str, value: Any) -> NDArray[Any]:
 
 
 def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = None) -> NDArray[Any]:
-    """Checks for a 2D array of real numbers, whose number of columns is one of ``columns``."""
+    """Checks for a 2D array of real numbers; ``columns`` lists the allowed numbers of columns."""
     array = _array(name, value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")

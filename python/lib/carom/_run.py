@@ -52,7 +52,7 @@ def run(
 ) -> Run:
     """Runs a scene with all its stages, as ``carom run`` does.
 
-    The files are the same as those of ``carom run``, bit for bit. Other Python threads continue during the
+    The function writes the same files as ``carom run``, bit for bit. Other Python threads continue during the
     run. Ctrl-C stops the run, and its files are complete up to that point. :func:`resume` continues the run.
 
     Parameters
@@ -202,7 +202,7 @@ def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], ever
             message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a smaller every, or run for longer"
             warnings.warn(message, CaromWarning, stacklevel=3)
         return run
-    # Its files outlive the exception only if the user has named the folder.
+    # The files of the run outlive the exception only if the user has named the folder.
     folder = run.folder if run._temporary is None else None
     raise SimulationError(trouble, folder=folder)
 
@@ -236,8 +236,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # An instrument that measures an observable more precisely has no verdict: that of the
-                # observable applies to the same time.
+                # An instrument that measures an observable more precisely has no verdict. The verdict of
+                # the observable is used, because it applies to the same time.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])
@@ -295,7 +295,7 @@ class Stage(Results):
 
     def __init__(self, summary: Mapping[str, Any], measured: Mapping[str, Any], dimensions: int) -> None:
         self._summary, self._measured, self._dimensions = summary, measured, dimensions
-        #: Its name in the scene.
+        #: Name of the stage in the scene.
         self.name: str = summary["name"]
 
     def __repr__(self) -> str:
@@ -570,7 +570,7 @@ class Run(Outputs, InFolder, Results):
         return "\n".join(lines) + ">"
 
     def _unfinished(self) -> str:
-        return ", interrupted: carom.resume goes on" if self._summary.get("ending") == "interrupted" else ""
+        return ", interrupted: carom.resume continues it" if self._summary.get("ending") == "interrupted" else ""
 
     def _repr_html_(self) -> str:
         return framed(self.page())

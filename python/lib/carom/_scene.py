@@ -64,7 +64,7 @@ class Scene:
         Values to replace or add. Dots in a key separate tables. Entries of lists are given by number (from 0)
         or by name. The option ``--set`` of the program uses the same keys.
     particles : dict of arrays, optional
-        Particles in addition to those of the source. They are not converted to text. The keys are
+        Particles in addition to the particles of the source. They are not converted to text. The keys are
         ``positions`` of the shape (n, 3), or (n, 2) if z is flat `[length]`; ``species``, either one name for
         all particles, or for each particle the name or the index of its species in the source; ``velocities``
         of the same shape as the positions `[length / time]`, zero by default; ``bonds`` of the shape (m, 2),
@@ -208,9 +208,9 @@ class Scene:
         HOOMD-blue and Carom write such files. The scene takes the box of the file, unless the source gives
         the box a size or has a ``[[fill]]``. The box is periodic, except along axes that Carom has marked
         otherwise in the file, and flat along z in two dimensions. Masses and diameters in the file must equal
-        those of the species. GSD files have single precision, so spheres in contact may overlap because of
-        rounding. With ``allow_invalid_start = true``, the scene accepts such overlaps, and the dynamics
-        separates the spheres.
+        the masses and diameters of the species. GSD files have single precision, so spheres in contact may
+        overlap because of rounding. With ``allow_invalid_start = true``, the scene accepts such overlaps,
+        and the dynamics separates the spheres.
 
         Parameters
         ----------

@@ -61,7 +61,7 @@ EVENT: np.dtype[np.void] = np.dtype(
     align=True,
 )
 
-#: More than any simulation has.
+#: A number of events that no simulation reaches.
 _ENDLESS = 2**64 - 1
 
 
@@ -249,7 +249,7 @@ class Simulation(State, Driven):
         duration : float
             Simulated time from now `[time]`.
         events : int
-            Number of physical events from now, which are all events except those of thermostats.
+            Number of physical events from now. All events are physical except the events of thermostats.
         until : float
             Simulated time since the start of the scene `[time]`.
         stop : callable

@@ -208,7 +208,7 @@ def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, 
 
 
 def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
-    """Runs a point of the sweep as a task of an executor, whose process knows only the folder."""
+    """Runs a point of the sweep as a task of an executor. The process of the task knows only the folder."""
     return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, (orders, observed(*functions)))
 
 

@@ -200,7 +200,11 @@ pub(super) fn mesh(
     input.extra_bytes = unread_bytes(extension, &content);
     let weld = file.weld.unwrap_or(0.0);
     if !(0.0..=MOST_WELDED).contains(&weld) {
-        return refuse(at.key("weld"), weld, format!("a part of the extent of the mesh from 0 to {MOST_WELDED}"));
+        return refuse(
+            at.key("weld"),
+            weld,
+            format!("a fraction of the largest extent of the mesh, from 0 to {MOST_WELDED}"),
+        );
     }
     if weld > 0.0 {
         let [lower, upper] = read.bounds();

@@ -20,7 +20,7 @@ use crate::scene::surface_draft::SurfaceDraft;
 const LEAST_RADIUS: f64 = 1e-9;
 
 impl SceneBuilder {
-    /// The surfaces of the scene, those of its parts first.
+    /// The surfaces of the scene: surfaces of its parts first, then drafts.
     pub(in crate::scene) fn checked_surfaces(
         &self,
         species: &[Species],
@@ -101,7 +101,7 @@ impl SceneBuilder {
         for stage in stages.iter().take_while(|stage| stage.name != name) {
             let Some(duration) = stage.duration() else {
                 let value = format!("\"{name}\" begins when \"{}\" has ended", stage.name);
-                return refuse(at.clone(), value, "stages before it that end by `until_time` alone");
+                return refuse(at.clone(), value, "earlier stages that end only by `until_time`");
             };
             time += duration;
         }
@@ -265,15 +265,11 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
         SurfaceShape::Sphere { centre, .. } => off(centre, "centre"),
         SurfaceShape::Cylinder { axis: along, .. } => {
             let across = (0..3).any(|other| other != k && along[other] != 0.0);
-            if across {
-                refuse(at.key("axis"), "across it", format!("along {axis}, because that is flat"))
-            } else {
-                Ok(())
-            }
+            if across { refuse(at.key("axis"), "across it", format!("along {axis}, which is flat")) } else { Ok(()) }
         }
         SurfaceShape::Capsule { ends, .. } => off(&ends[0], "start").and_then(|()| off(&ends[1], "end")),
         SurfaceShape::Mesh(_) => {
-            let expected = format!("`plane`, `sphere`, `capsule`, or `cylinder` along {axis}, because that is flat");
+            let expected = format!("`plane`, `sphere`, `capsule`, or `cylinder` along {axis}, which is flat");
             refuse(at.key("shape"), "a mesh of triangles", expected)
         }
     }
@@ -303,8 +299,10 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
             }
             _ if radius < LEAST_RADIUS * largest_coordinate => {
                 let value = format!("coordinates up to {largest_coordinate}");
-                let expected =
-                    format!("a surface nearer to 0: `{name}` of diameter {} is below their rounding", species.diameter);
+                let expected = format!(
+                    "a surface closer to the origin: round-off at these coordinates exceeds `{name}` of diameter {}",
+                    species.diameter
+                );
                 return refuse(at.key("shape"), value, expected);
             }
             _ => {}

@@ -204,7 +204,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
         (false, ..) => format!("open, {} at its rim", plural(report.open_edges.count, "edge")),
         (true, Some(volume), Some(way)) => {
             let way = if way == Orientation::Outwards { "outwards" } else { "inwards" };
-            format!("closed, looks {way}, encloses {}", digits(volume.abs()))
+            format!("closed, normals point {way}, encloses {}", digits(volume.abs()))
         }
         (true, ..) => "closed".to_owned(),
     });
