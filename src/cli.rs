@@ -137,8 +137,8 @@ struct Changes {
     /// Replaces a value of the scene: dots separate keys; list entries have a number (from 0) or a name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
     overrides: Vec<(String, String)>,
-    /// Starts from the exact final state of the run in this folder: its particles, bonds, box and time
-    /// replace those of the scene
+    /// Starts from the exact final state of the run in this folder. Particles, bonds, box and time are taken
+    /// from the run instead of the scene
     #[arg(long, value_name = "DIR")]
     from: Option<PathBuf>,
 }

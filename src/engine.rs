@@ -192,7 +192,7 @@ pub struct Simulation {
     scene: Scene,
     choice: EngineChoice,
     engine: Chosen,
-    /// Ratio of the diameters in `scene` to those at the start.
+    /// Ratio of the diameters in `scene` to the diameters at the start.
     scale: f64,
     /// Diameters of the species at the start `[length]`.
     first_diameters: Vec<f64>,

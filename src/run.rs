@@ -278,7 +278,7 @@ pub struct MeasurementPeriod {
 
 /// Result of a run.
 ///
-/// Counts, observables and speed are those of the last measurement. The audit spans all stages.
+/// Counts, observables and speed refer to the last measurement. The audit spans all stages.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Finished {

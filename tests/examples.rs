@@ -60,7 +60,7 @@ fn events_of_wells_are_all_of_their_kinds() {
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
     // A core and a barrier that is too high turn a pair back, a release slows it down, and a capture speeds
-    // it up. `r_ij` of a core grows, and that of the others falls.
+    // it up. The impulse of a core points outwards, and the impulses of all other events point inwards.
     let is_outwards = |name: &str| statistics[name].1 > 0.0;
     assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
 }

@@ -1,8 +1,8 @@
 // Compares the module with the program, bit for bit, and times both:
 // node web/check.mjs PROGRAM EVENTS [--runs FILE] [--short] SCENE...
-// FILE receives the runs, for tests/browser/bits.py, which repeats them in Chromium. With --short stages have
-// no more events either. Both run the plan of the scene, with this many events in its last stage and few in
-// its equilibration.
+// FILE receives the runs, for tests/browser/bits.py, which repeats them in Chromium. The module and the
+// program run the plan of the scene, with EVENTS events in its last stage and few in its equilibration. With
+// --short, each earlier stage also has at most EVENTS events.
 
 import { spawnSync } from "node:child_process";
 import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -50,7 +50,7 @@ function lastFrame(path) {
   return { time: Number(lines[start + 1].match(/ Time=(\S+)/)[1]), numbers };
 }
 
-/** Where two runs of numbers first differ in a bit; -1 if nowhere. */
+/** Index at which two sequences of numbers first differ in a bit; -1 if they are equal. */
 function difference(one, other) {
   const bits = (numbers) => new BigUint64Array(numbers.buffer, numbers.byteOffset, numbers.length);
   const [a, b] = [bits(one), bits(other)];
@@ -63,7 +63,7 @@ for (const scene of scenes) {
   const text = readFileSync(scene, "utf8");
   const files = [...text.matchAll(/^path *= *"([^"]+)"/gm)].map(([, name]) => ({ name, content: readFileSync(join(dirname(scene), name)) }));
   files.forEach(({ name, content }) => engine.bring(name, content));
-  // The scene keeps its own end in time if that comes first.
+  // If the scene has an end in time that comes first, the run ends there.
   const changes = { "run.until_events": String(events) };
   if (/^equilibration_events/m.test(text)) {
     changes["run.equilibration_events"] = "2000";

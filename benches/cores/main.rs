@@ -130,7 +130,7 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
 /// Events per second over a number of events per particle, and the time that they take.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
-    // By time, not by number of events, whose last ones a single engine executes.
+    // Until a time, not for a number of events: a single engine executes the last events of such a run.
     simulation.advance(Until::time(simulation.time() + per_particle / before))?;
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }

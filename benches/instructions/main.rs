@@ -2,7 +2,7 @@
 //! instructions`.
 //!
 //! Each system runs in its own process under `valgrind --tool=callgrind`, which counts the instructions of
-//! the event loop without those of the start. Arguments select systems by name.
+//! the event loop, but not the instructions of the start. Arguments select systems by name.
 
 #[allow(dead_code, reason = "the bench of the engine uses all of it")]
 #[path = "../engine/systems.rs"]

@@ -106,7 +106,7 @@ impl List {
     }
 }
 
-/// A cell and those around it in a periodic box.
+/// A cell and the cells around it in a periodic box.
 fn neighbourhood(cell: usize, cells: usize) -> [u32; 27] {
     let shifted = |x: usize, shift: usize| (x + shift + cells - 1) % cells;
     std::array::from_fn(|k| {

@@ -353,8 +353,8 @@ impl Observer {
         temperature
     }
 
-    /// The time between two rows and the means over it, in the order of [`OBSERVABLES`]; `None` for a mean
-    /// that is not defined.
+    /// The time between two rows and the means over this time, in the order of [`OBSERVABLES`]; `None` for an
+    /// undefined mean.
     fn interval(&self, from: &Reading, to: &Reading) -> Option<(f64, Vec<Option<f64>>)> {
         let duration = to.piece.time - from.piece.time;
         if duration <= 0.0 {

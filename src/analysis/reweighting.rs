@@ -101,8 +101,8 @@ impl Reweighting {
         self.blocks
     }
 
-    /// Numbers derived from a density of states, with their errors. There are no errors for a series that is
-    /// too short, or if some resamples do not overlap.
+    /// Numbers derived from a density of states, with their errors. There are no errors if the series is too
+    /// short, or if some resamples do not overlap.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();

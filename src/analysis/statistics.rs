@@ -152,7 +152,7 @@ impl BlockAverage {
     }
 
     /// Calculates the ratio `R = a / b` of the mean of `self` to the mean of another average over the same
-    /// times, with the error of `(a - R b) / b`. `None` if either has no values or the other mean is zero.
+    /// times, with the error of `(a - R b) / b`. `None` if one of them has no values or if `b = 0`.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
         let (a, b) = (self.mean()?, other.mean()?);
@@ -166,14 +166,14 @@ impl BlockAverage {
     }
 
     /// The variance of the values, from the average of their squares over the same times, `s^2 = <x^2> -
-    /// <x>^2 + e^2`. Without the last term it would be too small by the squared deviation of the sample mean,
-    /// whose most likely value is `e^2`.
+    /// <x>^2 + e^2`. Without the last term the variance would be too small by the squared deviation of the
+    /// sample mean. The most likely value of this square is `e^2`.
     ///
     /// The error is the error of the mean of `x^2 - 2 <x> x`, and at least `e s`, where `e` is the standard
     /// error of the mean. Squares of a quantity that relaxes in a time `t` relax in `t / 2`, so `s^2` is
     /// known to `s^2 / sqrt(n)` with the number `n = (s / e)^2` of independent values. Without this lower
     /// bound, a variance that is small by chance would have a small error, too. The error is unknown if `n`
-    /// is less than 16. `None` if either has no values.
+    /// is less than 16. `None` if one of the averages has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
@@ -210,7 +210,7 @@ impl BlockAverage {
         Self { bins, sum, weight, open_sum: 0.0, open_weight: 0.0, ..*self }
     }
 
-    /// Whether the ratio to another average over the same times is stationary; unknown if the other is zero
+    /// Whether the ratio to another average over the same times is stationary; unknown if the divisor is zero
     /// at any time.
     #[must_use]
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
@@ -288,7 +288,7 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
-/// Means of neighbours. A value that is left over is dropped.
+/// Means of pairs of neighbours. The last value of an odd number is dropped.
 fn halved(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
@@ -303,9 +303,9 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that
 /// the mean is within it in 68.27 % of all cases.
 ///
-/// `None` for fewer than eight values, for values whose correlation leaves fewer than eight independent ones,
-/// or if most of the variance is slower than a twelfth of the series. If most of the spectral density is that
-/// slow and noise hides this in the variance, the error is larger by up to `sqrt(3)`.
+/// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if
+/// most of the variance is slower than a twelfth of the series. If most of the spectral density is as slow
+/// and noise hides this in the variance, the error is larger by up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -326,7 +326,7 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
 /// How the values of a series scatter about their mean.
 struct Spread {
     variance: f64,
-    /// Spectral density at frequency zero; `None` for a constant, whose round-off is not noise.
+    /// Spectral density at frequency zero; `None` for a constant, because its round-off is not noise.
     density: Option<Density>,
 }
 

@@ -96,7 +96,7 @@ pub fn identifier(name: &str) -> String {
     words.collect::<Vec<_>>().join("_")
 }
 
-/// Names of columns as identifiers. Each is different from those before it.
+/// Names of columns as identifiers. Each identifier is different from all identifiers before it.
 #[must_use]
 pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut taken: Vec<String> = Vec::new();

@@ -71,7 +71,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// What the user can do.
+    /// Advice to the user.
     pub const CURE: &'static str =
         "name a folder with more room in the environment variable TMPDIR, or leave the files out with --no-files";
 }

@@ -1,4 +1,4 @@
-//! The engine's own check of its state: overlaps, and the part of each overlap that is round-off.
+//! The engine's own check of its state: overlaps, and the contribution of round-off to each overlap.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -113,7 +113,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// Round-off of a contact with a surface, whose overlap function is a length.
+    /// Round-off of the overlap function of a contact with a surface, which is a length.
     pub(super) fn round_off_of_surface(&self, i: u32, at: &Touching, flown: f64) -> f64 {
         let normal = at.shape.normal(&at.position);
         let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;

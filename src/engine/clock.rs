@@ -22,8 +22,8 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Length of the previous epoch, or half the length of the one before if that is larger. Predictions are
-    /// up to three epochs old.
+    /// Length of the previous epoch, but at least half of the former value. Predictions are up to three
+    /// epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }

@@ -358,7 +358,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
     }
 
-    /// A copy of everything that a contact of a particle can change.
+    /// A copy of all data that a contact of a particle can change.
     #[inline(always)]
     pub(super) fn record_before_contact(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);

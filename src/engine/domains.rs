@@ -7,10 +7,10 @@
 //! is right to the bit:
 //!
 //! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest
-//! such step in any domain. Something that this step read was already different. It was not an owned
-//! particle, because this step is the earliest. It was not a copy that can be read: such copies agree with
-//! their owners, whose earlier steps are right. It was not a particle without a copy in the domain: its
-//! owner, whose earlier steps are right, has checked that the particle did not enter the readable region. So
+//! such step in any domain. Then this step read a particle that was already different. The particle was not
+//! owned, because this step is the earliest. It was not a readable copy: readable copies agree with their
+//! owners, and the earlier steps of the owners are right. It was not a particle without a copy in the domain:
+//! its owner, with right earlier steps, has checked that the particle did not enter the readable region. So
 //! there is no such step.
 //!
 //! If they do not agree, the window is rolled back and repeated up to the first difference. Three cases
@@ -56,7 +56,8 @@ const SERIAL_STEPS: u64 = 2_000;
 /// window before an event limit.
 const LEAST_SERIAL: u64 = 50_000;
 
-/// After this many short windows in a row, the system runs serially for a while, because that is then faster.
+/// After this many short windows in a row, the system runs serially for a while, because serial runs are then
+/// faster.
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
@@ -204,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
-        // A window that is rolled back is repeated once, and then ends before the first error.
+        // After a rollback the window is repeated once, and then ends before the first error.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
             match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {

@@ -35,8 +35,8 @@ pub(super) struct Counts {
     pub transitions_at_proof: u64,
     /// Number of transitions when the order in memory was last renewed.
     pub transitions_at_order: u64,
-    /// The deepest overlap at an event that is explained by rounding since the previous event `[length]`. An
-    /// inelastic pair keeps it.
+    /// The deepest overlap at an event that rounding since the previous event explains `[length]`. An
+    /// inelastic pair keeps this overlap.
     pub accepted_overlap: f64,
 }
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of the particle's potential with the partner.
     Pair(Side),
-    /// A surface, whose index is stored instead of the partner's event count.
+    /// A surface. Its index is stored instead of the partner's event count.
     Surface,
 }
 

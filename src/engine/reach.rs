@@ -153,8 +153,8 @@ fn size<F: Lanes>(x: F) -> F {
 }
 
 impl Batch<'_> {
-    /// Returns the bit mask of the [`MOST_LANES`] candidates whose nearest image is at least `least` away
-    /// along any of the axes.
+    /// Returns a bit mask of the [`MOST_LANES`] candidates. It selects candidates with their nearest image at
+    /// least `least` away along any of the axes.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
@@ -262,7 +262,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
 /// Predicts the candidates that `kept` selects for a horizon. The horizon is the time to the earliest contact
-/// so far, or to `last` if that is earlier.
+/// so far, and at most the time to `last`.
 #[inline]
 fn for_each_kept(
     others: &[u32],

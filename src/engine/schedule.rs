@@ -1,11 +1,11 @@
 //! The event queue: a calendar of unsorted time buckets and a small sorted front.
 //!
 //! Each particle has at most one entry, for its prediction. A bucket stores only the numbers of the particles
-//! that are due within its time. Entries are never removed from it. When time reaches a bucket, the present
-//! predictions of its particles are read: particles that are no longer due within it are dropped, and the
-//! others are sorted and become the front. An entry of the front is stale if its time differs from that of
-//! the particle's prediction; the event loop drops it. (Alias: future event list, calendar queue; Paul, J.
-//! Comput. Phys. 221, 615, 2007.)
+//! that are due within its time. Entries are never removed from a bucket. When time reaches a bucket, the
+//! present predictions of its particles are read. Particles that are no longer due within the bucket are
+//! dropped, and all other particles are sorted and become the front. An entry of the front is stale if its
+//! time differs from the time of the particle's prediction; the event loop drops stale entries. (Alias:
+//! future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
 
@@ -81,9 +81,9 @@ pub struct EventQueue {
     /// The bucket that time has reached, sorted with the latest first.
     front: Vec<QueueEntry>,
     buckets: Buckets,
-    /// Scratch: the particles of the bucket that is being opened.
+    /// Scratch: the particles of a bucket while it is opened.
     opened: Vec<u32>,
-    /// Index of the bucket that is in `front`.
+    /// Index of the bucket in `front`.
     cursor: usize,
     /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,

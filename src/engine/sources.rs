@@ -3,13 +3,13 @@
 //! A source owns its data, gives the time of its next event, and executes this event. It returns the
 //! particles that have to be predicted again. There are two kinds:
 //!
-//! - contacts and transitions of a particle, the earliest of which is its prediction: [`pair`], [`surface`],
+//! - contacts and transitions of a particle; the earliest one is its prediction: [`pair`], [`surface`],
 //!   [`cell_transition`] and [`list_rebuild`]. Prediction gets times from them. The event loop executes them
 //!   by [`Engine::execute`] or [`Engine::execute_transition`] and predicts the particles of a contact again;
 //! - global events, which belong to no particle's prediction: [`andersen`], the refresh of sliding images
 //!   ([`super::images`]), stages of changing distances ([`super::distances`]), and reflections of a distance
-//!   that is held in a window ([`restraint`]). The earliest is due at [`Sources::next_global`]. That is
-//!   infinite if a scene has none of them, so that they cost nothing.
+//!   that is held in a window ([`restraint`]). The earliest global event is due at [`Sources::next_global`].
+//!   This time is infinite in a scene without global events, so that they cost nothing.
 //!
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
 
@@ -117,8 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Returns whether there are events other than those of pairs and surfaces. If so, the dynamics never
-    /// end.
+    /// Returns whether there are global events, besides contacts of pairs and surfaces. With global events,
+    /// the dynamics never end.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
@@ -159,7 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the global event that is due. Returns its cost in steps and whether the observer continues.
+    /// Executes the due global event. Returns its cost in steps and whether the observer continues.
     pub(super) fn execute_global(&mut self, observe: &mut Observe<'_>) -> Result<(u64, ControlFlow<()>), EngineError> {
         let silent = ControlFlow::Continue(());
         let (repredict, flow) = match self.due_global() {

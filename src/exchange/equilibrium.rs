@@ -24,10 +24,10 @@ impl ExchangeResults {
     /// J. Stat. Mech. P03018 (2006),
     /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). The warnings
     /// name
-    /// - temperatures or windows whose replica was never swapped with a neighbour;
-    /// - temperatures at which the potential energy never changed although it does at others: only one state
-    ///   exists, or the replicas are frozen;
-    /// - an exchange with fewer than ten round trips, or fewer than it has replicas.
+    /// - temperatures or windows that never swapped their replica with a neighbour;
+    /// - temperatures at which the potential energy never changed although it changed at other temperatures:
+    ///   only one state exists, or the replicas are frozen;
+    /// - an exchange with fewer than ten round trips, or with fewer round trips than replicas.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();

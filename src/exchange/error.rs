@@ -89,9 +89,9 @@ pub enum ExchangeError<E> {
 }
 
 impl<E> ExchangeError<E> {
-    /// Cure of [`Self::NoOverlap`]: what the user can do.
+    /// Cure of [`Self::NoOverlap`]: advice to the user.
     pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
-    /// Cure of [`Self::OutsideOfWindow`]: what the user can do.
+    /// Cure of [`Self::OutsideOfWindow`]: advice to the user.
     pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can be in, or a start that is nearer to them";
 }
 
@@ -145,7 +145,7 @@ pub enum ExchangeFolderError {
 }
 
 impl ExchangeFolderError {
-    /// Cure: what the user can do.
+    /// Cure: advice to the user.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -89,7 +89,7 @@ pub struct ExchangeFolder {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Opened {
-    /// An exchange that is complete.
+    /// A complete exchange.
     Complete,
     /// An exchange to be run, from its start or from its last checkpoint.
     UnderWay(Box<(ExchangeFolder, Exchange)>),

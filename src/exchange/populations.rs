@@ -111,7 +111,7 @@ impl Populations {
         }
     }
 
-    /// Moves levels to new positions in the same order, and merges those with the same position.
+    /// Moves levels to new positions in the same order, and merges levels with the same position.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {

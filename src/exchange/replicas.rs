@@ -102,7 +102,7 @@ pub struct ExchangeRow<'e> {
     pub measured: &'e [f64],
 }
 
-/// Name and unit of the distance that is held in windows, the first of the quantities of each replica.
+/// Name and unit of the distance that windows restrain. It is the first quantity of each replica.
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
@@ -232,7 +232,7 @@ impl Exchange {
         self.replicas[0].simulation.scene()
     }
 
-    /// Attempts to swap so far, and in all, including those of the equilibration.
+    /// Attempts to swap so far, and in all. Both numbers include attempts during the equilibration.
     #[must_use]
     pub fn attempts(&self) -> [u64; 2] {
         [self.attempts, self.total]

@@ -72,7 +72,7 @@ pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, 
     are_numbers && energies.len() == temperatures
 }
 
-/// Column names of a point: columns without errors first, then those with errors.
+/// Column names of a point: columns without errors first, then columns with errors.
 fn heads_of(point: &ThermalPoint) -> String {
     let names = point.quantities().into_iter().map(|(name, _)| format!(",{name},{name}_error"));
     format!("temperature{}", names.collect::<String>())
@@ -92,7 +92,7 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
     text
 }
 
-/// Reads the curves back, or returns what is wrong.
+/// Reads the curves back, or describes the fault in the text.
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
@@ -118,7 +118,7 @@ pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
     text
 }
 
-/// Reads the density of states back, or returns what is wrong.
+/// Reads the density of states back, or describes the fault in the text.
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
     read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
         Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
@@ -142,7 +142,7 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
     text
 }
 
-/// Reads the potential of mean force back, or returns what is wrong.
+/// Reads the potential of mean force back, or describes the fault in the text.
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
     let expected = "a distance and a width, and two numbers with their errors";
     read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
@@ -171,7 +171,7 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
     text
 }
 
-/// Reads the populations back, or returns what is wrong.
+/// Reads the populations back, or describes the fault in the text.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let temperatures = &mut results.temperatures;
     read_lines(behind(text, HEADS)?, "four numbers and a number or nothing", |cells| {
@@ -204,7 +204,7 @@ fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
     if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
 }
 
-/// Parses each line after the header of a table, or returns what was expected.
+/// Parses each line after the header of a table, or describes the expected text.
 fn read_lines<T>(
     lines: Lines<'_>,
     expected: &str,

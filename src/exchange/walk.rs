@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The end that a replica visited last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Heading {
-    /// Neither end yet.
+    /// The replica has not visited an end yet.
     Nowhere,
     /// From the upper end.
     Down,

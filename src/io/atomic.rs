@@ -64,7 +64,7 @@ pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
 ///
 /// # Errors
 /// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; system errors. In these cases,
-/// neither file or folder is changed.
+/// no file or folder is changed.
 pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
         Existing::Keep => publish_new(from, to)?,
@@ -117,7 +117,7 @@ fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Syncs the names in a folder to disk. Not every system can open a folder for that.
+/// Syncs the names in a folder to disk. Some systems cannot open a folder for this.
 pub(crate) fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
         let _ = durability::sync_all(&folder);

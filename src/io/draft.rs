@@ -15,7 +15,7 @@ use super::plain;
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
-/// A file under a temporary name. It is removed when this is dropped, unless it has been published.
+/// A file under a temporary name. Dropping this value removes the file, unless it has been published.
 pub(crate) struct UnnamedFile {
     temporary: TemporaryFile,
     target: PathBuf,
@@ -39,7 +39,7 @@ impl UnnamedFile {
         &self.temporary.path
     }
 
-    /// Gives it its final name. Writing the same bytes again is not a replacement.
+    /// Gives the file its final name. Writing the same bytes again is not a replacement.
     ///
     /// # Errors
     /// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors.

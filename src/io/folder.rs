@@ -40,7 +40,7 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// The last file of a run. If it exists, the others are complete and belong to it.
+/// The last file of a run. If it exists, all other files are complete and belong to it.
 pub(super) const SUMMARY: &str = "summary.json";
 /// Name of the old summary of a continued run, until there is a new summary.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
@@ -96,9 +96,9 @@ pub struct Folder {
     trajectory: Trajectory,
     /// The requested folder.
     target: PathBuf,
-    /// The folder of the unfinished files: the same, or one inside it.
+    /// The folder of the unfinished files: the requested folder, or a folder inside it.
     path: PathBuf,
-    /// The list of the files there.
+    /// The list of the files in `path`.
     owned: Owned,
     /// The list of the run that is to be replaced.
     outer: Option<Owned>,

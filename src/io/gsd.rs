@@ -15,8 +15,8 @@
 //! Numbers are `f32` unless noted otherwise. Boxes of HOOMD are centred at the origin: a position in the file
 //! is the position in the run minus the centre. If the box is tilted, a multiple of the period along x is
 //! added to put it inside. HOOMD's boxes are also periodic along all axes. If the box of the run is not,
-//! particles may lie outside, and `log/carom/periodic` tells. Data equal to those of the first frame are not
-//! repeated.
+//! particles may lie outside, and `log/carom/periodic` tells. Data equal to the data of the first frame are
+//! not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -38,8 +38,8 @@ pub(super) struct Trajectory {
     chunks: Chunks,
     /// Chunks of the first frame. A later frame repeats one only if it differs.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether any frame so far had velocities. Without a chunk, readers would reuse those of the first
-    /// frame.
+    /// Whether any frame so far had velocities. Without a chunk, readers would reuse the velocities of the
+    /// first frame.
     has_velocities: bool,
     /// Whether any frame so far had images.
     has_images: bool,

@@ -101,7 +101,7 @@ impl Measurements {
     }
 }
 
-/// Whether a name is that of a table of measurements.
+/// Whether a table of measurements has this name.
 pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }

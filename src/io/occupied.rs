@@ -49,7 +49,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// The folder of the latest run: this one, or the one inside it that was to replace it.
+/// The folder of the latest run: this folder, or the folder inside it with the run that was to replace it.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;

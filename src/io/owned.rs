@@ -1,6 +1,6 @@
-//! List of all files that Carom wrote in the folder of a run. The list identifies the folder as that of a
-//! run. Only listed files are replaced or removed. The list also records the progress of a run that is to
-//! replace this one, so that no other folder is mistaken for such a run.
+//! List of all files that Carom wrote in the folder of a run. A folder with a list is recognized as the
+//! folder of a run. Only listed files are replaced or removed. The list also records the progress of a run
+//! that is to replace this run, so that no other folder is mistaken for the replacement.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -24,10 +24,10 @@ pub(super) const FILE: &str = ".carom";
 /// Its first line.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// Beginning of a line with the progress of a run that is to replace this one.
+/// Beginning of a line with the progress of a run that is to replace this run.
 const REPLACEMENT: &str = "replacement ";
 
-/// Progress of a run that is to replace the one in a folder.
+/// Progress of a run that is to replace the run in a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Replacement {
     /// There is none.
@@ -68,7 +68,7 @@ pub(super) fn is_run(folder: &Path) -> bool {
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
-/// Progress of a run that is to replace the one in a folder, from the old run's list.
+/// Progress of a run that is to replace the run in a folder, from the list of the old run.
 pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
@@ -125,7 +125,7 @@ impl Owned {
         self.replacement
     }
 
-    /// Records the progress of a run that is to replace this one.
+    /// Records the progress of a run that is to replace this run.
     pub fn set_replacement(&mut self, state: Replacement) -> Result<(), OutputError> {
         if self.replacement != state {
             self.append(&format!("{REPLACEMENT}{}\n", state.word()))?;
@@ -213,11 +213,11 @@ impl Owned {
     }
 }
 
-/// Files that commands write beside those of a run by default.
+/// Files that commands add to the folder of a run by default.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
 /// Records that Carom has written a page or an image to the folder of a run, or has converted its trajectory,
-/// under the default name. A run that replaces this one then removes it.
+/// under the default name. A run that replaces this run then removes the file.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);

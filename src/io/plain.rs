@@ -25,7 +25,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
 /// Opens a file with the given options, unless it is a link, a folder or a device.
 ///
 /// # Errors
-/// System errors, including those for a link; [`io::ErrorKind::InvalidInput`] for a device or a pipe.
+/// System errors, including the error for a link; [`io::ErrorKind::InvalidInput`] for a device or a pipe.
 pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(target_os = "linux")]
     {
@@ -43,7 +43,7 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
 /// Content of a plain file, up to a number of bytes.
 ///
 /// # Errors
-/// The errors of [`open`], and those of reading.
+/// The errors of [`open`], and errors of reading.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(OpenOptions::new().read(true), path)?.take(most).read_to_end(&mut bytes)?;

@@ -1,7 +1,7 @@
-//! A run that replaces another one. It is written to a folder inside the folder of the old run, which is
-//! unchanged until the new run is complete and sound. Then its files replace the old ones. If this is
-//! interrupted, it is completed when the folder is opened next. The list of the old run records the progress;
-//! anything else in such a folder is left alone.
+//! A run that replaces an old run. The new run is written to a folder inside the folder of the old run. The
+//! old run is unchanged until the new run is complete and sound. Then the new files replace the old files. An
+//! interrupted replacement is completed when the folder is opened next. The list of the old run records the
+//! progress; anything else in such a folder is left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use super::owned::{self, Owned, Replacement};
 /// Name of the folder of a replacement, inside the folder of the old run.
 pub(super) const FOLDER: &str = "replacement";
 
-/// The folder of the run that is to replace the one in a folder.
+/// The folder of the run that is to replace the run in a folder.
 pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }

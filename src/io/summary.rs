@@ -23,8 +23,8 @@ use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
 ///
-/// Counts, observables and speed are those of the measurement. Energies, momentum and overlaps span the whole
-/// run with its equilibration. Values that do not apply to the scene are `null`; such observables are absent.
+/// Counts, observables and speed refer to the measurement. Energies, momentum and overlaps span the whole run
+/// with its equilibration. Values that do not apply to the scene are `null`; such observables are absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
 pub struct Summary {
@@ -40,7 +40,7 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end.
     pub time: f64,
-    /// Why it ended, in a word; `None` in files without it.
+    /// Why the run ended, in a word; `None` in files without this key.
     #[serde(default)]
     pub ending: Option<String>,
     /// The measurement.
@@ -60,8 +60,8 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
-    /// Why it is not a sound run, in a line: it jammed, stood still or gave up, or the audit failed; absent
-    /// for a sound run, and in files without it.
+    /// Why the run is not sound, in a line: it jammed, stood still or gave up, or the audit failed. Absent
+    /// for a sound run, and in files without this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
     /// Faults found by the audit, in words; empty for a sound run.
@@ -78,7 +78,7 @@ pub struct Summary {
     #[serde(default)]
     pub published: Vec<PublishedValue>,
     /// The columns of the run's tables with their units, by file; empty without a folder, and in files
-    /// without it.
+    /// without this key.
     #[serde(default)]
     pub columns: BTreeMap<String, Vec<Column>>,
     /// Rates by kind and species, only of kinds that occurred; empty in files without them.
@@ -119,7 +119,7 @@ pub struct Period {
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
-    /// Physical events of the run before its measurement; `None` in files without it.
+    /// Physical events of the run before its measurement; `None` in files without this key.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -182,7 +182,7 @@ pub struct Overlaps {
 pub struct Observable {
     pub mean: f64,
     pub standard_error: Option<f64>,
-    /// `None` in files without it.
+    /// `None` in files without this key.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
 }
@@ -318,7 +318,8 @@ fn observables(
 }
 
 /// Published values for a system in a stage, or in the last measurement, at its mean temperature. Diameters
-/// are those of the scene times `scale`. Empty if the present volume is not the volume of the measurement.
+/// are the diameters in the scene times `scale`. Empty if the present volume is not the volume of the
+/// measurement.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,

@@ -1,11 +1,10 @@
 //! Surfaces of a scene as files beside its trajectory, for viewers: binary STL in the folder `surfaces`, one
 //! file each.
 //!
-//! The name of a file is that of its surface, with `_` for spaces and letters beyond ASCII. If two names
-//! would be equal, even ignoring case, the later one gets a number. A surface has no file if it is out of
-//! sight or has coordinates beyond `f32`. The files show the surfaces before the first motion. If
-//! surfaces move, or are present in some stages only, `surfaces.json` lists all surfaces of the scene with
-//! their motions.
+//! A file has the name of its surface, with `_` for spaces and letters beyond ASCII. If two names would be
+//! equal, even ignoring case, the later name gets a number. A surface has no file if it is out of sight or
+//! has coordinates beyond `f32`. The files show the surfaces before the first motion. If surfaces move, or
+//! are present in some stages only, `surfaces.json` lists all surfaces of the scene with their motions.
 
 #[cfg(test)]
 mod tests;

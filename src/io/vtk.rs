@@ -2,8 +2,9 @@
 //!
 //! - `trajectory.pvd`, the list of frames with their times, which is the file to open;
 //! - `frame_000000.vtp` and so on, numbered by the index of the frame in the trajectory;
-//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: those present,
-//!   in their position at the time of each frame (`surface_0_NAME_000000.vtp` for a moving surface);
+//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: all surfaces
+//!   present at the time of each frame, in their positions at that time (`surface_0_NAME_000000.vtp` for a
+//!   moving surface);
 //! - `box.vtp`, the edges of the first frame's box as lines; in a sheared box, of the region that contains
 //!   all positions.
 //!

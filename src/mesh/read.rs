@@ -29,8 +29,8 @@ use crate::model::triangle_mesh::TriangleMesh;
 /// Corners with equal coordinates become one vertex. Triangles with two identical vertices are kept.
 ///
 /// # Errors
-/// [`MeshFileError`] with the name, the line or the number of the triangle, what was found and what was
-/// expected.
+/// [`MeshFileError`] with the name, the line or the number of the triangle, the found and the expected
+/// content.
 pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Result<TriangleMesh, MeshFileError> {
     let read = || {
         let format = extension.trim_start_matches('.').to_ascii_lowercase();

@@ -75,7 +75,7 @@ pub struct MeshReport {
     pub parts: usize,
     /// Triangles of zero area, or of less than `1e-12` of the square of their longest side.
     pub degenerate: TriangleFault,
-    /// Triangles with the same three vertices as an earlier one, in any order.
+    /// Triangles with the same three vertices as an earlier triangle, in any order.
     pub duplicates: PairFault,
     /// Triangles that meet outside a common vertex or edge. Triangles whose corners are on a line are
     /// ignored.
@@ -97,8 +97,9 @@ pub struct MeshReport {
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
 /// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections. It
-/// also limits the triangles tested against rays. A mesh of a million triangles needs a tenth of it. Tens of
-/// thousands of needles that are not parallel to an axis, whose boxes all overlap, may need more.
+/// also limits the triangles tested against rays. A mesh of a million triangles needs a tenth of this number.
+/// Tens of thousands of needles may need more if they are not parallel to an axis and all their boxes
+/// overlap.
 pub const MOST_PAIRS: usize = 100_000_000;
 
 /// Direction of the normals of a closed mesh.

@@ -67,7 +67,7 @@ impl Region {
         region
     }
 
-    /// Enlarges it on open sides to hold a sphere.
+    /// Enlarges the region on open sides to hold a sphere.
     fn hold(&mut self, centre: &Vector, radius: f64) {
         for k in 0..3 {
             let Boundary::Bounded { .. } = self.boundary[k] else { continue };
@@ -99,7 +99,8 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// Its sides, restricted to those that a test selects by axis and by whether it is the upper one.
+    /// The sides of the region that a test selects. The test gets the axis, and 0 for the lower or 1 for the
+    /// upper side.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {

@@ -66,8 +66,8 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Moves that were accepted.
     pub accepted: u64,
-    /// Moves to boxes below the smallest one, in which a pair would meet in two images. If there are many,
-    /// this limit distorts the ensemble, and the pressure is not that of the barostat.
+    /// Moves to boxes below the smallest box, in which a pair would meet in two images. If there are many,
+    /// this limit distorts the ensemble, and the pressure differs from the pressure of the barostat.
     pub too_small: u64,
     /// Largest change of the logarithm of the volume in a move, at the end of the stage.
     pub amplitude: f64,

@@ -27,8 +27,8 @@ pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// All replicas in one multicanonical ensemble. It visits all energies between those at the lowest and
-    /// highest temperature equally often.
+    /// All replicas in one multicanonical ensemble. It visits all energies from the energy at the lowest
+    /// temperature to the energy at the highest temperature equally often.
     Multicanonical,
     /// Umbrella sampling: a canonical ensemble in each umbrella window, at one temperature, with swaps of
     /// replicas.

@@ -170,7 +170,7 @@ pub struct Speeds {
     #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub windows: Option<u64>,
-    /// Length of a window `[time]`; that of the measurement by the number of windows if not given.
+    /// Length of a window `[time]`; the duration of the measurement over the number of windows if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub window: Option<f64>,
     /// Number of bins; 100 if not given.
@@ -227,9 +227,9 @@ pub struct Profile {
     #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
     #[serde(deserialize_with = "whole::several")]
     pub bins: [u64; 3],
-    /// Lower corner `[length]`; that of the box if not given.
+    /// Lower corner `[length]`; the lower corner of the box if not given.
     pub lower: Option<[f64; 3]>,
-    /// Upper corner `[length]`; that of the box if not given.
+    /// Upper corner `[length]`; the upper corner of the box if not given.
     pub upper: Option<[f64; 3]>,
     /// Only particles of this species; all that move if not given.
     pub species: Option<String>,
@@ -250,10 +250,10 @@ pub struct Flow {
     pub axis: Option<String>,
     /// Normal of a plane in any direction, instead of `axis`. Its length does not matter.
     pub normal: Option<[f64; 3]>,
-    /// Its coordinate along that `[length]`.
+    /// Coordinate of the plane along `axis` or `normal` `[length]`.
     pub at: f64,
-    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` means nothing. Of a tilted plane it is that of a box. The whole plane if not
-    /// given.
+    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` has no effect. For a tilted
+    /// plane, the lower corner of a box. The whole plane if not given.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of the rectangle `[length]`.
     pub upper: Option<[f64; 3]>,

@@ -14,7 +14,7 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// Limits of the audit of a run, which replace those from round-off. All are relative.
+/// Relative limits of the audit of a run. They replace the limits from round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest error of the energy ledger.

@@ -15,8 +15,8 @@ use super::{InputFile, InteractionId, ParticleId};
 pub struct Predecessor {
     /// Its checkpoint, with the checksum at its end.
     pub checkpoint: InputFile,
-    /// Number of random streams that its thermostats, and those of its own predecessors, may have used. Later
-    /// streams are unused.
+    /// Number of random streams that the thermostats of the predecessor, and of all runs before it, may have
+    /// used. Later streams are unused.
     pub(crate) streams: usize,
     /// `None` once a simulation has begun from it.
     #[serde(skip)]
@@ -33,7 +33,7 @@ pub(crate) struct LastState {
     /// For each interaction of the scene, whether its pairs had the same discontinuities. If so, they keep
     /// their states.
     pub is_kept: Vec<bool>,
-    /// Differences from that run, in words.
+    /// Differences between the scene and the run, in words.
     pub differences: Vec<&'static str>,
     /// The whole simulation, serialized; `None` if the scene differs in something that it depends on.
     pub simulation: Option<Vec<u8>>,
@@ -50,8 +50,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and that run, in words, that require a new engine to start from its last
-    /// state. Empty without differences, or after a simulation has begun.
+    /// Differences between the scene and the run, in words. Because of them, a new engine starts from the
+    /// last state of the run. Empty without differences, or after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

@@ -51,8 +51,8 @@ pub struct RunPlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
-    /// Gravity of the last equilibration and measurement, which replaces that of the species. Either all
-    /// stages have it or none `[length / time^2]`.
+    /// Gravity of the last equilibration and measurement. It replaces the accelerations of the species.
+    /// Either all stages have a gravity or none `[length / time^2]`.
     pub gravity: Option<Vector>,
     /// Number of threads for the whole run.
     pub threads: Threads,
@@ -124,7 +124,7 @@ pub struct StagePlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the stage, which needs a thermostat.
     pub barostat: Option<Barostat>,
-    /// Gravity during the stage, which replaces that of the species `[length / time^2]`.
+    /// Gravity during the stage. It replaces the accelerations of the species `[length / time^2]`.
     pub gravity: Option<Vector>,
     /// Growth of the diameters.
     pub growth: Option<Growth>,
@@ -175,7 +175,7 @@ const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 /// All diameters grow by the same factor, `1 + rate (t - t_0)` relative to the start `t_0` of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
-    /// Growth rate of the diameters, relative to those at the start of the stage `[1 / time]`.
+    /// Growth rate of the diameters, relative to the diameters at the start of the stage `[1 / time]`.
     pub rate: f64,
     /// Target at which the growth ends.
     pub until: GrowthTarget,

@@ -70,7 +70,7 @@ pub struct Interaction {
     pub name: Option<String>,
 }
 
-/// A bond: a pair with an interaction of its own, which replaces that of its species.
+/// A bond: a pair with an interaction of its own, which replaces the interaction of its species.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two particles, in ascending order.

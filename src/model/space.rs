@@ -235,9 +235,9 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
 /// [`minimum_image`] in a sheared box. The next image along y is displaced by `displacement` along x
 /// `[length]`.
 ///
-/// The image along y is chosen first, together with its displacement, then those along x and z. The result is
-/// the shortest image whenever one is shorter than half of the shortest period. Requires a displacement of at
-/// most half a period, as from [`displacement_within_period`]; 0 for a box at rest.
+/// The image along y is chosen first, together with its displacement, then the images along x and z. If any
+/// image is shorter than half of the shortest period, the result is the shortest image. Requires a
+/// displacement of at most half a period, as from [`displacement_within_period`]; 0 for a box at rest.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {

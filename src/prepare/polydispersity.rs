@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // Half of the distribution, whose mean is sqrt(2 / pi) deviations; nothing is below 0.
+        // Half of the distribution. Its mean is sqrt(2 / pi) deviations, and no diameter is below 0.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

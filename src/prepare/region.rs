@@ -236,7 +236,7 @@ mod tests {
                     assert!(shape.holds(&place, particle), "{shape:?}: {place}");
                     even += place.x;
                 }
-                // The mean of x is that of points of the bounding box that are inside.
+                // The mean of x equals the mean over points of the bounding box inside the shape.
                 let bounds = FillRegion::Box(shape.bounds(&space));
                 let (mut sum, mut inside) = (0.0, 0.0);
                 while inside < f64::from(count) {

@@ -43,7 +43,7 @@ pub(crate) struct Drawn {
     pub ids: Range<usize>,
     /// Index of the group, which has its own random numbers.
     pub group: usize,
-    /// Temperature `[energy]`. Without it, and without a speed, particles only have the common velocity.
+    /// Temperature `[energy]`. Without a temperature and a speed, particles have only the common velocity.
     pub temperature: Option<f64>,
     /// Equal speed of all, if there is no temperature `[length / time]`.
     pub speed: Option<f64>,

@@ -21,14 +21,14 @@ const ROUNDINGS: f64 = 32.0;
 /// Relative round-off limit of a sum over all particles and events.
 ///
 /// A rounding is at most `eps / 2` relative to the rounded number, and as often up as down. The roundings of
-/// `n` events add up to a random walk, whose standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if
-/// every event involved the total energy. The limit is four times that, plus `4 ROUNDINGS eps / 2` for the
-/// sums themselves.
+/// `n` events add up to a random walk. Its standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if
+/// every event involved the total energy. The limit is four times this bound, plus `4 ROUNDINGS eps / 2` for
+/// the sums themselves.
 fn round_off(events: u64) -> f64 {
     4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
 }
 
-/// Limits of an audit: those of the scene, or of round-off.
+/// Limits of an audit: limits that the scene gives, or limits from round-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest relative error of the energy ledger.
@@ -57,8 +57,8 @@ impl Limits {
 pub struct Initial {
     /// Number of overlaps deeper than round-off.
     pub overlaps: usize,
-    /// Time since the start at which the last of them was resolved `[time]`; `None` if some are left, or
-    /// there were none.
+    /// Time since the start at which the last overlap was resolved `[time]`; `None` if some overlaps are
+    /// left, or there were none.
     pub resolved_after: Option<f64>,
 }
 

@@ -161,8 +161,8 @@ impl Run {
     ///
     /// # Errors
     /// [`RunError::Recorder`] if something cannot be recorded, and [`RunError::Instrument`] if the registered
-    /// instruments differ from those at the beginning of the run. A simulation that cannot continue is not an
-    /// error here, but an [`Ending`].
+    /// instruments differ from the instruments at the beginning of the run. A simulation that cannot continue
+    /// is not an error here, but an [`Ending`].
     pub fn execute<R: Recorder>(
         self,
         recorder: &mut R,
@@ -189,7 +189,7 @@ impl Run {
     /// Runs to a simulated time or to a number of physical events since the start of the simulation,
     /// whichever comes first, and pauses there. Returns the run, which continues with the same bits, and
     /// `None`. If the run ends before, returns the run without its last row and frame, and why it ended;
-    /// [`Run::execute`] and [`Run::finish`] add these.
+    /// [`Run::execute`] and [`Run::finish`] add the last row and frame.
     ///
     /// ```
     /// # use carom::model::{Limit, Potential, RunPlan};
@@ -243,7 +243,7 @@ impl Run {
     /// same bits, and `None`. If the run ends earlier, returns the run in its present state, and why it
     /// ended.
     ///
-    /// `watch` is that of [`Self::execute`]. Results of measured stages are not recorded.
+    /// `watch` is called as in [`Self::execute`]. Results of measured stages are not recorded.
     ///
     /// # Errors
     /// As [`Self::execute`].

@@ -15,7 +15,7 @@ pub enum ChangeError {
     /// The text is invalid, or does not fit the state.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Diameters are growing and differ from those of any scene.
+    /// Diameters are growing and differ from the diameters of any scene.
     #[error("the diameters have grown, expected a stage before they grow: start the scene anew")]
     Grown,
 }
@@ -23,7 +23,7 @@ pub enum ChangeError {
 impl Run {
     /// A run of a scene with other values (gravity, interactions, temperatures of walls, ...), from the
     /// present positions and velocities, at the start of the present stage. The present particles, bonds and
-    /// static meshes replace those of the text.
+    /// static meshes replace the particles, bonds and static meshes in the text.
     ///
     /// `overrides` have the same form as in [`Scene::from_file_with`].
     ///

@@ -11,8 +11,8 @@
 //!
 //! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store
 //! the state differently, or round differently, and would not continue with the same bits. The fingerprint is
-//! computed at build time from `Cargo.lock` and all sources, except those that only report on runs. The files
-//! of a run belong to its checkpoint by their checksums (CRC-32). Files of other runs are rejected.
+//! computed at build time from `Cargo.lock` and all sources, except sources that only report on runs. The
+//! files of a run belong to its checkpoint by their checksums (CRC-32). Files of other runs are rejected.
 
 mod checked;
 mod error;

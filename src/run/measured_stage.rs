@@ -19,10 +19,10 @@ pub struct MeasuredStage {
     pub measurement: MeasurementPeriod,
     /// Event counts of its measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors by name, only those that apply to the scene.
+    /// Means and standard errors by name, of the observables that apply to the scene.
     #[serde(with = "by_place")]
     pub observables: Vec<(&'static str, Estimate)>,
-    /// Whether each of them was stationary, by name.
+    /// Whether each observable was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// Whether it was in equilibrium, or in a steady state.

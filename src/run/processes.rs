@@ -16,7 +16,7 @@ impl Run {
     ///
     /// The results are equal in all processes, with the bits of a single one. Decisions of a recorder (to
     /// pause for a checkpoint, or that nothing more can be recorded) and results of `watch` are taken from
-    /// the first process. Recorders of others need not record anything.
+    /// the first process. Recorders of other processes need not record anything.
     pub fn transport(mut self, transport: Arc<dyn Transport>) -> Self {
         self.simulation.set_transport(transport);
         self

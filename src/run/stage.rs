@@ -55,7 +55,7 @@ impl Stage {
         Self::listed(plan, 0)
     }
 
-    /// Stages of a plan that are simulated, in order. Others have no limit.
+    /// Stages of a plan that are simulated, in order. Other stages have no limit.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }

@@ -138,7 +138,7 @@ pub struct RunState {
     pub(super) has_begun: bool,
     /// Simulated time of the next scaling of velocities; infinite without scaling.
     pub(super) next_scaling: f64,
-    /// Simulated time of the next temperature sample before that; infinite without scaling.
+    /// Simulated time of the next temperature sample before the scaling; infinite without scaling.
     pub(super) next_temperature: f64,
     /// Volume moves of the present stage.
     pub(super) moves: Option<Moves>,

@@ -135,7 +135,7 @@ impl SceneBuilder {
         exchange(plan: ExchangePlan) => parts.exchange;
     }
 
-    /// The box. Without it, a periodic cube follows from the only fill with a count and a density.
+    /// The box. If no box is set, a periodic cube follows from the only fill with a count and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
         self.parts.space = space;
@@ -257,7 +257,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Temperature and speed of each fill and chain with neither of them.
+    /// Temperature and speed of each fill and chain that has neither.
     fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
         self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
             Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })

@@ -1,4 +1,4 @@
-//! A scene that starts from the end of a run: what it inherits, and what no longer fits.
+//! A scene that starts from the end of a run: the state it inherits, and settings that no longer fit.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -44,7 +44,7 @@ fn at_start() -> ConfigPath {
 
 impl Scene {
     /// Reads a scene from its text, with overrides, that continues from the present state of a simulation.
-    /// Particles, bonds and static meshes are those of the simulation and replace those of the text.
+    /// Particles, bonds and static meshes are taken from the simulation instead of the text.
     ///
     /// [`SceneError`] for the first error in the text, or if the state does not fit the scene.
     pub(crate) fn from_toml_after(

@@ -1,4 +1,4 @@
-//! Errors of a scene: their positions, and what was expected.
+//! Errors of a scene, with their positions and the expected values.
 
 use std::borrow::Cow;
 use std::fmt;

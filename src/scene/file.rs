@@ -84,7 +84,7 @@ pub(crate) struct SceneFile {
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
-    /// Limits of the audit of a run, instead of those that follow from round-off.
+    /// Limits of the audit of a run. They replace the limits that follow from round-off.
     pub audit: AuditFile,
     /// Stages before the run, in order.
     pub stage: Vec<StageFile>,
@@ -154,7 +154,7 @@ pub(crate) struct SpeciesFile {
     pub acceleration: Option<[f64; 3]>,
 }
 
-/// `[audit]`: relative limits instead of those that follow from round-off.
+/// `[audit]`: relative limits that replace the limits from round-off.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AuditFile {

@@ -12,8 +12,8 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
-/// Particles that a program passes to a scene, as if `[[file]]` named a file with them. Their ids follow
-/// those of `[[particle]]` and precede those of files.
+/// Particles that a program passes to a scene, as if `[[file]]` named a file with them. Their ids follow the
+/// ids of `[[particle]]` and precede the ids of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
@@ -23,7 +23,7 @@ pub struct GivenParticles {
     pub frame: Frame,
     /// Whether a scene without a size takes the box from the frame.
     pub has_box: bool,
-    /// Whether the radii of the frame are known. They must then equal those of the species.
+    /// Whether the radii of the frame are known. They must then equal the radii of the species.
     pub has_radii: bool,
     /// Whether the positions are two-dimensional, in the plane of a flat z.
     pub is_plane: bool,
@@ -82,7 +82,7 @@ impl GivenParticles {
         Ok(content)
     }
 
-    /// A position in the space of a scene; in two dimensions, z is that of its plane.
+    /// A position in the space of a scene. In two dimensions, the plane gives z.
     pub(super) fn placed(&self, position: Vector, space: &Space) -> Vector {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
@@ -125,7 +125,7 @@ impl GivenParticles {
         space.entry("lower").or_insert_with(|| vector(&scene.space.lower));
         for (axis, boundary) in AXES.into_iter().zip(&scene.space.boundary) {
             let word = if *boundary == Boundary::Flat { "flat" } else { "periodic" };
-            // Other sides are those that the scene has named.
+            // The scene keeps the sides that it names.
             space.entry(axis).or_insert_with(|| Value::from(word));
         }
     }

@@ -139,7 +139,7 @@ impl Groups {
     }
 }
 
-/// Particles at given positions. Those beyond a periodic side are wrapped into the box.
+/// Particles at given positions. Particles beyond a periodic side are wrapped into the box.
 fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
     let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
     let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();

@@ -166,7 +166,7 @@ impl<'a> Interactions<'a> {
         self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
     }
 
-    /// An interaction by id, among those created so far.
+    /// The interaction with an id, among the interactions created so far.
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]
     }

@@ -127,7 +127,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Requires three finite numbers. Along flat axes they must equal those of `flat`.
+/// Requires three finite numbers. Along flat axes they must equal the components of `flat`.
 pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     for k in 0..3 {

@@ -22,10 +22,10 @@ pub struct Agreement {
     pub without_size: Option<f64>,
     /// Number of means, and of degrees of freedom, because nothing is fitted.
     pub freedom: usize,
-    /// Number of means left out because the system is in another phase than the published one. If both phases
-    /// are published, the phase of the system is the one with the nearer compressibility factor.
+    /// Number of means left out because the system is in another phase than the published phase. If values of
+    /// both phases are published, the system is in the phase with the nearer compressibility factor.
     pub other_phase: usize,
-    /// Whether the published values are those of a crystal.
+    /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
 }
 

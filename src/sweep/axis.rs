@@ -5,7 +5,7 @@
 //! | `0.1,0.2,0.5` | a list of values, as in the scene |
 //! | `1..5` | integers, both ends included |
 //! | `0.05..0.49/12` | a number of equidistant values, both ends included |
-//! | `1e-3..10/9/log` | the same with constant ratios |
+//! | `1e-3..10/9/log` | a number of values with constant ratios, both ends included |
 //! | `1..3,10` | a list may contain ranges |
 //!
 //! `KEY=VALUES; KEY=VALUES` are keys that change together, value by value.

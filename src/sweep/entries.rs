@@ -17,7 +17,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Name, unique among the columns of a sweep: that of the key followed by the index or key of the entry.
+    /// Name, unique among the columns of a sweep: the name of the key, then the index or key of the entry.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name

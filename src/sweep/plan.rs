@@ -46,7 +46,7 @@ impl Point {
         &self.settings
     }
 
-    /// Name of its folder inside that of the sweep, composed of the values.
+    /// Name of its folder inside the folder of the sweep, composed of the values.
     #[must_use]
     pub fn folder(&self) -> &str {
         &self.folder
@@ -75,7 +75,7 @@ impl Sweep {
     /// paths start, and `name` is used like the path of a file in messages.
     ///
     /// # Errors
-    /// The errors of [`Sweep::new`], except those of the file.
+    /// The errors of [`Sweep::new`], except errors of reading the file.
     pub fn of_text(
         text: impl Into<String>,
         name: impl AsRef<Path>,

@@ -42,7 +42,7 @@ fn rank(name: &str, has_stages: bool) -> usize {
 /// A quantity measured by at least some runs of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredQuantity {
-    /// Name: that of an observable, or of the number of an instrument.
+    /// Name of an observable, or of a number of an instrument.
     pub name: String,
     /// Name for display.
     pub title: String,
@@ -64,13 +64,13 @@ pub struct Value {
 pub struct Pooled {
     /// The mean of the means, with equal weights.
     pub mean: f64,
-    /// Its standard error from the errors of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is
-    /// unknown.
+    /// Its standard error from the errors of the runs, `sqrt(sum e_i^2) / n`; `None` if the error of
+    /// any run is unknown.
     pub error: Option<f64>,
     /// Its standard error from the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the
     /// scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of runs with a value. The others were too short, or their curve was not straight.
+    /// Number of runs with a value. The other runs were too short, or their curves were not straight.
     pub runs: usize,
 }
 
@@ -184,7 +184,7 @@ impl Results {
         self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
     }
 
-    /// Number of completed runs that do not count in the means, because they repeat others of their state
+    /// Number of completed runs that do not count in the means, because they repeat other runs of their state
     /// point bit for bit.
     #[must_use]
     pub fn repeats(&self) -> usize {

@@ -3,8 +3,8 @@
 //! has its own row, and a column names it.
 //!
 //! Besides a column `x` there is `x_error`, its standard error. In `sweep-mean.csv`, `x_error` follows from
-//! the errors of the runs and `x_scatter` from their scatter, which should agree. If some runs of a state
-//! point have no value of `x`, `x_runs` is the number of those that do. Unknown values are empty cells.
+//! the errors of the runs and `x_scatter` from their scatter; the two should agree. If some runs of a state
+//! point have no value of `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells.
 //! Differing entries of a varied list or table have their own columns, such as `size_0`.
 
 use std::fmt::Write;

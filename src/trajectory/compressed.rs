@@ -10,7 +10,7 @@ use ruzstd::decoding::StreamingDecoder;
 /// Buffer of a file `[bytes]`.
 const BUFFER: usize = 1 << 16;
 
-/// The largest window of Zstandard that is unpacked `[bytes]`: the default limit of its own program.
+/// The largest window that is unpacked from Zstandard `[bytes]`, the default limit of the program `zstd`.
 const LARGEST_WINDOW: u64 = 1 << 27;
 
 const GZIP: [u8; 2] = [0x1f, 0x8b];

@@ -55,8 +55,8 @@ pub(crate) use write::{FrameWriter, Heading};
 
 use super::{Frame, compressed};
 
-/// Longest line that is read `[bytes]`. It is enough for about five million bonds, and limits the cost of a
-/// file that is not text.
+/// Length of the longest line that is read `[bytes]`. It is enough for about five million bonds, and limits
+/// the cost of a binary file.
 const LONGEST_LINE: u64 = 1 << 26;
 
 /// A frame selected from a trajectory.
@@ -68,7 +68,7 @@ pub struct Pick {
     pub is_truncated: bool,
 }
 
-/// Reads the frame of a trajectory file that is nearest to a time `[time]`, or the last frame. If two frames
+/// Reads the frame nearest to a time `[time]` from a trajectory file, or the last frame. If two frames
 /// are equally near, the earlier frame in the file is read. At most two frames are in memory at a time.
 ///
 /// # Errors

@@ -67,7 +67,7 @@ pub enum ViewError {
     /// The style lists no colour.
     #[error("the palette of an image is empty")]
     NoColour,
-    /// The file extension is not that of a movie format.
+    /// The file extension does not belong to a movie format.
     #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
     /// Players slow down such a GIF.

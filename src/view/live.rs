@@ -70,7 +70,7 @@ const WORKER: [&str; 13] = [
     include_str!("live/worker.js"),
 ];
 
-/// Shaders in addition to those of the player.
+/// Shaders in addition to the shaders of the player.
 const LINES: [(&str, &str); 2] =
     [("line.vert", include_str!("live/line.vert")), ("line.frag", include_str!("live/line.frag"))];
 

@@ -118,8 +118,8 @@ pub struct Movie {
     /// Degrees by which the camera moves around the scene to the right, from the first image to the last.
     /// Flat and one-dimensional scenes are always seen from the front.
     pub turn: f64,
-    /// The point in the middle of all images, if one is followed: particles are wrapped around it along
-    /// periodic axes, and the camera moves along the others.
+    /// The point in the middle of all images, if a point is followed: particles are wrapped around it along
+    /// periodic axes, and the camera moves along the other axes.
     pub follow: Option<Follow>,
 }
 
@@ -172,7 +172,7 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 ///   [`ViewError::Threads`] if no thread can be started;
 /// - [`ViewError::Interrupted`] if `watch` breaks.
 ///
-/// In all of these cases there is no new file, and an old one is unchanged.
+/// In all of these cases there is no new file, and an existing file is unchanged.
 pub fn write(
     trajectory: &Path,
     path: &Path,

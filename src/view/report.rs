@@ -81,7 +81,7 @@ pub fn page(run: &Path) -> Result<Page, ViewError> {
 /// megabytes.
 ///
 /// # Errors
-/// Those of [`page`].
+/// The same errors as [`page`].
 pub fn small_page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, MOST_OF_SMALL)
 }

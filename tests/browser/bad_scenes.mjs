@@ -82,7 +82,7 @@ function generator(seed) {
 const NUMBERS = ["nan", "inf", "-inf", "1e400", "-1", '""', "0", "-0.0", "1e308", "5e-324", "1e-30", "1e30", "18446744073709551616", "9223372036854775807",
   "1000000000", "20000000", "4294967296", "65536", "1.5", "true", "[]", "{}", "[1.0]", "1979-05-27", "'x'", "0x7f"];
 
-/** Changes that make a bad scene of one that was good, or a worse one. */
+/** Changes that make a good scene bad, or a bad scene worse. */
 const MUTATIONS = {
   truncate: (text, { below }) => text.slice(0, below(text.length + 1)),
   flip: (text, { below }) => {
@@ -144,7 +144,7 @@ function mutated(sources, random) {
   return { name: names.join(" "), text };
 }
 
-/** Answer of the program: its words without the lines that are drawn around them, and the line. */
+/** Answer of the program: the message without the frame that is drawn around it, and the line number. */
 function program(path, file, text) {
   writeFileSync(file, text);
   const { status, stderr } = spawnSync(path, ["check", file], { encoding: "utf8", timeout: 60_000 });
@@ -213,7 +213,10 @@ function judge(scene, answer, tally, seconds) {
   }
 }
 
-/** Whether words and line are the same; memory, files and what only a page refuses are other things to the program. */
+/**
+ * Compares the message and the line with the program. Errors about memory or files, and errors that only a
+ * page has, are not compared.
+ */
 function compare(scene, { checked }, tally, path, file) {
   if (!checked?.error || checked.isPlanned || /GiB|cannot read|file|browser|page/.test(checked.error)) {
     return;

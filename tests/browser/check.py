@@ -32,8 +32,8 @@ PIXELS = """(() => {
   return [colours.size, hash, hues.filter((count) => count > 30).length];
 })()"""
 
-# Stores the pixels of the canvas, or returns the mean row, from below, of those that differ from the stored
-# ones.
+# Stores the pixels of the canvas. Returns the mean row, from below, of the pixels that have changed since the
+# last call, or -1 if there are none.
 ROW = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -74,7 +74,7 @@ class Page:
         self.browser.open(self.path.as_uri())
         self.browser.until("document.getElementById('player').dataset.frame === '0'")
         self.browser.evaluate("document.getElementById('player').scrollIntoView()")
-        # Slow graphics would switch them off at some point.
+        # Slow graphics would switch the shadows off at some point.
         self.browser.evaluate("(() => { const box = document.getElementById('player-shadows'); box.checked = false;"
                               " box.dispatchEvent(new Event('change')); })()")
         self.browser.evaluate(DRAWN)

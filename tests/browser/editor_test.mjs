@@ -26,7 +26,7 @@ const tests = {
     for (const name of scenes) {
       const text = read(name);
       const toml = new Toml(text);
-      // As many keys as lines that begin with one, and as many tables as headers.
+      // As many keys as lines that begin with a key, and as many tables as headers.
       const isInside = (at) => [...toml.entries.values()].some(({ start, end }) => start < at && at < end);
       let [at, keys, headers] = [0, 0, 0];
       for (const line of text.split("\n")) {
@@ -167,7 +167,10 @@ const tests = {
   },
 };
 
-/** A schema with what the real one has: a word of several, a condition, names, tables, and a value of two forms. */
+/**
+ * A schema with the features of the real schema: a choice of words, a condition, names, tables, and a value
+ * of two forms.
+ */
 const schema = new SceneSchema({
   properties: {
     seed: { type: "integer", default: 0, description: "Seed." },

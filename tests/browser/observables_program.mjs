@@ -1,4 +1,4 @@
-// Compares the observables of the live page with those of a run of the program.
+// Compares the observables of the live page with the observables of a run of the program.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -26,7 +26,7 @@ function columns(path) {
   return Object.fromEntries(first.split(",").map((name, k) => [name, lines.map((line) => Number(line.split(",")[k]))]));
 }
 
-/** Measurements of the program, and when. */
+/** Measurements of the program, with their times. */
 const PLAN = `until_time = 4.0
 [measure]
 radial_distribution = { bins = 100, interval = 0.05, cutoff = 4.0 }
@@ -34,7 +34,10 @@ diffusion = { interval = 0.05, span = 1.0 }
 [output]
 thermo_interval = 0.05`;
 
-/** Compares with a run of the program, whose bits the module repeats: the fluid of hard spheres, smaller and shorter. */
+/**
+ * Compares the observables with a run of the program, for a small fluid of hard spheres and a short time. The
+ * module repeats the run bit for bit.
+ */
 export async function compare(program, folder) {
   const scene = readFileSync(new URL("configs/hard_sphere_fluid.toml", root), "utf8")
     .replace("count = 4000", "count = 500")

@@ -1,7 +1,7 @@
 // Compares observables of the live page with exact values and with the program:
 // node tests/browser/observables_test.mjs [PROGRAM]
-// PROGRAM is carom, whose run the module of the page repeats bit for bit. Without it, or without
-// web/carom.module, only exact values are tested.
+// PROGRAM is carom. The module of the page repeats a run of the program bit for bit. Without PROGRAM, or
+// without web/carom.module, only exact values are tested.
 
 import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -316,7 +316,7 @@ const tests = {
   },
   "the error of a mean is that of its blocks"() {
     // Blocks of two with the means 1, 3, 1, 3, ...: their variance is 8 / 7, and their error is the square
-    // root of an eighth of it.
+    // root of an eighth of this variance.
     const values = Float64Array.from({ length: 16 }, (_, k) => (Math.floor(k / 2) % 2 ? 3 : 1) + (k % 2 ? 0.5 : -0.5));
     assert.ok(Math.abs(Pressure.scatter(values) - Math.sqrt(1 / 7)) < 1e-12);
     assert.ok(Number.isNaN(Pressure.scatter(new Float64Array(3))));

@@ -2,7 +2,7 @@
 # Checks pages of `carom report` in a headless Chromium:
 # tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
 # PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them no page is tested.
-# Node tests what is drawn between frames.
+# Node tests the picture between frames.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 program=$(realpath "${1:?usage: tests/browser/run.sh PROGRAM [FOLDER]}")

@@ -32,7 +32,7 @@ struct Recipe {
     seed: u64,
     count: u64,
     potential: usize,
-    /// Depths of wells and heights of shoulders, in units of those in [`potential`].
+    /// Depths of wells and heights of shoulders, in units of the values in [`potential`].
     depth: f64,
     masses: [f64; 2],
     boundary: [usize; 3],

@@ -1,6 +1,6 @@
 //! Runs every command while the disk fails or the command is killed: nothing existing is lost, and unfinished
-//! work can be continued to the same bits. Each call that changes the disk may be the one that fails, or the
-//! last one of the program (`shim.c`).
+//! work can be continued to the same bits. Each call that changes the disk may fail, or may be the last call
+//! of the program (`shim.c`).
 //!
 //! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` draws more faults than by default,
 //! and prints their number.

@@ -39,8 +39,8 @@ fn the_energy_of_the_pendulum_never_rises() {
         for event in 1..=20_000 {
             simulation.advance(Until::events(event)).unwrap();
             let now = total(&simulation);
-            // An event rounds the energies of two particles, and the free flight before it those of all, a
-            // few times each.
+            // An event rounds the energies of two particles a few times each. The free flight before the
+            // event rounds the energies of all particles a few times each.
             assert!(now <= last + 32.0 * scale * f64::EPSILON, "{restitution}: event {event} adds {}", now - last);
             last = now;
             worst = worst.max(worst_bond(simulation.scene(), &simulation.snapshot()));

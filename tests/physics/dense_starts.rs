@@ -77,8 +77,8 @@ fn mean_q6(scene: &Scene) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Number of pairs by distance, relative to that of random points, for distances from 3 to 4 diameters in ten
-/// bins.
+/// Number of pairs by distance, relative to the number for random points, for distances from 3 to 4 diameters
+/// in ten bins.
 fn far_pairs(scene: &Scene) -> [f64; 10] {
     let (size, count) = (scene.space().size, scene.particles().len() as f64);
     let mut bins = [0.0; 10];

@@ -144,7 +144,8 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         ];
         assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
     }
-    // The states of two independent replicas: both bound, both unbound, or only the one at the lower temperature bound.
+    // The states of two independent replicas: both bound, both unbound, or only the replica at the lower
+    // temperature bound.
     for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
         let [cold, hot] = [bound(pair[0]), bound(pair[1])];
         let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());

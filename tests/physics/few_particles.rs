@@ -76,8 +76,8 @@ struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// Spheres on a lattice with `ceil(N^(1/3))^3` sites if that is loose enough, otherwise on a face-centred
-    /// one.
+    /// Spheres on a lattice with `ceil(N^(1/3))^3` sites if this lattice is loose enough, otherwise on a
+    /// face-centred lattice.
     fn new(count: u64, edge: f64) -> Self {
         let cells = (1..).find(|n| 4 * n * n * n >= count).unwrap();
         let step = edge / cells as f64;
@@ -200,7 +200,7 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
         assert!(is_one(first) && is_one(temperature.mean), "{boundary:?}: {first} {temperature:?}");
     }
-    // A heat bath along one axis leaves the momentum along the other.
+    // A heat bath along one axis leaves the momentum along the other axis.
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true, false, false] };
     let scene = disks([periodic; 2], Some(bath));
     let first = Observer::new(&scene).row(&Simulation::without_plan(scene)).temperature.unwrap();

@@ -218,8 +218,8 @@ fn union(radius: f64, apart: f64) -> f64 {
 #[test]
 fn a_dimer_and_a_disk_are_two_molecules() {
     // The centre of the dimer may be anywhere in V, and the disk anywhere except within the contact distance
-    // of its ends: Q = V (V - A). `A` is the mean excluded area over the lengths of the bond, whose density
-    // in the plane is its length.
+    // of its ends: Q = V (V - A). `A` is the mean excluded area over the lengths of the bond. In the plane,
+    // the density of a length is the length.
     let (pressure, contact) = (0.5, 0.6);
     let [shortest, longest]: [f64; 2] = [0.5, 1.15];
     let scene = SceneBuilder::new("dimer")

@@ -1,7 +1,7 @@
 //! The exact law for events at the steps of a potential in equilibrium.
 //!
-//! Relative normal velocities are Maxwellian on either side of a step. Of the pairs that meet an upward step
-//! `eps`, those with `mu/2 vn^2 <= eps` bounce. As many pairs go up as down, so `N_bounce / N_up = exp(eps /
+//! Relative normal velocities are Maxwellian on either side of a step. A pair that meets an upward step `eps`
+//! bounces if `mu/2 vn^2 <= eps`. As many pairs go up as down, so `N_bounce / N_up = exp(eps /
 //! T) - 1` (Bannerman and Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law
 //! has an error of relative order `1 / (D N)`.
 

@@ -150,8 +150,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
-    // The first of three particles that are too small to meet. The others reach the walls at other times and
-    // more often.
+    // Velocities of the first of three particles that are too small to meet. The other two particles reach
+    // the walls at other times and more often.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

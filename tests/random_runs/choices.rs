@@ -41,8 +41,8 @@ pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     std::iter::repeat_with(&mut next).flatten().take(count).collect()
 }
 
-/// A temporary folder, in memory if the system has such a disk. On others most of the time is spent on
-/// syncing.
+/// A temporary folder, in memory if the system has such a disk. On other disks, syncing takes most of
+/// the time.
 #[allow(dead_code)]
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a temporary folder")

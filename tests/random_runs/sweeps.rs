@@ -57,7 +57,7 @@ const VALUES: [&str; 24] = [
 /// The same number in different notations.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
-/// A scene of two balls, whose mass distinguishes a replaced one from the first.
+/// A scene of two balls. Their mass distinguishes a replaced scene from the first scene.
 fn scene(mass: u8) -> String {
     format!(
         "name = \"balls\"\n[space]\nsize = [4.0, 4.0, 4.0]\n[[species]]\nname = \"ball\"\nmass = {mass}.0\ndiameter = 1.0\n\

@@ -32,8 +32,8 @@ const STEPS: u64 = 20_000;
 struct Count {
     refused: usize,
     given_up: usize,
-    /// Over all pieces of all scenes: those on several threads, and their windows, differences and serial
-    /// pieces.
+    /// Sums over all pieces of all scenes: pieces on several threads, and their windows, differences and
+    /// serial pieces.
     compared: usize,
     spread: usize,
     windows: u64,
@@ -293,7 +293,7 @@ fn threads_have_the_bits_of_one() {
     if let Some(&seed) = different.first() {
         panic!("{} of {scenes} scenes; the first is {seed}:\n{}", different.len(), text(seed));
     }
-    // A few need not have all of it.
+    // A few scenes need not show all of these cases.
     assert!(
         scenes < 40 || count.spread as u64 > scenes && count.windows > 10 * scenes && count.undone > 0,
         "{count:?}"

@@ -76,7 +76,7 @@ def ovito_lammps(path, frames):
         same("velocities", data.particles["Velocity"][...], frame.velocities, ROUNDED)
         lower, edges = thick(frame)
         same("box", data.cell[:, 3], lower, 2 * ROUNDED)
-        # The dump contains the upper corner, from which OVITO subtracts the lower one.
+        # The dump contains the upper corner, from which OVITO subtracts the lower corner.
         rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
         same("edges", np.transpose(data.cell[:, :3]), cell(frame, edges), rounded)
         same("periodic", data.cell.pbc, frame.periodic)
@@ -120,7 +120,7 @@ def ase_xyz(path, frames):
 
 
 def ase_lammps(path, frames):
-    # Units are those of Lennard-Jones, which ASE interprets as eV and Angstrom unless told otherwise: only
+    # The dump has Lennard-Jones units. ASE interprets them as eV and Angstrom unless told otherwise: only
     # velocities change.
     speed = ase_unit(1.0, "velocity", "metal", "ASE")
     for index, (atoms, frame) in enumerate(
@@ -170,8 +170,8 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
-    # It takes tilt factors for cosines of angles, so only edges can agree. It cannot store images, velocities
-    # and the time.
+    # MDAnalysis takes tilt factors for cosines of angles, so only edges can agree. It cannot store images,
+    # velocities and the time.
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
@@ -258,7 +258,7 @@ def pandas_csv(path, frames):
 
 def pandas_thermo(path, frames):
     whole = pandas.read_csv(path.parent / "thermo.csv", float_precision="round_trip")
-    # The trajectory is that of the measurement.
+    # The trajectory belongs to the measurement.
     table = whole[whole["stage"] == "measurement"]
     same("first and last time", table["time"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
     if table["kinetic"].isna().any() or not table["events"].is_monotonic_increasing:

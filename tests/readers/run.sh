@@ -2,7 +2,7 @@
 # Opens files of the program with the programs that they are written for:
 # tests/readers/run.sh target/release/carom
 # Needs Python 3.11 or later and a package index. Reuses the environment in CAROM_READERS_VENV, or creates it
-# there; without it, in a temporary folder.
+# there. Without this variable, the environment is in a temporary folder.
 set -euo pipefail
 program=$(realpath "${1:?usage: run.sh PROGRAM}")
 cd "$(dirname "$0")"

@@ -39,7 +39,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     first
 }
 
-/// The two, among a number of others that rest and meet no other particle.
+/// The two particles, among a number of other particles that rest and never meet.
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())

@@ -28,7 +28,7 @@ fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocit
     builder.particle("A", position, velocity)
 }
 
-/// The position in which the ball touches all three.
+/// The position in which the ball touches all three spheres.
 fn bottom() -> Vector {
     Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
 }
@@ -80,9 +80,10 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         );
         watched.assert_sound(1.0);
         // At rest every flight is shorter than the contact time, or the contact after it would dissipate:
-        // speeds are below that of a free fall for half of it, and heights are below g t_c^2 / 8. On slopes
-        // of up to 0.7 to the vertical this is at most t_c^2 sideways. A ball of restitution 0 first bounces
-        // elastically along the groove between two of the spheres, and takes longer to lose that energy.
+        // speeds are below the speed of a free fall that lasts half the contact time, and heights are below g
+        // t_c^2 / 8. On slopes of up to 0.7 to the vertical this is at most t_c^2 sideways. A ball of
+        // restitution 0 first bounces elastically along the groove between two of the spheres, and takes
+        // longer to lose the energy of these bounces.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }

@@ -47,7 +47,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// Weight holds down what would leave, which needs the TC model.
+/// Weight holds down particles that would leave; this needs the TC model.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [

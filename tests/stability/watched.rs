@@ -66,7 +66,8 @@ impl Watched {
     ///
     /// `share` is the fraction of the largest energy that an event may change. Roundings are at most `eps /
     /// 2` of the rounded number, as often up as down: for `n` events they have a standard deviation below
-    /// `ROUNDINGS eps / 2 sqrt(n)`. Four times that is allowed, and the same again for the sums themselves.
+    /// `ROUNDINGS eps / 2 sqrt(n)`. Four times this deviation is allowed, and the same again for the sums
+    /// themselves.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
         let event_counts = self.simulation.event_counts();

@@ -1,6 +1,6 @@
 //! What the verifier and the reference engine import from the rest of the program: the scene, and for the
-//! verifier the states it is given and Algorithm 1 as printed, with features of surfaces. Whatever they
-//! shared with the engine they could not check.
+//! verifier the states it is given and Algorithm 1 as printed, with features of surfaces. They could
+//! not check code that they shared with the engine.
 
 use std::fs;
 use std::path::Path;

@@ -11,8 +11,8 @@ use crate::oracle::witness::witness;
 pub enum Judgement {
     /// The correct verdict: no event, or now.
     Right,
-    /// The correct event after now: relative error of its time, and the error in units of what rounding
-    /// allows.
+    /// The correct event after now: relative error of its time, and the error in units of the error
+    /// that rounding allows.
     Time { relative: f64, of_allowed: f64 },
     /// Correct for coefficients within their rounding.
     WithinRounding,

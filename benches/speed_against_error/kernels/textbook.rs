@@ -44,7 +44,7 @@ pub fn newton(pair: &Pair) -> Option<f64> {
 /// The latest time that is searched.
 const HORIZON: f64 = 100.0;
 
-/// Steps of fixed length until `f` is below zero after one of them, which is then bisected.
+/// Takes steps of fixed length until `f` is below zero after a step. This step is then bisected.
 pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
     let mut before = pair.value(0.0);
     #[expect(clippy::cast_possible_truncation, reason = "steps are no shorter than 1e-6")]

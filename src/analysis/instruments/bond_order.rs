@@ -1,4 +1,5 @@
-//! Bond-orientational order: how closely the directions to a particle's neighbours match those of a crystal.
+//! Bond-orientational order: how closely the directions to a particle's neighbours match directions in a
+//! crystal.
 //!
 //! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),
 //! [doi:10.1103/PhysRevB.28.784](https://doi.org/10.1103/PhysRevB.28.784).

@@ -149,7 +149,7 @@ impl<'s> Fluid<'s> {
     }
 }
 
-/// `1 - m / M` of a species, whose name follows a `_`, or the mean over all particles.
+/// `1 - m / M` for a species, given as `_` and its name, or for the mean mass of all particles.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let is_one =
         |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');

@@ -1,4 +1,4 @@
-//! Instruments: what they have in common, and all instruments of a run together.
+//! Instruments: their common interface, and all instruments of a run together.
 
 use serde::{Deserialize, Serialize};
 
@@ -138,7 +138,7 @@ instruments! {
     SurfaceForces: surface_forces,
 }
 
-/// All instruments of a run: those of the scene, and those that the user registered.
+/// All instruments of a run: instruments of the scene and registered instruments.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,

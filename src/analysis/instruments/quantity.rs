@@ -31,7 +31,7 @@ impl Measured {
     ///
     /// Names keep only letters, digits, `_` and `-`, because curves name files. A number is appended to a
     /// name that is already used. All columns of a curve are cut to the length of the shortest column. Rows
-    /// with a variable that is not finite are left out, and values that are not finite become unknown.
+    /// with an infinite or undefined variable are left out. Infinite and undefined values become unknown.
     pub(super) fn join(&mut self, own: Self) {
         for mut number in own.numbers {
             number.name = free_name(&number.name, self.numbers.iter().map(|other| other.name.as_str()));

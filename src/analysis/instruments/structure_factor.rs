@@ -36,7 +36,7 @@ pub(super) struct StructureFactor {
     sliding: Option<Sliding>,
 }
 
-/// A sheared box, whose wave vectors are chosen anew at each sample.
+/// Wave vectors of a sheared box, which are chosen anew at each sample.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sliding {
     largest: f64,

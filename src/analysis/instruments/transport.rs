@@ -91,8 +91,8 @@ pub(super) struct Transport {
 }
 
 impl Transport {
-    /// By default the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to
-    /// 80 intervals, two per mean free time.
+    /// By default the span is 40 mean free times, but at most a twentieth of the duration. It has two
+    /// intervals per mean free time, but at least 20 and at most 80 intervals.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let (interval, lags) = grid(plan, setup);

@@ -56,8 +56,8 @@ pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, t
 /// The first factor is the term of Yeh and Hummer for a particle that moves slowly through its own flow. The
 /// second is close to 1 in a liquid. In a gas, a particle diffuses out of its flow as fast as the flow
 /// decays: for each wave vector `k` of the box the velocity is correlated as `exp(-(nu + D) k^2 t)` (Ernst,
-/// Hauge and van Leeuwen), whose integral contains `1 / (nu + D)`. Both factors assume hydrodynamics, which
-/// holds if `L / 2 pi` is longer than the mean free path.
+/// Hauge and van Leeuwen). The integral of this correlation contains `1 / (nu + D)`. Both factors assume
+/// hydrodynamics, which holds if `L / 2 pi` is longer than the mean free path.
 ///
 /// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147);
 /// Ernst, Hauge and van Leeuwen, Phys. Rev. Lett. 25, 1254 (1970), [doi:10.1103/PhysRevLett.25.1254](https://doi.org/10.1103/PhysRevLett.25.1254).

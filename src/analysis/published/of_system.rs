@@ -24,7 +24,7 @@ pub struct PublishedValue {
     pub finite_size: f64,
     /// Label of the result: `mKLM`.
     pub label: String,
-    /// Where it is published, and under what conditions it holds.
+    /// The publication, and the conditions under which the result holds.
     pub source: String,
 }
 

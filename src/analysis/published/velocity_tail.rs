@@ -10,7 +10,7 @@
 use std::f64::consts::{PI, TAU};
 
 /// Intervals of Simpson's rule in the logarithm of the time, below and above the longest time of a
-/// measurement. For these smooth functions the error is far below that of the theory.
+/// measurement. For these smooth functions the error of the rule is far below the error of the theory.
 const INTERVALS: u32 = 400;
 
 /// Number of decay times of the slowest flow after which the flow is negligible.

@@ -94,13 +94,13 @@ impl CurveAverage {
         self.elements.get(element)?.mean()
     }
 
-    /// The means of all elements; `None` for those without values.
+    /// The means of all elements; `None` for an element without values.
     #[must_use]
     pub fn means(&self) -> Vec<Option<f64>> {
         self.elements.iter().map(BlockAverage::mean).collect()
     }
 
-    /// The standard errors of all means; `None` for those with too few values.
+    /// The standard errors of all means; `None` for a mean of too few values.
     #[must_use]
     pub fn standard_errors(&self) -> Vec<Option<f64>> {
         self.elements.iter().map(|average| average.estimate()?.standard_error).collect()

@@ -1,4 +1,5 @@
-//! The spectral density of a series at frequency zero, which is the variance of its mean times its length.
+//! The spectral density of a series at frequency zero. It is the variance of the mean, times the length of
+//! the series.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -9,8 +10,8 @@ const STEPS: usize = 150;
 /// Slowest relaxation time in the fit, as a fraction of the series. Anything slower looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation time of a quantity whose differences are fitted, as a fraction of the series. The
-/// lowest eight frequencies, of `2 pi / 50` each, are below it.
+/// Slowest relaxation time of a quantity in a fit to its differences, as a fraction of the series. The lowest
+/// eight frequencies, of `2 pi / 50` each, are below it.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
 /// Lasting differences are used only if they increase the logarithm of the likelihood by this much. With a
@@ -184,7 +185,7 @@ fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64
     (parts, likelihood)
 }
 
-/// Groups of frequencies whose powers are summed. The likelihood is that of the sums.
+/// Groups of frequencies. The powers in a group are summed, and the likelihood is computed for the sums.
 fn groups(count: usize) -> Vec<Range<usize>> {
     let mut groups: Vec<Range<usize>> = (0..count.min(ONE_BY_ONE)).map(|k| k..k + 1).collect();
     let mut from = groups.len();

@@ -1,4 +1,4 @@
-//! Whether a series is stationary, that is, whether it began in equilibrium.
+//! Whether a series is stationary, as it is if it began in equilibrium.
 
 use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ pub enum Stationarity {
 
 /// Whether the means of the first quarter and of the second half of an evenly weighted series differ by more
 /// than chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral
-/// density at frequency zero is that of the second half, which is closer to equilibrium.
+/// density at frequency zero is taken from the second half, which is closer to equilibrium.
 ///
 /// If the second half may drift itself, the error also includes the error from its residuals about a straight
 /// line. If the second half is too short, the residuals of the whole series are used.

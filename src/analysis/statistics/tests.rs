@@ -176,8 +176,8 @@ fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // Two hundred rows, of which about twelve at a time are correlated. Compares the mean reported error of
-    // many series with the scatter of their means.
+    // Two hundred rows. About twelve successive rows are correlated. Compares the mean reported error of many
+    // series with the scatter of their means.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {

@@ -122,7 +122,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
     }
 }
 
-/// The lines of a text, without those that may differ.
+/// The lines of a text, except lines that may differ.
 struct Lines<R> {
     text: R,
     is_free: IsFree,

@@ -1,4 +1,4 @@
-//! Events of the reference engine: what happens to a pair, or to a particle at a wall or another surface.
+//! Events of the reference engine: events of a pair, and events of a particle at a wall or another surface.
 
 use super::response::Encounter;
 use super::rules::{Discontinuity, seen};

@@ -62,7 +62,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
     ])
 }
 
-/// Three spheres on a line, of which the first two overlap at the start.
+/// Three spheres on a line. The first two overlap at the start.
 pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let space = Space {
         lower: Vector::new(-1.0, 0.0, 0.0),

@@ -97,7 +97,7 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 /// Diffusion coefficient in a periodic cube with a given number of spheres, and its uncertainty.
 ///
 /// The fit was made to simulations in cubes, too. Yeh and Hummer's finite-size term, with Enskog's
-/// coefficients, converts from the size of those cubes to this size. At these densities Enskog's values
+/// coefficients, converts from the size of their cubes to this size. At these densities Enskog's values
 /// are accurate to a few per cent. The uncertainty of the number of spheres in the fit, a factor of two,
 /// matters more: its cube root changes the term by a quarter, and the coefficient by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {

@@ -102,7 +102,8 @@ pub(super) struct Bounds {
     pub distance: f64,
     /// Bound for a change of velocity `[length / time]`.
     pub velocity: f64,
-    /// Bound for the normal velocity, whose direction depends on rounded positions `[length / time]`.
+    /// Bound for the normal velocity `[length / time]`. The direction of the normal depends on rounded
+    /// positions.
     pub normal_velocity: f64,
     /// Bound for the direction of the normal `[1]`.
     pub direction: f64,

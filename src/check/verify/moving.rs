@@ -55,7 +55,7 @@ pub(super) struct Carried {
 
 /// Scales of rounded numbers at a moving surface.
 ///
-/// Positions and velocities of the surface are functions of the simulated time, whose digits are limited.
+/// Positions and velocities of the surface are functions of the simulated time, which has limited digits.
 /// The time of a contact is found to within its round-off, or to a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
@@ -72,7 +72,7 @@ pub(super) struct Sway {
 }
 
 impl Motions {
-    /// Motions for states whose time zero is the simulated time `start_time`.
+    /// Motions for states with times since the simulated time `start_time`.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();

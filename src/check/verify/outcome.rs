@@ -13,7 +13,7 @@ use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
-/// An event with everything that its outcome depends on.
+/// An event with all data that determine its outcome.
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,

@@ -88,7 +88,8 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// Makes all pairs uncaptured except bonded pairs, whose states are given by `state_of`.
+    /// Makes all pairs uncaptured except bonded pairs. The function `state_of` gives the states of bonded
+    /// pairs.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {

@@ -1,8 +1,8 @@
 //! The motion of a particle beside a surface that oscillates or turns. Distances there are not polynomials of
 //! the time.
 //!
-//! Everything is computed from positions at a time. Contacts and the deepest point are found by bisection;
-//! bounds on speed and acceleration exclude the intervals in which neither can occur.
+//! All results are computed from positions at given times. Contacts and the deepest point are found by
+//! bisection. Bounds on speed and acceleration exclude intervals without a contact or a deepest point.
 
 use super::approach::Approach;
 use super::facet::approach_of;

@@ -61,7 +61,7 @@ impl Verifier {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// Like [`Self::resume`], from states whose time starts at a simulated time.
+    /// Like [`Self::resume`], from states with times since a simulated time.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,
@@ -256,7 +256,8 @@ impl Verifier {
         }
     }
 
-    /// Checks everything that was due before a time in the window: nothing may have gone deeper since then.
+    /// Checks all contacts that were due before a time in the window: no contact may have gone deeper since
+    /// then.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();
@@ -289,8 +290,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps a contact that is overdue by round-off. If the motion has turned, the contact may be due
-    /// again later.
+    /// Keeps a contact that is overdue by round-off. If the motion has turned, the contact may become due
+    /// later.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
@@ -300,7 +301,7 @@ impl Verifier {
         }
     }
 
-    /// Compares the pair states with those of an engine.
+    /// Compares the pair states with the pair states of an engine.
     ///
     /// # Errors
     /// [`Fault::PairState`] with the first pair that differs.

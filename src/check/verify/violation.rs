@@ -157,8 +157,7 @@ pub enum Fault {
         /// Its speed.
         speed: f64,
     },
-    /// A gap or overlap that is within round-off but far too large, because the numbers have too few
-    /// digits.
+    /// A gap or overlap is within round-off but far too large, because the numbers have too few digits.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"
@@ -191,7 +190,7 @@ pub enum Fault {
     /// The caller stopped it.
     #[error("interrupted")]
     Interrupted,
-    /// At the end, the engine's state of a pair differs from the one that follows from the events.
+    /// At the end, the engine's state of a pair differs from the state that follows from the events.
     #[error("particles {} and {} are in pair state {engine}, but their events lead to state {events}", pair[0].0, pair[1].0)]
     PairState {
         /// The pair.

@@ -1,8 +1,8 @@
-//! A window of simulated time, and everything that is due in it by Algorithm 1.
+//! A window of simulated time, and all events that are due in the window by Algorithm 1.
 //!
-//! At its start all pairs are searched once. Pairs too far apart to meet within the window are skipped; for
-//! the others the next event is computed. An event changes the flights of two particles: their due events
-//! become void, and their pairs with all others are searched again.
+//! At the start of the window all pairs are searched once. Pairs too far apart to meet within the window are
+//! skipped. For all other pairs the next event is computed. An event changes the flights of two particles:
+//! their due events become void, and their pairs with all other particles are searched again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -113,7 +113,7 @@ impl Window {
         self.length = self.length.min(time);
     }
 
-    /// Discards what was due for particles whose flights have changed.
+    /// Discards the due events of particles whose flights have changed.
     pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
         for particle in particles {
             self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);

@@ -66,7 +66,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// The world of a scene, from states whose time starts at a simulated time.
+    /// The world of a scene, for states with times since a simulated time.
     pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();

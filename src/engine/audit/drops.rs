@@ -43,7 +43,7 @@ struct Dropped {
     is_found: bool,
 }
 
-/// A contact that is skipped: the participants, the time, and how fast the overlap deepens.
+/// A skipped contact: the participants, the time, and the speed at which the overlap deepens.
 struct Passing {
     /// A particle and its partner, if there is one.
     who: [u32; 2],

@@ -116,8 +116,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with absent particles
     /// are dropped.
     ///
-    /// A particle that is copied with its place and prediction continues with the same bits if its partners
-    /// are present.
+    /// If a particle is copied with its place and prediction, and its partners are present, it continues with
+    /// the same bits.
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {

@@ -16,7 +16,7 @@ pub(in crate::engine) enum With {
     Surface(u32),
     /// A heat bath.
     Bath,
-    /// The other particles whose distance a restraint holds within a window.
+    /// A restraint that holds the distance from other particles within a window.
     Restraint,
     /// A program that sets or scales velocities.
     Program,

@@ -68,7 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Records an overlap or a turning point of a pair whose states were written `flown` ago.
+    /// Records an overlap or a turning point of a pair. The states of the pair were written `flown` ago.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();

@@ -63,10 +63,10 @@ pub struct Transfer {
 /// Result of a comparison.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step of an owned particle that differs from the step of a copy. Only copies are
-    /// considered that particles of their domain may have read.
+    /// Time of the first step of an owned particle that differs from the step of a copy. A copy counts only
+    /// if particles of its domain may have read it.
     pub difference: Option<f64>,
-    /// Owned particles, by local number, whose copies differ at the end, and the domains that hold these
+    /// Owned particles with different copies at the end, by local number, and the domains that hold these
     /// copies.
     pub to_publish: Vec<(u32, u64)>,
     /// Owned particles that other domains will hold or own from now on.

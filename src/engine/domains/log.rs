@@ -11,7 +11,7 @@ use crate::engine::state::Body;
 /// otherwise push other data out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// The particle whose motion and prediction follow; [`NO_PARTICLE`] before the next record.
+    /// The particle of the motion and prediction that follow; [`NO_PARTICLE`] before the next record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,

@@ -24,7 +24,7 @@ pub struct Halo {
     pub margin: f64,
 }
 
-/// Column of a particle along each axis that is cut.
+/// Column of a particle along each cut axis.
 pub type Columns = [u32; 3];
 
 /// Blocks of the box. The box is cut into slabs along one or more axes, and the blocks are the intersections
@@ -33,7 +33,7 @@ pub type Columns = [u32; 3];
 /// A place is a cell or the centre of a list.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    /// The axes that are cut; at least one.
+    /// The cut axes, at least one.
     axes: Vec<Axis>,
 }
 
@@ -69,7 +69,7 @@ struct Slabs {
 
 impl Regions {
     /// Regions of up to 64 domains with about equal numbers of particles. Of all possible divisions into
-    /// blocks, chooses the division whose largest domain, copies included, is smallest.
+    /// blocks, chooses the division with the smallest maximum size of a domain, copies included.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,

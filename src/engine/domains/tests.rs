@@ -218,8 +218,8 @@ fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// Compares runs of a system that is at rest at first, and then gets a heat bath. It is at rest for no time,
-/// for part of an epoch, or for many epochs.
+/// Compares runs of a system that is at rest at first, and then gets a heat bath. The rest lasts no time,
+/// part of an epoch, or many epochs.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {

@@ -182,7 +182,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note_contact(regions, particle, None, collision.time);
     }
 
-    /// Saves everything that a contact of a particle can change.
+    /// Saves all data that a contact of a particle can change.
     #[inline(always)]
     fn save(&mut self, particle: u32) {
         if self.is_plain {
@@ -222,8 +222,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of a shared particle; `hash_of_step` is `None` if the step changes nothing that others
-    /// can read.
+    /// Records a step of a shared particle; `hash_of_step` is `None` if the step changes no data that other
+    /// domains can read.
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];

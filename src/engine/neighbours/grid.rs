@@ -118,8 +118,8 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// The cell beyond a face, and the periods to add to a coordinate there; `None` at an end that is not
-    /// periodic.
+    /// The cell beyond a face, and the periods to add to a coordinate there; `None` at the end of an axis
+    /// without periods.
     #[inline]
     #[must_use]
     pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
@@ -302,8 +302,8 @@ impl Grid {
         }
     }
 
-    /// The index beyond an upper or lower face, and the periods to add; `None` at an end that is not
-    /// periodic.
+    /// The index beyond an upper or lower face, and the periods to add; `None` at the end of an axis without
+    /// periods.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;

@@ -1,8 +1,8 @@
 //! Centres of Verlet lists, packed by cell in blocks of eight, so that all centres near a position are read
 //! in one stream.
 //!
-//! Packed centres are rounded to single precision. They tell which particles *may* be within reach, and never
-//! leave out a particle that is within reach. If single precision leaves any candidate uncertain, the
+//! Packed centres are rounded to single precision. A search finds all particles that *may* be within reach.
+//! No particle within reach is left out. If single precision leaves any candidate uncertain, the
 //! candidates are tested again in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
@@ -65,7 +65,7 @@ pub struct Packed {
     width: Simd,
 }
 
-/// A sphere that is searched, around a centre.
+/// The sphere around a centre in which particles are searched.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
@@ -302,7 +302,7 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the blocks near a cell, whose heads have been loaded.
+    /// Prefetches the blocks near a cell. The heads of their lists have been loaded.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
@@ -352,7 +352,7 @@ mod avx2 {
         lanes
     };
 
-    /// Adds the particles of a block whose centres are in a ball to `near`. Returns whether all added
+    /// Adds particles of a block to `near` if their centres are in a ball. Returns whether all added
     /// particles are certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]

@@ -19,7 +19,7 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Returns the ranges of the species in `species`, each of which has a row.
+    /// Returns the ranges between the species in `species`. Each of these species has a row.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         Self {

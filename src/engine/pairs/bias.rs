@@ -42,7 +42,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns a discontinuity whose energy step is replaced by its cost under the weights of the energy.
+    /// Returns a discontinuity with its energy step replaced by the cost of the step under the weights of the
+    /// energy.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {

@@ -189,7 +189,7 @@ impl Surfaces {
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
-    /// Whether a contact with a surface that is present loses energy.
+    /// Whether contacts with any of the present surfaces lose energy.
     pub fn dissipate(&self) -> bool {
         self.all.iter().any(|placed| matches!(placed.law, Law::Reflecting { restitution } if restitution < 1.0))
     }

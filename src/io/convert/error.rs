@@ -141,7 +141,7 @@ pub enum FrameError {
 }
 
 impl FrameError {
-    /// The error with its path: a write error belongs to the target, others to a frame of the source.
+    /// The error with its path: a write error belongs to the target, other errors to a frame of the source.
     pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
         match self {
             Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {

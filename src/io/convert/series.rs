@@ -73,7 +73,7 @@ impl FrameSeries {
     }
 }
 
-/// The error with its place: a write error belongs to the target, others to a frame.
+/// The error with its place: a write error belongs to the target, other errors to a frame.
 fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
     let path = target.to_owned();
     match error {

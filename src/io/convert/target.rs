@@ -1,4 +1,4 @@
-//! Target of a conversion, and what it may replace.
+//! Target of a conversion, and the files that the conversion may replace.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

@@ -28,8 +28,8 @@ pub struct Completed {
     pub files: Vec<PathBuf>,
     /// Their folder.
     pub folder: PathBuf,
-    /// The folder of the old run, if it was not replaced because this one has not reached its end or is not
-    /// sound.
+    /// The folder of the old run, if the old run was not replaced because the new run has not reached its end
+    /// or is not sound.
     pub kept: Option<PathBuf>,
     /// Why the trajectory could not be converted.
     pub failures: Vec<ConvertError>,

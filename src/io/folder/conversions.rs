@@ -14,7 +14,7 @@ use crate::model::Format;
 pub struct Conversions {
     /// Files written.
     pub files: Vec<PathBuf>,
-    /// Why the others could not be written.
+    /// Why the other files could not be written.
     pub failures: Vec<ConvertError>,
 }
 

@@ -20,7 +20,7 @@ impl Folder {
     /// The list of files.
     pub(crate) const LIST: &'static str = owned::FILE;
 
-    /// The folder of a run that is to replace this one.
+    /// The folder of a run that is to replace this run.
     pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
 
     /// Returns true for the names of checkpoints.
@@ -46,7 +46,7 @@ impl Folder {
     /// A checkpoint of a run, by its name.
     ///
     /// # Errors
-    /// Those of [`Checkpoint::read`].
+    /// The errors of [`Checkpoint::read`].
     pub(crate) fn read_checkpoint(run: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
         Checkpoint::read(&run.join(name))
     }

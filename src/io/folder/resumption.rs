@@ -22,15 +22,16 @@ use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// Continues a run from its last checkpoint, or from the previous one if the last is missing. What was
-    /// added to its files later is cut off. An unfinished run that was to replace the one in the folder takes
-    /// precedence. `limit` sets another end of the measurement, which is on disk when this returns.
+    /// Continues a run from its last checkpoint, or from the previous checkpoint if the last one is missing.
+    /// Output written after the checkpoint is cut off. If the folder contains an unfinished run that was to
+    /// replace the old run, the unfinished run is continued. `limit` sets another end of the measurement,
+    /// which is on disk when this returns.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
-    /// checkpoint, a file is missing, too short, or different from that of the checkpoint, or the run is
-    /// beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way,
-    /// [`OutputError::NotPlain`] if one of its files is a link or a folder. Nothing is changed in these
+    /// checkpoint, if a file is missing, too short, or does not match its checksum in the checkpoint, or if
+    /// the run is beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way;
+    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. Nothing is changed in these
     /// cases. [`OutputError::Write`] if a file cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
@@ -154,7 +155,8 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Renames the summary until there is a new one. Without it, the folder is that of an unfinished run.
+/// Renames the summary until a new summary is written. A folder without a summary belongs to an unfinished
+/// run.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

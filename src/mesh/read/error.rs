@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::polygon::PolygonProblem;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 
-/// Error of reading a mesh: the file and what is wrong with it.
+/// Error of reading a mesh: the file and its fault.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}: {problem}")]
 pub struct MeshFileError {
@@ -59,7 +59,7 @@ pub enum MeshFileProblem {
         /// The part of the format that holds a triangle.
         expected: &'static str,
     },
-    /// Neither text STL nor long enough for binary STL.
+    /// The file is not text STL, and too short for binary STL.
     #[error(
         "the file is no STL: expected text that begins with `solid`, or 84 bytes and 50 for each triangle, found {found} other bytes; export it again"
     )]

@@ -1,9 +1,9 @@
 //! Triangulation of a face: a plane polygon that does not cross itself.
 //!
-//! A fan around the first corner is right for every polygon that is completely visible from there, and
-//! therefore for every convex one. Others are cut by the ear clipping of the crate `earcut`, projected along
-//! the axis closest to their normal. Every corner stays a corner of a triangle, so that neighbouring faces
-//! keep their common edges.
+//! A fan around the first corner is right for every polygon that is completely visible from this corner, and
+//! therefore for every convex polygon. Other polygons are cut by the ear clipping of the crate `earcut`,
+//! projected along the axis closest to their normal. Every corner stays a corner of a triangle, so that
+//! neighbouring faces keep their common edges.
 
 use thiserror::Error;
 
@@ -24,7 +24,7 @@ pub enum PolygonProblem {
     NotFlat {
         /// The largest distance of a corner from the plane `[length]`.
         distance: f64,
-        /// The largest distance that is accepted `[length]`.
+        /// The largest accepted distance `[length]`.
         allowed: f64,
     },
     /// The outline crosses or touches itself.
@@ -133,7 +133,7 @@ mod tests {
 
     const L: [[f64; 2]; 6] = [[10.0, 0.0], [10.0, 4.0], [4.0, 4.0], [4.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
 
-    /// Corners in a plane that is tilted and far from the origin.
+    /// Corners in a tilted plane far from the origin.
     fn tilted(corners: &[[f64; 2]]) -> Vec<Vector> {
         let along = Vector::new(0.48, 0.6, -0.64);
         let up = Vector::new(0.8, 0.0, 0.6);

@@ -11,7 +11,7 @@ const HEADER: usize = 84;
 /// Length of a triangle `[bytes]`: normal, corners, attributes.
 const TRIANGLE: usize = 50;
 
-/// Length of the beginning of a file that is searched for bytes that never occur in text `[bytes]`.
+/// Number of bytes at the beginning of a file that are searched for bytes that never occur in text.
 const PROBED: usize = 1024;
 
 /// Whether a file is binary STL, or has no other known format.

@@ -9,8 +9,8 @@ use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
 use crate::Vector;
 
-/// Corner of a triangle: its position, and on which side of the plane of the other triangle it is; `None` if
-/// both share it.
+/// Corner of a triangle: its position, and its side of the plane of the other triangle; `None` if both
+/// triangles share the corner.
 type Corner = (Vector, Option<Sign>);
 
 /// Whether two triangles meet outside the corners that they share, judged by coordinates. Triangles whose
@@ -73,7 +73,8 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment, whose ends are on known sides of a triangle's plane, meets the triangle or its rim.
+/// Whether a segment meets a triangle or its rim. The sides of the triangle's plane on which the ends of the
+/// segment lie are known.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);

@@ -7,8 +7,8 @@ use super::tree::{Bounds, Tree};
 use super::{MOST_INTERSECTIONS, MOST_PAIRS, PairFault};
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Pairs that meet outside what they share, and whether all pairs with overlapping boxes were tested. The
-/// search ends at [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
+/// Pairs that meet outside a common vertex or edge, and whether all pairs with overlapping boxes were tested.
+/// The search ends at [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
 pub(super) fn self_intersections(mesh: &TriangleMesh, tree: &Tree) -> (PairFault, bool) {
     let mut fault = PairFault::default();
     let left = Cell::new(MOST_PAIRS);

@@ -10,11 +10,11 @@ use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 /// Two triangles that face each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
-    /// Length of the normal through the middle of a triangle, up to the other one `[length]`.
+    /// Length of the normal through the middle of a triangle, up to the other triangle `[length]`.
     pub distance: f64,
     /// Index of the triangle, from 0.
     pub triangle: usize,
-    /// Index of the other one, from 0.
+    /// Index of the other triangle, from 0.
     pub other: usize,
 }
 
@@ -33,13 +33,13 @@ struct Ray<'a> {
     left: &'a Cell<usize>,
 }
 
-/// The shortest ray in front of the triangles, on the side to which their normals point, and the shortest one
-/// behind.
+/// The shortest ray in front of the triangles, on the side to which their normals point, and the shortest ray
+/// behind the triangles.
 ///
-/// Rays pass through triangles that share a vertex, or whose normal deviates by more than 60 degrees from the
-/// ray. In an oriented mesh, a triangle that faces back has the opposite normal; otherwise the sign of
-/// normals is ignored. Also returns whether all rays were followed, because the search ends at
-/// [`MOST_PAIRS`].
+/// A ray passes through triangles that share a vertex with its own triangle, and through triangles with a
+/// normal that deviates by more than 60 degrees from the ray. In an oriented mesh, a triangle that faces back
+/// has the opposite normal; otherwise the sign of normals is ignored. Also returns whether all rays were
+/// followed, because the search ends at [`MOST_PAIRS`].
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);

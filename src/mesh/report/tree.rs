@@ -37,7 +37,7 @@ struct Node {
     triangles: Range<usize>,
 }
 
-/// The tree as a list, with each node before those below it.
+/// The tree as a list, with each node before all nodes below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,

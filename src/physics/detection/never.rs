@@ -27,7 +27,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Returns the bound for differences of numbers whose magnitudes have the given sums.
+    /// Returns the bounds for differences of lengths and of speeds, from the sums of their magnitudes.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }

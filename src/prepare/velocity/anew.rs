@@ -14,8 +14,8 @@ impl Simulation {
     /// distribution exactly at the temperature `[energy]`, without net momentum along axes where it is
     /// conserved. In a sheared box they are relative to the streaming velocity.
     ///
-    /// The random numbers follow from `seed` and differ from those of a start. The supplied energy is
-    /// counted, as by [`Self::set_velocities`].
+    /// The random numbers follow from `seed`. They differ from the random numbers at the start of a scene
+    /// with the same seed. The supplied energy is counted, as by [`Self::set_velocities`].
     ///
     /// # Errors
     /// [`ThermostatError::Number`] for a temperature that is not positive, and
@@ -48,7 +48,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Scales all velocities to a temperature once. The thermostat of a run does so repeatedly:
+    /// Scales all velocities to a temperature once. The thermostat of a run scales them repeatedly:
     /// [`Thermostat::Rescaling`].
     ///
     /// # Errors

@@ -115,7 +115,7 @@ impl<W: Write> Write for KeepsError<W> {
 /// Writes any content with its seal.
 ///
 /// # Errors
-/// Those of the writer.
+/// The errors of the writer.
 pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize) -> io::Result<()> {
     // The serializer writes number by number, and computing a checksum of a few bytes at a time is slow.
     let mut out = BufWriter::with_capacity(PIECE, Checked::new(out));
@@ -166,7 +166,7 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
 /// Reads content of a kind, without memory for anything but the result; otherwise returns the problem.
 ///
 /// # Errors
-/// Those of the reader.
+/// The errors of the reader.
 pub(crate) fn read_sealed<T: DeserializeOwned>(mut input: impl Read + Seek, kind: Kind) -> io::Result<Result<T, Flaw>> {
     let found = match sound_head(&mut input, kind)? {
         Ok(head) => head,

@@ -67,7 +67,7 @@ impl Driver<'_> {
         CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
-    /// The next aim: the one left by an interruption, or a new one.
+    /// The next aim: the aim left by an interruption, or a new aim.
     fn aim(&mut self, ahead: f64, events: u64) -> Aim {
         let event_counts = *self.simulation.event_counts();
         let aim = Aim {

@@ -64,7 +64,8 @@ impl Driver<'_> {
         self.state.stage.stage == Stage::Measurement
     }
 
-    /// Runs a stage without measurement from its present state. Returns what ends the run in it.
+    /// Runs a stage without measurement from its present state. Returns the ending if the run ends in this
+    /// stage.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {

@@ -50,7 +50,7 @@ impl Driver<'_> {
     /// Times of rows and frames from the start of the measurement, and its expected duration if known; `None`
     /// if the caller stops meanwhile.
     ///
-    /// If only the number of events is known, a pilot run over the first of them estimates the duration.
+    /// If only the number of events is known, a pilot run over the first events estimates the duration.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.planned());
         let scene = self.simulation.scene();
@@ -104,13 +104,13 @@ impl Driver<'_> {
         }
     }
 
-    /// The simulated time of a number of events, estimated from the first thousandth of them or of the time
-    /// limit. `None` if the caller stops.
+    /// The simulated time of a number of events, estimated from the first thousandth of the events or of the
+    /// time limit. `None` if the caller stops.
     ///
-    /// If that takes too much work, as in a gas with hardly any events, the time in which a particle crosses
-    /// the box is used. Intervals chosen from it grow during the run.
+    /// If the estimate takes too much work, as in a gas with hardly any events, the time in which a particle
+    /// crosses the box is used instead. Intervals chosen from this time grow during the run.
     ///
-    /// If no output is due in it, the pilot run is the beginning of the stage itself: nothing is done twice,
+    /// If no output is due in the pilot run, it is the beginning of the stage itself: nothing is done twice,
     /// and no second simulation is in memory. Otherwise a copy is simulated.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);

@@ -21,7 +21,7 @@ impl Driver<'_> {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
-        // During preparation, the temperature is that of the components used by the last measurement.
+        // During preparation, the temperature is computed from the components used by the last measurement.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let grown = self.simulation.grown();

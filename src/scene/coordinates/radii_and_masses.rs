@@ -1,4 +1,4 @@
-//! Compares the radii and masses in a file with those of the scene's species.
+//! Compares the radii and masses in a file with the radii and masses of the scene's species.
 
 use std::collections::{HashMap, HashSet};
 
@@ -53,7 +53,7 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Sets velocities from the momenta of a file. The masses are those of the file, or of the scene if the
+    /// Sets velocities from the momenta of a file. The masses come from the file, or from the scene if the
     /// file has none.
     pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
         let masses: HashMap<&str, f64> =

@@ -106,7 +106,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Checks that no cores overlap, except those of bonded pairs, which have a core of their own.
+/// Checks that no cores overlap. Bonded pairs are left out, because their bonds have cores of their own.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
@@ -125,7 +125,7 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     }
 }
 
-/// Adds the bonds listed in a scene after those of its chains, and checks that each pair can move.
+/// Adds the bonds listed in a scene after the bonds of its chains, and checks that each pair can move.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     drafts: &[UnvalidatedBond],

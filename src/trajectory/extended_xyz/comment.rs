@@ -136,7 +136,7 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The value at the beginning of a text, without its quotes or brackets, and the rest.
+/// The value at the beginning of a text, without its quotes or brackets, and the rest of the text.
 fn value(text: &str) -> (&str, &str) {
     let inside = text.get(1..).unwrap_or_default();
     match text.chars().next() {
@@ -158,7 +158,7 @@ fn value(text: &str) -> (&str, &str) {
     }
 }
 
-/// A value and what is needed for an error message about it.
+/// A value, with the key and line for an error message about the value.
 struct Value<'a> {
     key: &'static str,
     value: &'a str,

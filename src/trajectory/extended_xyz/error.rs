@@ -57,7 +57,7 @@ pub enum ReadError {
         /// The number of complete particles.
         found: usize,
     },
-    /// A line does not contain what is expected: a number of particles, a value of a key, all columns, a
+    /// A line does not contain the expected text: a number of particles, a value of a key, all columns, or a
     /// valid number in a column.
     #[error("line {line}: {problem}")]
     Malformed {

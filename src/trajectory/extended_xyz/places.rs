@@ -20,7 +20,7 @@ pub struct FramePlace {
 }
 
 /// Positions of the frames of a trajectory file, in order. The file is scanned once without parsing its
-/// numbers. A frame that is cut off at the end, as after a kill, is left out.
+/// numbers. An incomplete frame at the end of the file, as after a killed run, is left out.
 ///
 /// ```
 /// # use carom::trajectory::extended_xyz::{frame_at, frame_places};

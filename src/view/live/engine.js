@@ -54,7 +54,7 @@ class Engine {
     return this.ask(this.calls.start, { text, changes });
   }
 
-  /** Returns an error like that of `start`, or nothing. The simulation is unchanged. */
+  /** Returns the same error as `start`, or nothing. The simulation is unchanged. */
   check(text, changes = {}) {
     return this.ask(this.calls.check, { text, changes });
   }

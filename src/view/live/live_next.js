@@ -120,7 +120,7 @@ class Announcer {
     });
   }
 
-  /** Returns the position of a particle, or undefined if the number is not that of a particle. */
+  /** Returns the position of a particle, or undefined if no particle has the number. */
   place(id) {
     const { picture, order } = this.live;
     const index = order?.get(id);

@@ -84,8 +84,8 @@ class Picture {
   }
 
   /**
-   * Fades the flashes and lights those of new contacts. Flashes are weaker or absent if a large fraction of
-   * the particles flashes continually.
+   * Fades the flashes, and lights the flashes of new contacts. Flashes are weaker or absent if a large
+   * fraction of the particles flashes continually.
    */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;

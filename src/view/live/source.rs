@@ -1,5 +1,5 @@
-//! The contents of a running page: the text of a scene, values that replace those in it, and the files that
-//! it reads.
+//! The contents of a running page: the text of a scene, values that replace values in the text, and the
+//! files that the scene reads.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,11 +14,11 @@ use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text
 /// A scene in a page.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
-    /// Its text, as written.
+    /// The text of the scene, as written.
     pub(super) text: String,
-    /// Keys and values that replace those in the text.
+    /// Keys, and the values that replace the values in the text.
     pub(super) changes: BTreeMap<String, String>,
-    /// The files that it reads, under the names used in the scene.
+    /// The files that the scene reads, under the names used in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 

@@ -1,5 +1,5 @@
 // Decompresses LZMA, which makes the module a third smaller than gzip; browsers support only gzip. The format
-// is that of `lzma-specification.txt` in the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes,
+// is defined in `lzma-specification.txt` in the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes,
 // then one range-coded stream.
 
 /** Number of bits of a probability, and its adaptation rate. */

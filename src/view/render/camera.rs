@@ -57,7 +57,7 @@ pub(super) struct Camera {
     corner: [f32; 2],
     /// Pixels per unit of window coordinates.
     scale: f32,
-    /// Size of the image, at most that of the style.
+    /// Size of the image, at most the size in the style.
     pub width: u32,
     pub height: u32,
 }

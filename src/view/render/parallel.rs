@@ -51,7 +51,7 @@ pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Se
     };
     thread::scope(|scope| {
         for _ in 1..team.threads {
-            // If no more threads can be started, the others do the work.
+            // If no more threads can be started, the existing threads do the work.
             let _ = thread::Builder::new().spawn_scoped(scope, worker);
         }
         worker();

@@ -250,7 +250,7 @@ impl Band<'_> {
         (self.scenery.shade(&surface, &view, &film.ball.colour, received), density(&normal, &view))
     }
 
-    /// Draws sheets over what is behind them.
+    /// Draws sheets over the colour behind them.
     fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), memory: &mut Memory) -> Colour {
         let all = &self.scenery.bodies.sheets;
         let mut colour = behind;

@@ -228,7 +228,8 @@ impl Fragments {
     }
 }
 
-/// Calls `visit` for each sample of some rows that sees a triangle, with its index and what it sees.
+/// Calls `visit` for each sample of some rows that sees a triangle, with the index of the sample and the
+/// fragment that it sees.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

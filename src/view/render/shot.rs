@@ -26,7 +26,7 @@ impl SpeedScale {
         Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
     }
 
-    /// The scale for these frames and others.
+    /// The scale for the frames of both scales.
     pub fn joined(&self, other: &Self) -> Self {
         Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
     }

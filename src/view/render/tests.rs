@@ -73,7 +73,7 @@ fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is that of a disc, within half of the pixels around it.
+/// Checks that an area is the area of a disc, within half of the pixels around the disc.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");

@@ -34,7 +34,7 @@ const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 /// Caption of curves between the temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
-/// The main quantities of an exchange; all others follow.
+/// The main quantities of an exchange. All other quantities follow.
 const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of a complete exchange from its files.
@@ -112,7 +112,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Quantities with a mean at some temperature, with their units; those of instruments last.
+/// Quantities with a mean at some temperature, with their units. The quantities of instruments come last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES

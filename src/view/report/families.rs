@@ -22,7 +22,7 @@ pub(super) struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name in the legend at the pointer, such as that of a stage; empty if the value says it.
+    /// Name in the legend at the pointer, such as the name of a stage. Empty if the value is the name.
     pub name: String,
     pub curves: Vec<Curve>,
 }

@@ -169,7 +169,7 @@ class Figure {
     return `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(file)}\n`;
   }
 
-  /** A copy whose elements carry what the style sheet gives those of the page. */
+  /** Returns a copy of an element that has the styles of the page as attributes of its parts. */
   static styled(element) {
     const names = ['fill', 'stroke', 'stroke-width', 'stroke-dasharray', 'stroke-linejoin', 'opacity', 'font-size', 'shape-rendering'];
     const copy = element.cloneNode(true);
@@ -194,7 +194,7 @@ for (const element of document.querySelectorAll('figure')) {
   if (element.querySelector('svg.plot')) new Figure(element);
 }
 
-/** Paper cannot unfold anything: what is folded is open while the page is printed. */
+/** Paper cannot be unfolded: folded parts are open while the page is printed. */
 const folded = [];
 addEventListener('beforeprint', () => {
   for (const details of document.querySelectorAll('details:not([open])')) {

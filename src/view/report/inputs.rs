@@ -41,7 +41,7 @@ pub(super) struct StageInputs {
     pub measured: Measured,
 }
 
-/// Results of a measurement: the last one of a run, or that of a stage.
+/// Results of a measurement: the last measurement of a run, or the measurement of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
     /// Name of the stage; `None` for the last measurement.

@@ -120,8 +120,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     let wall = Face::Wall { restitution: 1.0 };
     let between = Boundary::Bounded { lower: wall, upper: wall };
     let for_ever = |kind| [SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }];
-    // Up and down between plates, in a box that is periodic sideways: a block across its corner, a rod, a
-    // ball.
+    // A block across the corner of the box, a rod and a ball move up and down between plates, in a box that
+    // is periodic sideways.
     let block = TriangleMesh::cuboid(&Vector::new(-1.3, -0.9, 1.9), &Vector::new(1.1, 1.4, 3.2));
     let rod =
         SurfaceShape::Cylinder { point: Vector::new(0.0, 3.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };

@@ -84,7 +84,7 @@ pub extern "C" fn poses() -> u32 {
 
 /// Runs for a number of physical events, or until a simulated time. Returns which came first: 0 the events, 1
 /// the time, 2 nothing happens any more, 3 the dynamics cannot continue, as explained in the message, 4 the
-/// planned run is over. After 4 it continues without a plan.
+/// planned run is over. After 4 the run continues without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {
     PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32
@@ -114,7 +114,7 @@ pub extern "C" fn message() -> *const u8 {
     PAGE.with_borrow(|page| page.message.as_ptr())
 }
 
-/// Its length in bytes.
+/// Length of the answer of the last call, in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn message_length() -> usize {
     PAGE.with_borrow(|page| page.message.len())

@@ -59,7 +59,7 @@ impl Page {
     pub fn bring(&mut self, name_length: usize) {
         let mut name = std::mem::take(&mut self.room);
         let content = name.split_off(name_length.min(name.len()));
-        // Elsewhere the files are on disk.
+        // On other targets the files are on disk.
         #[cfg(target_family = "wasm")]
         carom::scene::bring(Path::new(&*String::from_utf8_lossy(&name)), content);
         #[cfg(not(target_family = "wasm"))]
@@ -119,7 +119,7 @@ impl Page {
         let mut events = Vec::new();
         let most = count.min(MOST_UPCOMING) as usize;
         let until = Until::events(ahead.event_counts().physical().saturating_add(u64::from(count)));
-        // If it cannot continue, there are fewer.
+        // If the copy cannot continue, there are fewer events.
         let _ = ahead.advance_with(until, |event| {
             events.push(told(event));
             if events.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -42,7 +42,7 @@ struct Linked<'a> {
     site: &'a Site,
     source: &'a str,
     scenes: &'a [ScenePage],
-    /// Files of the repository that it links to, with the heading.
+    /// Files of the repository that the document links to, with the heading.
     found: Vec<(String, String)>,
     /// Links without a target.
     broken: Vec<String>,
@@ -166,7 +166,7 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// List of all documents, beside each.
+    /// List of all documents, beside each document.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };

@@ -15,7 +15,7 @@ const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-
 
 /// A page without its frame of navigation.
 pub struct Page<'a> {
-    /// Its address relative to the root of the site.
+    /// Address of the page relative to the root of the site.
     pub address: &'a str,
     pub title: &'a str,
     /// One sentence for lists of pages.

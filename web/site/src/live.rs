@@ -21,7 +21,7 @@ const PICTURE_EVENTS: u64 = 40_000;
 /// Width and height of a picture, in pixels.
 const PICTURE_SIZE: [u32; 2] = [960, 720];
 
-/// The scene that runs on the home page, and the one in the editor at first.
+/// The scene on the home page. The editor also starts with this scene.
 const GAS: &str = "maxwell";
 
 /// Only the picture, as large as its frame.
@@ -115,8 +115,8 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// The particles after some events; those of the start if the scene does not run that far, or if most have
-/// left the box by then.
+/// The particles after some events. If the scene does not run that far, or if most particles have left the
+/// box by then, the particles at the start.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);

@@ -13,18 +13,18 @@ use crate::{Site, gallery};
 
 /// A scene of `configs`.
 pub struct ScenePage {
-    /// Name of its file without the extension.
+    /// Name of the scene file without the extension.
     pub name: String,
     pub title: String,
-    /// Its lesson, in HTML.
+    /// Lesson of the scene, in HTML.
     pub about: String,
-    /// Its first sentence, as plain text.
+    /// First sentence of the lesson, as plain text.
     pub lead: String,
     pub text: String,
     pub scene: Scene,
     /// The scene that the page runs.
     pub live: Source,
-    /// Whether the page has a picture of it.
+    /// Whether the page has a picture of the scene.
     pub has_picture: bool,
 }
 
@@ -90,7 +90,8 @@ impl ScenePage {
         format!("scenes/{}.png", self.name)
     }
 
-    /// Writes its page: the running scene, or its picture and text if it does not run in a browser.
+    /// Writes the page of the scene: the running scene, or its picture and text if the scene does not run in
+    /// a browser.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
         if let Some(page) = crate::live::scene_page(site, self, scenes) {
@@ -119,7 +120,7 @@ impl ScenePage {
         )
     }
 
-    /// A card that links to it.
+    /// A card that links to the page of the scene.
     pub fn card(&self, from: &str) -> String {
         let picture = if self.has_picture {
             format!(

@@ -51,10 +51,10 @@ pub(super) struct Lags {
 }
 
 impl Lags {
-    /// `interval = span / steps`. If they are not given, the span is 100 to 1000 mean free times, ten decay
-    /// times of the slowest flow in the box, or a quarter of the duration if that is less. There are 50 to
-    /// 2000 steps, five per mean free time. Without a mean free time, the span is a quarter of the duration
-    /// and there are 100 steps.
+    /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box, but at
+    /// least 100 and at most 1000 mean free times, and at most a quarter of the duration. By default there
+    /// are five steps per mean free time, but at least 50 and at most 2000 steps. Without a mean free time,
+    /// the span is a quarter of the duration and there are 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;

@@ -12,8 +12,8 @@ use crate::analysis::statistics::{CurveAverage, Estimate};
 /// the cubics are off by 0.1 %.
 const SMOOTH: f64 = 0.6;
 
-/// Particles whose mean square displacement grows by no more than this fraction of itself over the straight
-/// part are localised, as in a crystal.
+/// Particles are localised, as in a crystal, if their mean square displacement grows by no more than this
+/// fraction over the straight part.
 const LOCALISED: f64 = 0.3;
 
 pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {

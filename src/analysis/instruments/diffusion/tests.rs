@@ -68,7 +68,7 @@ fn the_start_is_ballistic_and_has_the_temperature() {
     let linear = curve("mean_squared_displacement");
     let common = times.iter().position(|t| (t / linear.variables[0].values[1] - 1.0).abs() < 1e-12).unwrap();
     let (a, b) = (values[common].unwrap(), linear.series[0].values[1].unwrap());
-    // The logarithmic lags also use origins whose linear lags are not complete.
+    // The logarithmic lags also use origins with incomplete linear lags.
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
 }
 

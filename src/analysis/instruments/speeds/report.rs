@@ -30,8 +30,8 @@ impl Speeds {
         }
     }
 
-    /// The bins up to the last one that is not empty, and at least those where Maxwell's distribution is
-    /// visible.
+    /// Number of bins up to the last filled bin, but at least up to the last bin where Maxwell's distribution
+    /// is visible.
     fn rows(&self, class: usize, system: &SystemDescription) -> usize {
         if self.end.is_some() {
             return self.bins;

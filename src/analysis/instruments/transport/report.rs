@@ -64,7 +64,7 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` if that is not defined.
+/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` if the coefficient is not defined.
 fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
     scales(transport, system)[kind]?;
     let dimensions = system.space.dimensions() as f64;

@@ -34,7 +34,7 @@ pub(super) fn balanced(walled: &[bool; 3], thermostat: Option<&Thermostat>) -> O
     (!is_driven && !walled[axis + 1..].contains(&true)).then_some(axis)
 }
 
-/// The only axis whose walls exchange energy, if both do.
+/// The axis with walls that exchange energy, if there is exactly one such axis and both of its walls do.
 pub(super) fn heated(areas: &[[Option<f64>; 2]; 3]) -> Option<usize> {
     let mut axes = (0..3).filter(|&axis| areas[axis] != [None; 2]);
     let axis = axes.next()?;

@@ -70,7 +70,7 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Difference of two square roots whose squares differ by `square`, if one of them is `root`.
+/// Upper bound of the difference of two roots if their squares differ by `square` and one of them is `root`.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }

@@ -1,4 +1,4 @@
-//! Surfaces whose periodic images particles meet across the sides of the box.
+//! Periodic images of surfaces, which particles meet across the sides of the box.
 
 use super::run;
 use crate::Vector;

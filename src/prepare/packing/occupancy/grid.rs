@@ -1,4 +1,4 @@
-//! A hashed grid of cells: linked lists of particles, whose memory grows with the number of particles.
+//! A hashed grid of cells: linked lists of particles. The memory grows with the number of particles.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;

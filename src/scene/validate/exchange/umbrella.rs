@@ -97,7 +97,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     Ok(())
 }
 
-/// Requires windows that two particles can be in: neither within their core nor beyond their bond.
+/// Requires windows that two particles can reach: neither within their core nor beyond their bond.
 fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
     let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);

@@ -2,7 +2,7 @@
 
 use super::super::colour::Colour;
 
-/// Number of bodies remembered per pixel. Colours of others are computed again for each sample.
+/// Number of bodies remembered per pixel. Colours of other bodies are computed again for each sample.
 const MOST: usize = 12;
 
 /// A body seen by a sample.

@@ -35,7 +35,7 @@ class Recording {
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
     this.flightBytes = Math.ceil(moving / 8);
     this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
-    // As many frames share an element as in src/view/report/motion.rs.
+    // The number of frames that share an element is the same as in src/view/report/motion.rs.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
   }

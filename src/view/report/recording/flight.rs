@@ -72,7 +72,7 @@ impl Flights {
 /// Finds the flights between successive frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
-    /// Accelerations by species: those of the scene, then those of its stages.
+    /// Accelerations by species: first the accelerations of the scene, then the accelerations of its stages.
     pub falls: Vec<Vec<Vector>>,
     /// Difference of the velocity along x between a particle and its image one period up along y.
     pub slide: f64,
@@ -100,7 +100,7 @@ impl FlightFinder {
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // If there are several accelerations, the one that fits most particles.
+        // If there are several accelerations, the acceleration that fits most particles is used.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 

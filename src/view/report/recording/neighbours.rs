@@ -20,7 +20,7 @@ pub(super) struct WellNeighbours {
 
 impl WellNeighbours {
     /// The ranges of a scene; `None` if it has no finite steps, or if the species of the frame differ from
-    /// those of the scene.
+    /// the species of the scene.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
