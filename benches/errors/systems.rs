@@ -22,6 +22,7 @@ impl System {
 }
 
 /// All systems.
+#[expect(clippy::too_many_lines, reason = "a table")]
 pub fn systems() -> [System; 13] {
     let hard = one(HARD);
     let system = |name, parts: &[&str], ensemble, equilibration, short| System {
