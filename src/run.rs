@@ -179,7 +179,9 @@ impl Ending {
             Self::Arrested(arrest) => Some(arrest.to_string()),
             Self::Broken(broken) => Some(broken.to_string()),
             Self::GaveUp => Some("nothing has happened for a million rows, or for a very long time".to_owned()),
-            Self::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
+            Self::Unsettled => {
+                Some("the equilibration reached its limit before the observables were stationary".to_owned())
+            }
             Self::Time | Self::Events | Self::Condition | Self::Idle | Self::Interrupted => None,
         }
     }
@@ -235,7 +237,7 @@ impl Jam {
 /// A surface that appears in a stage at the position of a particle.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
-    "surface `{surface}` appears with the stage `{stage}` at time {time}, where particle {} is: it reaches {} through the surface",
+    "surface `{surface}` appears with the stage `{stage}` at time {time}, but particle {} is in its way: it extends {} through the surface",
     particle.0,
     crate::base::text::digits(*depth)
 )]

@@ -158,7 +158,7 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
             "use carom.run; or Simulation.prepared(scene), which is where its measurement begins; or Simulation(scene, plan=False) for the dynamics alone"
         }
     };
-    let text = format!("{what}, which a run does and a simulation does not\n  help: {cure}");
+    let text = format!("{what}: carom.run follows it, and a simulation does not\n  help: {cure}");
     exception("SceneError", &text, &[("problem", Some(what)), ("cure", Some(cure.to_owned()))])
 }
 

@@ -85,7 +85,7 @@ fn scalars_of(parts: &Bound<'_, PyDict>, count: usize) -> PyResult<Vec<Scalar>> 
         let name: String = name.extract()?;
         let values = numbers(&all, &name, f64::from_ne_bytes)?;
         if values.len() != count {
-            return Err(PyValueError::new_err(format!("scalar `{name}`: expected one number of each particle")));
+            return Err(PyValueError::new_err(format!("scalar `{name}`: expected one number for each particle")));
         }
         Ok(Scalar::new(&name, values))
     };

@@ -124,11 +124,11 @@ impl Instrument for Observed {
     fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
         let mut average = BlockAverage::new(1.0);
         self.taken.iter().for_each(|[_, value]| average.add(*value, 1.0));
-        let method = format!("mean of a function of the user's own, at times {} apart", self.times.interval());
+        let method = format!("mean of a user-defined function, evaluated every {}", self.times.interval());
         measured.numbers.push(Number::estimated(&self.name, &self.name, "1", average.estimate(), &method));
         let values: Vec<Option<Estimate>> =
             self.taken.iter().map(|[_, value]| Some(Estimate { mean: *value, standard_error: None })).collect();
-        let curve = Curve::new(&self.name, &self.name, "a function of the user's own along the measurement");
+        let curve = Curve::new(&self.name, &self.name, "a user-defined function along the measurement");
         let times = self.taken.iter().map(|[time, _]| *time).collect();
         measured.curves.push(curve.variable("time", "time", times).series(&self.name, "1", &values));
     }
@@ -141,7 +141,7 @@ fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDesc
         by_name.filter(|(known, _)| known == name).map(|(_, function)| function.clone_ref(py)).next()
     });
     let Some(function) = function else {
-        return Err(PyValueError::new_err(format!("observe: there is no function for {name}")));
+        return Err(PyValueError::new_err(format!("observe: no function was given for {name}")));
     };
     function.bind(py).call1((frame_of(py, sample, system)?,))?.extract()
 }

@@ -219,8 +219,8 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
     if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();
-        let cure = if is_set { "give a list, which has an order" } else { "leave the key out where it has none" };
-        let message = format!("{place}: {kind} is no value of a scene file; {cure}");
+        let cure = if is_set { "give a list, which has an order" } else { "leave out keys without a value" };
+        let message = format!("{place}: a value of the type {kind} cannot stand in a scene; {cure}");
         return Err(PyTypeError::new_err(message));
     }
     let Ok(items) = value.try_iter() else {

@@ -33,7 +33,7 @@ def test_some_frames_are_converted(run: carom.Run) -> None:
     assert len(carom.Trajectory(run.convert("xyz", "some.xyz", frames=(1, 2)))) == 2
     assert len(carom.Trajectory(run.convert("xyz", "one.xyz", frames=1))) == 1
     assert len(carom.Trajectory(run.convert("xyz", "rest.xyz", frames=(2, None)))) == len(run.frames) - 2
-    with pytest.raises(ValueError, match="not behind the last"):
+    with pytest.raises(ValueError, match="must not come after the last"):
         run.convert("xyz", "x.xyz", frames=(2, 1))
     with pytest.raises(carom.FolderError, match="does not exist"):
         run.convert("xyz", "x.xyz", frames=10_000)
@@ -76,7 +76,7 @@ def test_events_are_proven(run: carom.Run, program: str) -> None:
     # A scene that differs from the scene of the run.
     path = run.folder / "scene.toml"
     path.write_text(path.read_text().replace("packing_fraction = 0.3", "packing_fraction = 0.31"))
-    with pytest.raises(carom.SimulationError, match="does not lead to the end of this run"):
+    with pytest.raises(carom.SimulationError, match="does not reproduce the end of this run"):
         run.verify(progress=False)
 
 

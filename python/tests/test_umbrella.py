@@ -47,7 +47,7 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
     assert np.ptp(difference - of_shells) < 0.01
     assert carom.Exchange(tmp_path / "pair").potential_of_mean_force["distance"].shape == w["distance"].shape
     for name in ("populations", "curves", "density_of_states"):
-        with pytest.raises(carom.FolderError, match="its exchange is one between windows of a distance"):
+        with pytest.raises(carom.FolderError, match="it is an exchange between windows of a distance"):
             getattr(result, name)
 
 
@@ -55,7 +55,7 @@ def test_an_exchange_without_windows_says_so() -> None:
     plain = {"temperatures": [0.5, 1.0], "interval": 1.0, "rate": 0.7}
     result = carom.exchange(PAIR | {"exchange": plain}, set={"run.until_time": 50.0}, progress=False)
     assert result.windows.shape == (0, 2) and result.distances.size == 0
-    with pytest.raises(carom.FolderError, match="has no potential of mean force: its exchange is one between temperatures"):
+    with pytest.raises(carom.FolderError, match="has no potential of mean force: it is an exchange between temperatures"):
         _ = result.potential_of_mean_force
 
 

@@ -65,7 +65,7 @@ pub(crate) fn single(x: f64) -> f32 {
 #[inline]
 #[cfg_attr(not(test), expect(clippy::expect_used, reason = "scenes with more are refused"))]
 pub(crate) fn id(index: usize) -> u32 {
-    u32::try_from(index).expect("a scene numbers what it holds with 32 bits")
+    u32::try_from(index).expect("a scene has fewer than 2^32 entries of each kind")
 }
 
 /// Counts beyond the largest index saturate. No array can have more elements.

@@ -96,7 +96,10 @@ impl ExchangeCommand {
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
             let folder = self.path.display();
             let (message, help) = if summary.umbrella.is_some() {
-                (format!("{folder} has the same temperature in all windows"), "name an exchange of several")
+                (
+                    format!("{folder} has the same temperature in all windows"),
+                    "name an exchange with several temperatures",
+                )
             } else if summary.density_of_states.is_empty() {
                 (format!("{folder} has no density of states to derive temperatures from"), NO_DENSITY)
             } else {

@@ -117,7 +117,7 @@ impl From<ExchangeFolderError> for Failure {
     fn from(error: ExchangeFolderError) -> Self {
         match error {
             ExchangeFolderError::Output(OutputError::Busy(path)) => {
-                let message = format!("another process is at the exchange in {}", path.display());
+                let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
             // The advice for a damaged checkpoint differs from the advice for a run.

@@ -46,7 +46,7 @@ impl Live {
         let scene = self.scene.load()?;
         if scene.predecessor().is_some() {
             let help = "read the last frame of that run's trajectory.xyz with [[file]] and frame = -1";
-            let message = format!("the scene {} starts from a run, which a page does not carry", scene.name());
+            let message = format!("the scene {} starts from a run, and a page cannot include that run", scene.name());
             return Err(Failure::bad_input(message, Some(help)));
         }
         super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
@@ -57,7 +57,7 @@ impl Live {
         let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;
         let module = self.module()?;
         let Some(engine) = live::Engine::of(&module) else {
-            let message = "the module is not an engine for browsers, expected a file that web/build has made";
+            let message = "the module is not an engine for browsers, expected a file made by web/build";
             return Err(Failure::bad_input(message, None));
         };
         if !engine.is_of_these_sources() {
@@ -79,7 +79,7 @@ impl Live {
                 None => {
                     let help = "make it in the folder of Carom's sources, with `rustup target add wasm32-unknown-unknown` and `web/build`, or name it \
                                 with --module";
-                    let message = "the engine for browsers, web/carom.module, is not there";
+                    let message = "the engine for browsers, web/carom.module, is missing";
                     Err(Failure::bad_input(message, Some(help)))
                 }
             },

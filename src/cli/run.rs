@@ -275,8 +275,8 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     }
     let cure = match &done.kept {
         _ if failures.is_empty() => return Ok(()),
-        None => "everything else is complete; run `carom convert` once nothing is in the way".to_owned(),
-        Some(_) => format!("run `{again_here}` once nothing is in the way"),
+        None => "everything else is complete; run `carom convert` once the cause is removed".to_owned(),
+        Some(_) => format!("run `{again_here}` once the cause is removed"),
     };
     Err(Failure::failed(unconverted, Some(&cure)))
 }

@@ -179,7 +179,7 @@ impl SweepCommand {
         }
         if results.repeats() > 0 {
             super::warn(&format!(
-                "{} runs repeat others bit for bit, because the seed changes nothing in them: the means count each once",
+                "{} runs repeat others bit for bit, because nothing in them depends on the seed: the means count equal runs once",
                 results.repeats()
             ));
         }

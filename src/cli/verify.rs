@@ -295,7 +295,7 @@ impl Recorded {
             return Ok(());
         };
         let message =
-            format!("scene.toml is not the scene of this run: its {what} is {of_scene}, in summary.json {of_run}");
+            format!("scene.toml is not the scene of this run: its {what} is {of_scene}, but {of_run} in summary.json");
         let help = format!("restore {}, or run it again", self.path.with_file_name("scene.toml").display());
         Err(Failure::bad_input(message, Some(&help)))
     }
@@ -369,12 +369,12 @@ fn words(certificate: &Certificate) -> String {
             "NOTHING PROVEN: a thermostat, a barostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
         }
         End::OpenStages => {
-            "NOTHING PROVEN: the plan does not say when the surfaces of a stage appear or vanish, or gravity changes".to_owned()
+            "NOTHING PROVEN: the scene does not give the time at which surfaces appear or vanish, or gravity changes".to_owned()
         }
         End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
-            "VIOLATED: the events above are proven, but not that nothing follows".to_owned()
+            "VIOLATED: the events above are proven, but not that no event follows".to_owned()
         }
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
@@ -390,7 +390,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Departed { recorded: run, events, time } => {
             let of_run = run.events.map_or_else(String::new, |events| format!("{events} events and "));
             let message = format!(
-                "scene.toml does not lead to the end of this run: {events} events and a time of {time}, in summary.json {of_run}{}",
+                "scene.toml does not reproduce the end of this run: it gives {events} events and a time of {time}, but summary.json has {of_run}{}",
                 run.time
             );
             let version = recorded.map_or("", |recorded| recorded.summary.version.as_str());
@@ -403,7 +403,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
             Err(Failure::failed(message, Some(&help)))
         }
         End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
-            let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
+            let help = "use a smaller box, shallower wells or slower particles, so that round-off is smaller";
             Err(Failure::failed(message(&violation, surfaces), Some(help)))
         }
         End::Violated(violation) => {
@@ -414,7 +414,10 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         End::Driven => {
             let help = "leave it out: runs with moving surfaces and changing gravity can be proven";
-            Err(Failure::bad_input("only runs without heat, growth and shear from outside can be proven", Some(help)))
+            Err(Failure::bad_input(
+                "only runs without thermostat, barostat, growth, shear and thermal walls or surfaces can be proven",
+                Some(help),
+            ))
         }
         End::OpenStages => {
             let help =

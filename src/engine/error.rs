@@ -58,12 +58,12 @@ pub enum Standstill {
 impl fmt::Display for Standstill {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
+            Self::Time { events } => write!(f, "{events} events without any advance of time, the last one between"),
             Self::Storm { events, advance } => {
-                write!(f, "{events} events while time advances by {advance:.1e}, the last of")
+                write!(f, "{events} events while time advances by {advance:.1e}, the last one between")
             }
             Self::Speed { approach } => {
-                write!(f, "inelastic collapse, because an approach speed of {approach:.1e} is below round-off, of")
+                write!(f, "inelastic collapse, because an approach speed of {approach:.1e} is below round-off, between")
             }
         }
     }

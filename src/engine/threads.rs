@@ -50,7 +50,7 @@ impl Simulation {
         let all = transport.share(found.to_le_bytes().to_vec());
         match all.first().and_then(|first| first.as_slice().try_into().ok()) {
             Some(first) => u64::from_le_bytes(first),
-            None => transport.abort("another process is not at the same place"),
+            None => transport.abort("the processes are out of step"),
         }
     }
 

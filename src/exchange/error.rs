@@ -92,7 +92,7 @@ impl<E> ExchangeError<E> {
     /// Cure of [`Self::NoOverlap`]: advice to the user.
     pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
     /// Cure of [`Self::OutsideOfWindow`]: advice to the user.
-    pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can be in, or a start that is nearer to them";
+    pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can reach, or a start closer to them";
 }
 
 /// Error of the folder of an exchange.

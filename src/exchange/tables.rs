@@ -174,7 +174,7 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
 /// Reads the populations back, or describes the fault in the text.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let temperatures = &mut results.temperatures;
-    read_lines(behind(text, HEADS)?, "four numbers and a number or nothing", |cells| {
+    read_lines(behind(text, HEADS)?, "four numbers, and a fifth number or an empty cell", |cells| {
         let (energy, width, population) = (cells.number(1)?, cells.number(2)?, cells.estimate(3)?);
         let temperature = cells.number(0)?;
         let at = temperatures.iter_mut().find(|at| at.temperature == temperature)?;

@@ -43,7 +43,7 @@ impl Barostat {
     /// Rejects invalid settings, regardless of the system.
     pub(crate) fn check(&self) -> Result<(), BarostatError> {
         let number = "a number from 1e-50 to 1e50";
-        let pressure = "a number from 1e-50 to 1e50: without a pressure from outside the volume has no end";
+        let pressure = "a number from 1e-50 to 1e50: without an external pressure the volume grows for ever";
         for (name, value, number) in [("pressure", self.pressure, pressure), ("interval", self.interval, number)] {
             if !is_positive(value) {
                 return Err(BarostatError { name, value, expected: number });

@@ -57,30 +57,32 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
         let seconds = pace.events * duration / STEPS_PER_SECOND;
         // A limit in events was chosen by the user.
         if seconds > VERY_LONG && by_time <= by_events {
-            let cause = format!("a time of {duration} has some {:.0e} events", pace.events * duration);
+            let cause = format!("a time of {duration} has about {:.0e} events", pace.events * duration);
             burdens.push(Burden { cause, seconds });
         }
         match thermostat {
             Some(Thermostat::Andersen { rate, .. }) => {
-                let cause = format!("the heat bath gives some {:.0e} new velocities", rate * pace.moving * duration);
+                let cause = format!("the heat bath assigns about {:.0e} new velocities", rate * pace.moving * duration);
                 burdens.extend(pace.burden(cause, rate * pace.moving, duration));
             }
             Some(Thermostat::Rescaling { interval, .. }) => {
                 let cause =
-                    format!("velocities are scaled some {:.0e} times, those of all particles", duration / interval);
+                    format!("the velocities of all particles are scaled about {:.0e} times", duration / interval);
                 burdens.extend(pace.burden(cause, pace.moving / interval, duration));
             }
             None => {}
         }
         if let Some(barostat) = barostat {
-            let cause =
-                format!("the volume is moved some {:.0e} times, with all particles", duration / barostat.interval);
+            let cause = format!(
+                "the volume is changed about {:.0e} times, and all particles move with it",
+                duration / barostat.interval
+            );
             burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
             // Images are predicted again whenever they have slid by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
-            let cause = format!("images slide by the box some {:.0e} times", 0.25 * slides * duration);
+            let cause = format!("the periodic images slide past the box about {:.0e} times", 0.25 * slides * duration);
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
         }
     }
@@ -283,7 +285,7 @@ mod tests {
         let scaling = |interval: &str| format!("{{ kind = \"rescaling\", temperature = 1.0, interval = {interval} }}");
         assert_eq!(causes(&[]), [] as [&str; 0]);
         assert_eq!(causes(&[("run.thermostat", &bath("1.0"))]), [] as [&str; 0]);
-        assert_eq!(causes(&[("run.thermostat", &bath("1e9"))]), ["the heat bath gives some 5e13 new velocities"]);
+        assert_eq!(causes(&[("run.thermostat", &bath("1e9"))]), ["the heat bath assigns about 5e13 new velocities"]);
         assert_eq!(causes(&[("run.thermostat", &scaling("0.1"))]), [] as [&str; 0]);
         let found = causes(&[("run.thermostat", &scaling("1e-9"))]);
         assert!(found[0].contains("scaled some 1e11 times"), "{found:?}");

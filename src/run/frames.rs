@@ -15,9 +15,8 @@ const AIM: u32 = 20;
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
 /// Reason for the limit, in words, also if a single frame exceeds it.
-const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
-const REASON_BEYOND: &str =
-    "only the last one, which takes more than the 200 MB for frames without output.frame_interval";
+const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
+const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
 
 /// Maximum number of frames of each measured stage, from their size on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -50,7 +50,9 @@ impl Run {
         }
         let (simulation, state, origin): (Simulation, RunState, Origin) = postcard::from_bytes(&received)
             .unwrap_or_else(|error| {
-                transport.abort(&format!("the run cannot be read, by another program perhaps: {error}"))
+                transport.abort(&format!(
+                    "the run sent by the first process cannot be read, perhaps because the programs differ: {error}"
+                ))
             });
         simulation.enlarge();
         Some(Self { simulation, state, registry: Registry::default(), origin }.transport(transport.clone()))

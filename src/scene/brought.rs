@@ -28,6 +28,6 @@ mod brought {
     /// Content of a file.
     pub fn read(path: &Path) -> io::Result<Vec<u8>> {
         let content = BROUGHT.with_borrow(|files| files.get(path).cloned());
-        content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it did not come with the page"))
+        content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it is not included in the page"))
     }
 }

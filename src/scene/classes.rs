@@ -168,7 +168,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
 
 /// Pairs of classes have different contact distances, so an explicit one is rejected.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
-    let expected = "no length of its own: it follows from the diameters of each two classes of a distribution";
+    let expected = "no length: for a distribution of diameters, it follows from the diameters of each pair of classes";
     let (key, value) = match (&draft.model, draft.diameter) {
         (_, Some(diameter)) => ("diameter", diameter.to_string()),
         (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),

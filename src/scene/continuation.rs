@@ -208,7 +208,7 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
         surface.species = sphere.species;
         if !species[surface.species.0 as usize].is_static() {
             let value = format!("a run with spheres of the mesh `{}`", surface.name);
-            return refuse(at_start(), value, "a static species for them, as there");
+            return refuse(at_start(), value, "a static species for them, as in that run");
         }
     }
     Ok(surfaces)

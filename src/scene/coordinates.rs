@@ -160,9 +160,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
         Some(name) if known.contains(&name.as_str()) => vec![name],
         Some(name) => return Err(unknown(&origin.at.key("bond"), "interaction", name, known)),
         None if frame.bond_kinds.len() != frame.bonds.len() => {
-            return wrong(format!(
-                "`bonds` do not say which interaction holds them: name one of the scene with `bond`{of_file}"
-            ));
+            return wrong(format!("`bonds` do not name their interaction: name one of the scene with `bond`{of_file}"));
         }
         None => frame.bond_names.iter().map(String::as_str).collect(),
     };

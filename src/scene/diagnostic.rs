@@ -206,7 +206,7 @@ fn not_there(key: &str) -> Option<&'static str> {
         | "tangential_restitution"
         | "rolling_friction"
         | "rolling_resistance" => {
-            "particles and surfaces are smooth, without friction: `restitution` says what a contact loses along its normal"
+            "particles and surfaces are smooth, without friction: `restitution` sets the loss of a contact along its normal"
         }
         "spin" | "spins" | "angular_velocity" | "omega" | "inertia" | "moment_of_inertia" => {
             "particles are smooth and do not rotate: a sphere has a position and a velocity"

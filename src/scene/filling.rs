@@ -177,7 +177,7 @@ fn most_that_fit(
         return Err(missing(
             at,
             "count",
-            "because these particles do not keep each other apart: any number of them would fit",
+            "because these particles do not exclude each other: any number of them would fit",
         ));
     }
     Ok(trunc_to_u64(room / mean).saturating_add(1))

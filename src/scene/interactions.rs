@@ -127,8 +127,12 @@ impl<'a> Interactions<'a> {
         }
         let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
         if table.species() != species.len() || !is_in_list {
-            let expected = format!("one of {} species and {} interactions", species.len(), list.len());
-            return refuse(ConfigPath::root().key("interaction"), "a table of other species or interactions", expected);
+            let expected = format!("a table of {} species and {} interactions", species.len(), list.len());
+            return refuse(
+                ConfigPath::root().key("interaction"),
+                "a table with other numbers of species or interactions",
+                expected,
+            );
         }
         Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
     }

@@ -35,8 +35,12 @@ impl SceneBuilder {
     /// [`SceneError`] for the first error: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
-            let expected = "before it, or with a count: its id is not known otherwise";
-            return refuse(at.clone(), "given behind a fill or a surface of any number of particles", expected);
+            let expected = "before it, or with `count` for the group: otherwise the id of the particle is unknown";
+            return refuse(
+                at.clone(),
+                "given after a fill or a surface whose number of particles is not given",
+                expected,
+            );
         }
         self.checked().map_err(|error| self.origins.located(error))
     }

@@ -65,7 +65,9 @@ pub enum AxisError {
         word: String,
     },
     /// Keys that change together have different numbers of values.
-    #[error("`{first}` has {expected} values and `{other}` has {found}: keys that change together need as many")]
+    #[error(
+        "`{first}` has {expected} values and `{other}` has {found}: keys that change together need the same number of values"
+    )]
     Uneven {
         /// The first key.
         first: String,
@@ -259,7 +261,10 @@ mod tests {
         assert_eq!(settings, [("a".into(), "2".into()), ("b.0.c".into(), "y".into())]);
         assert_eq!(axis.to_string(), "a=1,2; b.0.c=x,y");
         let error = "a=1..2; b=1..3".parse::<Axis>().unwrap_err();
-        assert_eq!(error.to_string(), "`a` has 2 values and `b` has 3: keys that change together need as many");
+        assert_eq!(
+            error.to_string(),
+            "`a` has 2 values and `b` has 3: keys that change together need the same number of values"
+        );
     }
 
     #[test]

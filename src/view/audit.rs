@@ -33,7 +33,7 @@ impl Row {
 /// The audit of a run. `scene`, if it could be read, gives the reasons why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
-    let how = "error of kinetic and potential energy, with what was dissipated and supplied, relative";
+    let how = "relative error of the sum of kinetic, potential and dissipated energy, less the supplied energy";
     let (error, limit) = (energy.ledger_error_relative, energy.ledger_limit);
     let mut rows = vec![Row::judged("energy ledger", how, tiny(error), format!("{limit:.1e}"), Some(error <= limit))];
     rows.push(momentum(summary, scene));
@@ -91,13 +91,13 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
         Row {
             limit: most,
             is_sound: is_judged_by_rounding.then_some(invalid == 0),
-            ..Row::told("events in invalid states", "deeper in an overlap than rounding explains", invalid.to_string())
+            ..Row::told("events in invalid states", "overlap deeper than rounding explains", invalid.to_string())
         },
     ];
     if overlap.initial > 0 {
         let end = overlap.resolved_after.map_or_else(
             || format!("{} left at the end", overlap.r#final),
-            |time| format!("the last gone after a time of {}", digits(time)),
+            |time| format!("the last one resolved after a time of {}", digits(time)),
         );
         let value = format!("{}, {end}", overlap.initial);
         rows.push(Row::told("overlapping pairs at the start", "allowed by the scene", value));

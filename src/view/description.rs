@@ -199,7 +199,7 @@ fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
         // Below one second the time is left out. It is also unknown if the number of events is unknown.
         ..1.0 => cause,
-        _ => format!("{cause}: some {} of wall time", wall_time(seconds)),
+        _ => format!("{cause}: about {} of wall time", wall_time(seconds)),
     }
 }
 
@@ -284,7 +284,7 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     let lost = f64::EPSILON * deepest / kinetic;
     if kinetic > 0.0 && lost > MOST {
         warnings.push(format!(
-            "steps of up to {} leave {} of the kinetic energies to rounding",
+            "with potential steps of up to {}, rounding changes kinetic energies by up to {} of their values",
             digits(deepest),
             digits(lost)
         ));
@@ -300,7 +300,7 @@ mod tests {
     fn a_time_that_is_not_known_is_not_told() {
         let of = |seconds| told(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
-        assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
+        assert_eq!(of(90.4), "large cells: about 90 seconds of wall time");
     }
 
     /// Times that are never reached, for a fluid with a given run and instruments.

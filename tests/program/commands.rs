@@ -53,9 +53,9 @@ fn a_scene_that_is_not_that_of_the_run_proves_nothing_of_it() {
     let file = place.path().join("runs/scene/scene.toml");
     let kept = fs::read_to_string(&file).unwrap();
     for (was, is, exit, message) in [
-        ("seed = 1\n", "seed = 2\n", 2, "its seed is 2, in summary.json 1"),
-        ("count = 108", "count = 32", 2, "its number of particles is 32, in summary.json 108"),
-        ("temperature = 1.0", "temperature = 2.0", 1, "does not lead to the end of this run: 1201 events"),
+        ("seed = 1\n", "seed = 2\n", 2, "its seed is 2, but 1 in summary.json"),
+        ("count = 108", "count = 32", 2, "its number of particles is 32, but 1 in summary.json08"),
+        ("temperature = 1.0", "temperature = 2.0", 1, "does not reproduce the end of this run: it gives 1201 events"),
     ] {
         assert!(kept.contains(was), "{kept}");
         fs::write(&file, kept.replace(was, is)).unwrap();

@@ -84,7 +84,7 @@ fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
     println!("{overlap}");
     assert!(overlap["initial"].as_u64().unwrap() > 0 && overlap["final"] == 0, "{overlap}");
     assert!(overlap["resolved_after"].as_f64().unwrap() > 0.0, "{overlap}");
-    assert!(place.read("runs/scene/report.txt").contains("the last gone after a time of"));
+    assert!(place.read("runs/scene/report.txt").contains("the last one resolved after a time of"));
 }
 
 #[test]

@@ -252,7 +252,7 @@ fn two_processes_do_not_write_to_one_folder() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(code(&output), 2, "{}", errors(&output));
-    assert!(line(&output).contains("another process is at the exchange"), "{}", line(&output));
+    assert!(line(&output).contains("another process runs the exchange"), "{}", line(&output));
     // A damaged checkpoint is rejected, and nothing is changed.
     std::fs::write(&checkpoint, "carom checkpoint").unwrap();
     let before = contents(&place.path().join("runs/chain-exchange"));

@@ -131,7 +131,7 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
         ("open", open, &["open", "rim"]),
         ("inverted", inverted, &["normals point inwards"]),
         ("one inverted", one_inverted, &["normals", "recalculate"]),
-        ("crossing", crossing, &["meet where they should not", "boolean"]),
+        ("crossing", crossing, &["intersect or overlap", "boolean"]),
         ("twice", twice, &["delete one of the faces"]),
         ("millimetres", tiny, &["scale"]),
     ];

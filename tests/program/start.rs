@@ -219,7 +219,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
     assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
     let output = place.carom(&["check", "runs/c/scene.toml"]);
     assert!(
-        words(&output).contains("its engine continues, with the same bits as one longer run"),
+        words(&output).contains("its engine continues: the results are equal, bit for bit, to those of one longer run"),
         "{}",
         words(&output)
     );

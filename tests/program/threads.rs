@@ -66,7 +66,7 @@ fn what_threads_cannot_share_runs_in_one_and_the_report_says_why() {
         let checked = words(&place.carom(&[&["check", "scene.toml"], more].concat()));
         checked.lines().find_map(|line| line.trim().strip_prefix("threads ").map(|text| text.trim().to_owned()))
     };
-    assert_eq!(says(&sheared).as_deref(), Some("1, whatever is asked for: the box is sheared"));
+    assert_eq!(says(&sheared).as_deref(), Some("always 1: the box is sheared"));
     assert_eq!(says(&[]).as_deref(), Some("2"));
     assert_eq!(says(&["--set", "run.threads=1"]), None);
     let auto = says(&["--set", "run.threads=auto"]).unwrap();

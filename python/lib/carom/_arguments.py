@@ -92,7 +92,7 @@ def path_of(name: str, path: Any) -> Path:
     if not text:
         raise ValueError(f"{name}: expected a path, found an empty string; '.' is the folder where the program runs")
     if "\0" in text:
-        raise ValueError(f"{name}: a path has no character of the number 0")
+        raise ValueError(f"{name}: a path cannot contain a null character")
     return Path(path)
 
 
@@ -104,5 +104,5 @@ def vectors(name: str, value: ArrayLike, count: int) -> bytes:
     if array.shape != (count, 3):
         raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
     if np.ma.is_masked(value):
-        raise ValueError(f"{name}: expected real numbers, found a masked array with numbers that are masked")
+        raise ValueError(f"{name}: expected real numbers, found a masked array with masked values")
     return array.astype(np.float64).tobytes()

@@ -303,7 +303,7 @@ class Exchange(InFolder):
         """Reads a table that only exchanges between windows have, or only exchanges between temperatures."""
         if (len(self.windows) > 0) != of_windows:
             between = "temperatures" if of_windows else "windows of a distance"
-            raise FolderError(f"{self.folder} has no {what}: its exchange is one between {between}")
+            raise FolderError(f"{self.folder} has no {what}: it is an exchange between {between}")
         return Table.read(self.folder / name)
 
     @property

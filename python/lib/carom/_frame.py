@@ -120,7 +120,7 @@ class Frame:
         True
         """
         if self.images is None:
-            raise ValueError("the file of the frame does not say how often particles have left the box")
+            raise ValueError("the file of this frame does not record how often each particle has left the box")
         unwrapped = self.positions + self.images * self.size
         unwrapped[:, 0] += self.images[:, 1] * self.displacement
         return fixed(unwrapped)
@@ -250,7 +250,7 @@ class Frame:
 
         is_flat = self.size == 0.0
         if is_flat.any() and not (is_flat[2] and not is_flat[:2].any()):
-            raise ValueError("freud has boxes in three dimensions, and in two only along x and y")
+            raise ValueError("freud supports boxes in three dimensions, or in two along x and y")
         x, y, z = self.size
         box = Box(Lx=x, Ly=y, Lz=z, xy=self.displacement / y, is2D=bool(is_flat[2]))
         box.periodic = tuple(bool(axis) for axis in self.periodic)

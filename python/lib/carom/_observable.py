@@ -184,10 +184,10 @@ def _common(one: Observable, other: Observable) -> str:
 
 def _power(base: Observable, power: Observable) -> Observable:
     if _units.powers(power.unit) or (power.error != 0.0 and _units.powers(base.unit)):
-        raise ValueError(f"expected a power that is a pure number, of a pure number if it has an error, found {base!r} to {power!r}")
+        raise ValueError(f"a power must have no unit; if it has an error, its base must have no unit, too; found {base!r} to {power!r}")
     exact = float(power.mean).is_integer() and power.error == 0.0
     if base.mean < 0.0 and not exact:
-        raise ValueError(f"expected a base that is not negative for a power that is not whole, found {base!r} to {power!r}")
+        raise ValueError(f"a fractional power needs a base of at least 0, found {base!r} to {power!r}")
     mean = base.mean**power.mean
     slope = power.mean * base.mean ** (power.mean - 1.0) if power.mean else 0.0
     by_power = mean * math.log(base.mean) if power.error != 0.0 else 0.0

@@ -377,11 +377,11 @@ def _range(frames: Any) -> tuple[int, int | None]:
         only = whole("frames", frames)
         return only, only
     if len(frames) != 2:
-        raise ValueError(f"frames: expected one frame or the first and the last one, found {len(frames)} of them")
+        raise ValueError(f"frames: expected one number, or those of the first and the last frame, found {len(frames)} numbers")
     first = 0 if frames[0] is None else whole("frames", frames[0])
     last = None if frames[1] is None else whole("frames", frames[1])
     if last is not None and last < first:
-        raise ValueError(f"frames: expected a first one that is not behind the last one, found {first} and {last}")
+        raise ValueError(f"frames: the first one must not come after the last one, found {first} and {last}")
     return first, last
 
 

@@ -48,10 +48,10 @@ def given_of_arrays(particles: Mapping[str, Any], names: Names) -> _carom.Given:
         raise TypeError(f"particles: expected a dictionary with 'species' and 'positions', found {kind}")
     unknown = [key for key in particles if key not in _KEYS]
     if unknown:
-        raise ValueError(f"particles: there is no {unknown[0]!r}, expected {', '.join(map(repr, _KEYS))}")
+        raise ValueError(f"particles: unknown key {unknown[0]!r}, expected {', '.join(map(repr, _KEYS))}")
     missing = [key for key in _KEYS[:2] if particles.get(key) is None]
     if missing:
-        raise ValueError(f"particles: expected {missing[0]!r}, one of the two that are needed: 'species' and 'positions'")
+        raise ValueError(f"particles: {missing[0]!r} is missing: both 'species' and 'positions' are needed")
     positions = _rows("particles: positions", particles["positions"], (3, 2))
     is_plane = positions.shape[1] == 2
     velocities = particles.get("velocities")
@@ -308,7 +308,7 @@ def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = N
         shapes = " or ".join(f"({rows}, {number})" for number in columns)
         raise ValueError(f"{name}: expected an array of the shape {shapes}, found {array.shape}")
     if np.ma.is_masked(value):
-        raise ValueError(f"{name}: expected real numbers, found a masked array with numbers that are masked")
+        raise ValueError(f"{name}: expected real numbers, found a masked array with masked values")
     return array
 
 
@@ -341,11 +341,11 @@ def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[lis
         return [value], np.zeros(count, dtype=np.int64)
     array = _array(name, value)
     if array.shape != (count,):
-        raise ValueError(f"{name}: expected a name, or one of each of {count} particles, found an array of the shape {array.shape}")
+        raise ValueError(f"{name}: expected one name, or a name for each of {count} particles, found an array of the shape {array.shape}")
     if array.dtype.kind in "iu":
         known = names()
         if not known:
-            raise ValueError(f"{name}: the source lists no species that numbers could mean")
+            raise ValueError(f"{name}: species are given as numbers, but the source has no list of species")
         wrong = np.flatnonzero((array < 0) | (array >= len(known)))
         if len(wrong):
             raise ValueError(f"{name}: particle {wrong[0]} has the number {array[wrong[0]]}, expected one from 0 to {len(known) - 1}")
@@ -388,7 +388,7 @@ def _mass_of_each(name: str, masses: Any, species: NDArray[np.int64], names: lis
         if not len(its) or not its[0] > 0.0:
             continue
         if (its != its[0]).any():
-            raise ValueError(f"{name}: species `{of_name}` has particles of the masses {its.min()} to {its.max()}, expected one mass")
+            raise ValueError(f"{name}: the particles of species `{of_name}` have masses from {its.min()} to {its.max()}, expected one mass")
         of_each[number] = its[0]
     return of_each
 

@@ -344,7 +344,7 @@ class Run(Outputs, InFolder, Results):
         if self._is_closed:
             raise ValueError("the run is closed, and its temporary folder is gone: give carom.run an out to keep the files")
         if not self._folder.is_dir():
-            cure = "give carom.run an out: a temporary folder goes with the run that made it"
+            cure = "give carom.run an out: a temporary folder is removed together with its run"
             raise FolderError(f"the folder {self._folder} of the run is gone\n  help: {cure}", cure=cure)
         return self._folder
 

@@ -209,7 +209,7 @@ class Simulation(State, Driven):
     def _refuse_while_asking(self) -> None:
         if self._is_asking:
             raise RuntimeError(
-                "the simulation is advancing, and asks its `stop` function: return True there and go on after the call, or advance a copy"
+                "the simulation is advancing, and has called this `stop` function: return True and continue after the call, or advance a copy"
             )
 
     def _until(self, duration: Any, events: Any, until: Any) -> tuple[float, int]:
@@ -225,7 +225,7 @@ class Simulation(State, Driven):
         if until is not None:
             goal = finite("until", until)
             if goal < self._core.time:
-                raise ValueError(f"until: expected a time from {self._core.time} on, which is now, found {goal}")
+                raise ValueError(f"until: expected a time of at least {self._core.time}, the current time, found {goal}")
             time = min(time, goal)
         count = _ENDLESS
         if events is not None:
@@ -291,7 +291,7 @@ class Simulation(State, Driven):
         time, count = self._until(duration, events, until)
         if stop is None:
             if kinds is not None:
-                raise ValueError("kinds: are those of the events that `stop` is asked about, and there is no `stop`")
+                raise ValueError("kinds: selects the events for which `stop` is called, but there is no `stop`")
             with Progress(flag("progress", progress), self._scene.name) as bar:
                 return self._core.advance(time, count, bar.callback)
         if not callable(stop):

@@ -183,7 +183,7 @@ def _axis(keys: Any, values: Any) -> str:
     if not rows:
         raise ValueError(f"vary: {', '.join(keys)} have no values")
     if any(len(row) != len(keys) for row in rows):
-        raise ValueError(f"vary: {', '.join(keys)} change together: expected a value of each in every entry")
+        raise ValueError(f"vary: {', '.join(keys)} change together: expected a tuple with one value for each of them in every entry")
     columns = zip(keys, zip(*rows))
     return "; ".join(f"{key}=" + ",".join(_text(key, value) for value in column) for key, column in columns)
 

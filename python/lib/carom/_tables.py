@@ -104,7 +104,7 @@ class Table(Columns):
             raise FolderError(f"cannot read {path}: {error}") from error
         for line, row in enumerate(rows, 2):
             if len(row) != len(heads):
-                raise FolderError(f"{path}: line {line} has {len(row)} cells, and there are {len(heads)} columns: the file is damaged")
+                raise FolderError(f"{path}: line {line} has {len(row)} cells, expected {len(heads)}: the file is damaged")
         cells = list(zip(*rows)) or [() for _ in heads]
         return cls({head: fixed(_column(values)) for head, values in zip(heads, cells)}, units)
 

@@ -140,7 +140,7 @@ class Trajectory(Sequence[Frame]):
             if stacked is None or ids is None:
                 stacked, ids = np.empty((len(self), *values.shape)), frame.ids
             if len(frame.ids) != len(ids) or (frame.ids != ids).any():
-                raise ValueError(f"frame {at} has other particles than the first one: go through the frames one by one")
+                raise ValueError(f"frame {at} does not have the same particles as the first frame: read the frames one by one")
             stacked[at] = values
         return np.empty((0, 0, 3)) if stacked is None else stacked
 

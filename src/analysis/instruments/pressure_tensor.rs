@@ -210,7 +210,7 @@ fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
 const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, with the volume that centres can reach; where momentum is conserved the first sum is in \
     the frame of the centre of mass, with N / (N - 1), or between walls sum c_i / sum c_i (1 - m_i / M), where c_i is one over the volume of i; it is exact between events.";
 const TRACE: &str =
-    "The mean of the pressure tensor's diagonal over the axes, between walls over those across which there are walls.";
+    "Mean of the diagonal of the pressure tensor over all axes; in a box with walls, over the axes that have walls.";
 const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure divided by that of its kinetic part.";
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Buckets {
                 self.chunks.push(chunk);
                 #[expect(
                     clippy::cast_possible_truncation,
-                    reason = "an epoch has fewer than 2^32 entries: one of each particle, and two after each of the 2^30 that it pops at most"
+                    reason = "an epoch has fewer than 2^32 entries: one for each particle, and two after each of at most 2^30 pops"
                 )]
                 let last = self.chunks.len() as u32 - 1;
                 last

@@ -135,7 +135,7 @@ pub enum FrameError {
     TooManyNames(String),
     /// Arrays need the same particles in all frames.
     #[error(
-        "its {0} are not those of the first frame converted: arrays need the same particles, in the same order, in all frames"
+        "its {0} differ from those of the first converted frame: arrays need the same particles, in the same order, in all frames"
     )]
     OtherParticles(&'static str),
 }

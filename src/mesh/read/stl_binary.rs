@@ -59,7 +59,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
         return Err(MeshFileProblem::Length { triangles, expected, found });
     }
     if triangles == 0 {
-        return Err(MeshFileProblem::NoTriangle { expected: "triangle behind the header" });
+        return Err(MeshFileProblem::NoTriangle { expected: "triangle after the header" });
     }
     if triangles as usize > MOST_TRIANGLES {
         return Err(MeshFileProblem::TooManyTriangles { place: Place::Triangle(MOST_TRIANGLES) });

@@ -69,16 +69,16 @@ fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
         // In many files, the normal of a facet with zero area is NaN.
         next(words, "a component of the normal")?;
     }
-    keyword(words, "outer", "`outer` behind three components of the normal")?;
+    keyword(words, "outer", "`outer` after the three components of the normal")?;
     keyword(words, "loop", "`loop`")?;
     let mut corners = [Vector::zeros(); 3];
     for corner in &mut corners {
-        keyword(words, "vertex", "`vertex`, of which a facet has three")?;
+        keyword(words, "vertex", "`vertex`, because a facet has three")?;
         for coordinate in corner.iter_mut() {
             *coordinate = next(words, "a coordinate")?.coordinate()?;
         }
     }
-    end(words, "loop", "`endloop` behind three vertices of three coordinates")?;
+    end(words, "loop", "`endloop` after three vertices with three coordinates each")?;
     end(words, "facet", "`endfacet`")?;
     Ok(corners)
 }

@@ -63,7 +63,7 @@ impl Finding {
             Self::Degenerate(_) => "dissolve faces without area, or merge vertices by distance",
             Self::Duplicates(_) => "delete one of the faces",
             Self::SelfIntersections(_) => "unite overlapping bodies with a boolean operation, or move them apart",
-            Self::NotSearched => "remesh the surface with triangles of similar edges, and look again",
+            Self::NotSearched => "remesh the surface with triangles of similar edges, and check it again",
         }
     }
 }
@@ -88,12 +88,12 @@ impl fmt::Display for Finding {
             }
             Self::NotSearched => write!(
                 f,
-                "self-intersections and distances were looked for in the first {MOST_PAIRS} pairs of triangles only: too many are long and thin"
+                "only the first {MOST_PAIRS} pairs of triangles were checked for self-intersections and distances: too many triangles are long and thin"
             ),
             Self::SelfIntersections(fault) => {
                 let least = if fault.count == MOST_INTERSECTIONS { "at least " } else { "" };
                 let all = plural(fault.count, "pair");
-                write!(f, "{least}{all} of triangles meet where they should not, first {}", Pair(fault.first))
+                write!(f, "{least}{all} of triangles intersect or overlap, first {}", Pair(fault.first))
             }
         }
     }

@@ -28,12 +28,12 @@ impl<R: Recorder> KeepsError<'_, R> {
     /// The error of a failed recorder.
     #[cfg_attr(
         not(test),
-        expect(clippy::unreachable, reason = "only a recorder makes a `Failed`, and leaves its error")
+        expect(clippy::unreachable, reason = "a recorder that returns `Failed` has stored its error")
     )]
     pub fn into_error(self) -> R::Error {
         match self.error {
             Some(error) => error,
-            None => unreachable!("a driver fails where its recorder does"),
+            None => unreachable!("a driver fails only if its recorder does"),
         }
     }
 }

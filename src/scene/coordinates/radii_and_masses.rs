@@ -78,7 +78,7 @@ impl RadiiAndMasses {
                 return wrong(
                     line,
                     format!(
-                        "the particle has a radius of {radius}, but the species `{}` of the scene one of {}: set its diameter to {}",
+                        "the particle has a radius of {radius}, but the species `{}` of the scene has {}: set its diameter to {}",
                         draft.name,
                         0.5 * draft.diameter,
                         2.0 * radius,
@@ -96,7 +96,7 @@ impl RadiiAndMasses {
                 return wrong(
                     line,
                     format!(
-                        "the particle has a mass of {mass}, but the species `{name}` of the scene one of {of_scene}: set its mass to {mass}"
+                        "the particle has a mass of {mass}, but the species `{name}` of the scene has {of_scene}: set its mass to {mass}"
                     ),
                 );
             }

@@ -227,7 +227,7 @@ impl<'a> Placing<'a> {
 
 /// Distance of neighbours in a chain `[length]`: the middle of the bond's range, unless it is given.
 fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
-    let why = "this interaction lets its pair part, so there is no middle to start in";
+    let why = "the pairs of this interaction can separate, so that it has no bond length";
     match chain.spacing {
         Some(spacing) => positive(spacing, at.key("spacing")),
         None if bond.is_bond() => Ok(0.5 * (bond.range() + bond.core().unwrap_or(0.0))),

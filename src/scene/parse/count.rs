@@ -25,7 +25,11 @@ pub(super) fn parse_count(
         ];
         let of_mesh = given.into_iter().find(|(_, given)| *given);
         if let Some((key, _)) = of_mesh {
-            return refuse(at.key(key), "given without a path", "the file of a mesh as well, or none of its keys");
+            return refuse(
+                at.key(key),
+                "given without a path",
+                "`path` as well, the file of a mesh, or no key that only meshes have",
+            );
         }
         let corner = |given: Option<[f64; 3]>, key| {
             given.map(vector).ok_or_else(|| missing(at, key, "or path, the file of a closed mesh".to_owned()))

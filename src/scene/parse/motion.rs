@@ -28,7 +28,7 @@ pub(super) fn parse_motions(
             return refuse(
                 of.key("motion").index(index - 1).key("until"),
                 "not given",
-                "its end: another motion follows",
+                "a time, because another motion follows",
             );
         }
         let (word, keys) = Keys::of_kind(&MOTIONS, "kind", &file.kind, &at, &file)?;

@@ -131,7 +131,11 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
         }
         "cone" | "cylinder" => {
             if file.side.is_some() {
-                return refuse(at.key("side"), "given", "none: with a length, particles meet it from both sides");
+                return refuse(
+                    at.key("side"),
+                    "given",
+                    "none: particles can touch a surface of finite length from both sides",
+                );
             }
             let length = positive(keys.need("length")?, at.key("length"))?;
             let radii = keys.radii_of_ends(word)?;

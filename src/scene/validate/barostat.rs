@@ -93,11 +93,15 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
         ),
         (!scene.surfaces.is_empty(), "with surfaces", "none together with a [[surface]], which stays where it is"),
         (has_static, "with static particles", "none together with static particles, which stay where they are"),
-        (falls, "with gravity", "none together with gravity: what falls along a periodic axis has no equilibrium"),
+        (
+            falls,
+            "with gravity",
+            "none together with gravity: particles that fall along a periodic axis have no equilibrium",
+        ),
         (
             scene.shear_rate.is_some(),
             "in a sheared box",
-            "none together with space.shear_rate: what is sheared has no equilibrium",
+            "none together with space.shear_rate: a sheared system has no equilibrium",
         ),
         (
             scene.contact_time.is_some(),
@@ -107,7 +111,7 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
         (
             !scene.has_elastic_pairs(),
             "with a restitution below 1",
-            "a restitution of 1: what loses energy has no equilibrium",
+            "a restitution of 1: a system that loses energy has no equilibrium",
         ),
         (
             scene.allow_invalid_start,
@@ -135,8 +139,12 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
     let Some(bond) = Molecules::of(scene, masses).bond_around_the_box(scene) else { return Ok(()) };
     let [a, b] = bond.pair.map(|id| id.0);
-    let what = format!("given with a ring of bonds around the box, closed by that of particles {a} and {b}");
-    refuse(at.clone(), what, "molecules that end within the box, whose bonds keep their lengths in any volume")
+    let what = format!("given with a ring of bonds around the box, closed by the bond of particles {a} and {b}");
+    refuse(
+        at.clone(),
+        what,
+        "molecules that do not span the box: only their bonds keep their lengths when the volume changes",
+    )
 }
 
 /// Checks that a heat bath acts in a stage with a barostat, and that nothing grows in it.
@@ -148,7 +156,8 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
             "either of them: volume moves take constant diameters",
         );
     }
-    let expected = "a thermostat of the kind \"andersen\" in the same table, at whose temperature moves of the volume are accepted";
+    let expected =
+        "a thermostat of the kind \"andersen\" in the same table: it gives the temperature of the volume moves";
     match phase.thermostat {
         Some(Thermostat::Andersen { .. }) => Ok(()),
         Some(Thermostat::Rescaling { .. }) => {
@@ -162,7 +171,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {
-        let expected = "none together with a barostat: the places of regions do not change with the box";
+        let expected = "none together with a barostat: regions do not scale with the box";
         return refuse(root.key("output").key("count"), "given", expected);
     }
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {

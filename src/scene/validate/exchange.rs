@@ -37,13 +37,13 @@ impl SceneParts {
             return Err(missing(
                 &run,
                 "until_time",
-                "replicas are swapped at even times, and an [exchange] must end at one of them",
+                "replicas are swapped at regular intervals, and an [exchange] must end with a swap",
             ));
         }
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
         for (count, key) in events {
             if let Some(count) = count {
-                let expected = "none together with [exchange], whose replicas are swapped at even times: give until_time and equilibration_time";
+                let expected = "none together with [exchange], whose replicas are swapped at regular intervals: give until_time and equilibration_time";
                 return refuse(run.key(key), count, expected);
             }
         }
@@ -59,7 +59,7 @@ impl SceneParts {
             let Some(time) = time else { continue };
             if plan.attempts(time).is_none_or(|attempts| attempts == 0) {
                 let expected = format!(
-                    "a whole number, from 1 to {MOST_ATTEMPTS:e}, of times {}, which is exchange.interval",
+                    "{} (exchange.interval) times a whole number from 1 to {MOST_ATTEMPTS:e}",
                     shortest(plan.interval)
                 );
                 return refuse(at, shortest(time), expected);
@@ -76,7 +76,7 @@ impl SceneParts {
             ExchangeEnsemble::Multicanonical => {
                 "\"multicanonical\", whose weights follow from the energies of its equilibration"
             }
-            ExchangeEnsemble::Umbrella => "\"umbrella\", whose replicas come into their windows in its equilibration",
+            ExchangeEnsemble::Umbrella => "\"umbrella\", whose replicas move into their windows in its equilibration",
         };
         let at = ConfigPath::root().key("run");
         let expected = format!("at least {LEAST_LEARNING} times exchange.interval with the ensemble {why}");
@@ -144,7 +144,8 @@ impl SceneParts {
         let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
         let mut all = asked(plan).map(|(key, ..)| key).chain(others);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
-            let expected = "none together with an ensemble other than \"canonical\": measure it in that one";
+            let expected =
+                "none together with an ensemble other than \"canonical\": measure it in the canonical ensemble";
             return all.next().map(|key| (key, expected));
         }
         let expected = "none together with [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
@@ -278,7 +279,7 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
 /// Checks that a surface conserves the energy of particles.
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
-        let expected = "none together with [exchange]: what a surface moves has no equilibrium";
+        let expected = "none together with [exchange]: a system that a surface drives has no equilibrium";
         return refuse(at.key("motion"), "given", expected);
     }
     match surface.law {

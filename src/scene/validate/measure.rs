@@ -22,7 +22,7 @@ impl SceneParts {
                 return refuse(at.key("transport"), "given in a sheared box", expected);
             }
             if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis.as_deref() == Some("x")) {
-                let expected = "y or z: along x, images that slide would count as particles that pass";
+                let expected = "y or z: along x, sliding images would count as particles that pass";
                 return refuse(at.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
             }
         }
@@ -64,7 +64,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     for (index, flow) in plan.flows.iter().enumerate() {
         let at = at.key("flow").index(index);
         match (&flow.axis, flow.normal) {
-            (None, None) => return Err(missing(&at, "axis", "or normal, the direction that the plane is across")),
+            (None, None) => return Err(missing(&at, "axis", "or normal, the direction perpendicular to the plane")),
             (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either it or an axis"),
             (Some(word), None) if !AXES.contains(&word.as_str()) => {
                 return Err(unknown(&at.key("axis"), "axis", word, AXES));
@@ -94,10 +94,14 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
-        return refuse(key, "given in a flat box", "none: Beverloo's law is that of three dimensions");
+        return refuse(key, "given in a flat box", "none: Beverloo's law holds in three dimensions");
     }
     if has_species {
-        return refuse(at.key("species"), "given with an outlet", "either of them: the law is that of all grains");
+        return refuse(
+            at.key("species"),
+            "given with an outlet",
+            "either of them: Beverloo's law is for all grains together",
+        );
     }
     match outlet {
         Outlet::Round(diameter) => positive(diameter, key).map(drop),

@@ -34,7 +34,7 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
             return refuse(
                 of.key("motion").index(index).key("until"),
                 motion.until,
-                "an earlier end: it goes to infinity",
+                "an earlier end: the surface moves to infinity",
             );
         }
     }

@@ -116,7 +116,7 @@ fn check_bonds(
         }
         let is_static = |id: &ParticleId| interactions.species[particles[id.0 as usize].species.0 as usize].is_static();
         if a >= b || bond.pair.iter().all(is_static) {
-            let expected = "two different particles, the lower id first, of which one moves";
+            let expected = "two different particles, the lower id first, at least one of them moving";
             return refuse(at.clone(), format!("[{}, {}]", a.0, b.0), expected);
         }
         if !interactions.has(bond.interaction) {

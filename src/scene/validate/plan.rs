@@ -40,7 +40,7 @@ pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     if start_time.abs() <= most {
         return Ok(());
     }
-    let expected = format!("at most {most:.1e}: with larger values a time of {} has no digits", digits(shortest));
+    let expected = format!("at most {most:.1e}: with larger values, a time of {} is below round-off", digits(shortest));
     refuse(ConfigPath::root().key("start_time"), digits(*start_time), expected)
 }
 
@@ -113,8 +113,9 @@ impl SceneParts {
         let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");
         let others = self.run.stages.iter().enumerate().filter(|(other, _)| *other != index);
         if let Some((other, _)) = others.into_iter().find(|(_, other)| is_same(other)) {
-            let expected =
-                format!("a name that no other stage has: it is that of stage {other}, too, and the stage is measured");
+            let expected = format!(
+                "a name that no other stage has, because the stage is measured: stage {other} has the same name"
+            );
             return refuse(at.key("name"), format!("{name:?}"), expected);
         }
         Ok(())
@@ -257,7 +258,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 return refuse(
                     at.key("packing_fraction"),
                     target,
-                    format!("more than the {filled:.4} that it begins with"),
+                    format!("more than {filled:.4}, the packing fraction at the start"),
                 );
             }
             GrowthTarget::PackingFraction(target) if target > densest(scene) => {

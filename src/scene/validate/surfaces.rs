@@ -110,7 +110,8 @@ impl SceneBuilder {
 
     /// Rejects shear and growth, which surfaces do not support.
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
-        let expected = "no [[surface]] with it: surfaces are at rest, and met at a constant distance";
+        let expected =
+            "none together with a [[surface]]: surfaces need particles of constant size in a box without shear";
         if self.parts.shear_rate.is_some() {
             return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
         }
@@ -200,7 +201,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
                     SurfaceShape::Cylinder { axis: along, .. }
                         if along[k] != 0.0 && along.iter().filter(|component| **component != 0.0).count() > 1 =>
                     {
-                        return refused("axis", "oblique", &format!("an axis along {axis} or across it"));
+                        return refused("axis", "oblique", &format!("an axis parallel or perpendicular to {axis}"));
                     }
                     SurfaceShape::Sphere { centre, radius, is_inside: true }
                     | SurfaceShape::Cylinder { point: centre, radius, is_inside: true, .. } => {
@@ -209,7 +210,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
                         if !is_along && (centre[k] - radius < lower || centre[k] + radius > upper) {
                             return refused(
                                 "side",
-                                "inside of a surface that reaches out of the box",
+                                "inside of a surface that extends beyond the box",
                                 "one within the box",
                             );
                         }

@@ -234,8 +234,8 @@ impl<'a> Value<'a> {
     }
 
     fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
-        const FLAGS: &str = "as many of `T` and `F` as there are species";
-        const MASSES: &str = "as many positive numbers, or `inf`, as there are species";
+        const FLAGS: &str = "a `T` or `F` for each species";
+        const MASSES: &str = "a positive number, or `inf`, for each species";
         let names: Vec<&str> = self.value.split_whitespace().collect();
         let flags = is_static.map(|value| value.as_many(names.len(), FLAGS, flag)).transpose()?;
         let is_static = flags.unwrap_or_else(|| vec![false; names.len()]);
@@ -264,7 +264,7 @@ impl<'a> Value<'a> {
         let kinds = match kinds {
             None if names.len() == 1 => vec![0; bonds],
             None => return Err(self.expected("one name, or `bond_kind` as well")),
-            Some(value) => value.as_many(bonds, "a place in `bond_table`, from 0, of each bond", place)?,
+            Some(value) => value.as_many(bonds, "an index into `bond_table`, from 0, for each bond", place)?,
         };
         Ok((names, kinds))
     }

@@ -109,12 +109,12 @@ pub enum WriteError {
     SpeciesName(String),
     /// A scalar cannot be stored in a column.
     #[error(
-        "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
+        "scalar `{0}` cannot be written: expected a word that no other column has as its name, and a finite number for each particle"
     )]
     Scalar(String),
     /// The interactions of only some bonds are known, or they have no names.
     #[error(
-        "the bonds cannot be written: expected an interaction of each or of none, whose name is one word without quotes or backslashes"
+        "the bonds cannot be written: expected an interaction for each bond or for none, and names of one word without quotes or backslashes"
     )]
     Bonds,
     /// The images of only some particles are known.

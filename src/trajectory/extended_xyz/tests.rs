@@ -173,12 +173,9 @@ fn malformed_input_names_line_and_value() {
         ("1\nbonds=1-x\n", "line 2: bonds is `1-x`, expected pairs of ids such as `0-1 1-2`"),
         (
             "1\nspecies_table=\"a b\" species_mass=\"1 0\"\n",
-            "line 2: species_mass is `1 0`, expected as many positive numbers, or `inf`, as there are species",
+            "line 2: species_mass is `1 0`, expected a positive number, or `inf`, for each species",
         ),
-        (
-            "1\nspecies_table=\"a b\" static=T\n",
-            "line 2: static is `T`, expected as many of `T` and `F` as there are species",
-        ),
+        ("1\nspecies_table=\"a b\" static=T\n", "line 2: static is `T`, expected a `T` or `F` for each species"),
         ("3", "the frame that begins on line 1 is cut off: expected 3 particles, the file ends after 0"),
         ("3\nTime=", "the frame that begins on line 1 is cut off: expected 3 particles, the file ends after 0"),
         (

@@ -79,7 +79,7 @@ fn threads(scene: &Scene) -> Option<String> {
     };
     let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
     Some(match SingleThread::of(scene) {
-        Some(why) => format!("1, whatever is asked for: {why}"),
+        Some(why) => format!("always 1: {why}"),
         None if grows => format!("{asked}; 1 while the diameters grow"),
         None => asked,
     })

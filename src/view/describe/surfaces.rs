@@ -234,7 +234,7 @@ fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Op
     let is_other = size * OTHER_UNITS < smallest || size > OTHER_UNITS * largest.max(smallest);
     is_other.then(|| {
         format!(
-            "mesh `{}` is {} large, particles have diameters from {} on and the box is {}: its units may be others, see `scale`",
+            "mesh `{}` has an extent of {}, the smallest diameter is {} and the box is {}: its units may differ, see `scale`",
             surface.name,
             digits(size),
             digits(smallest),

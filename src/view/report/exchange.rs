@@ -202,7 +202,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
 }
 
 /// Which replicas the averages at a temperature include.
-const OVER_REPLICAS: &str = "Averages of a temperature or a window are over whichever replica was there.";
+const OVER_REPLICAS: &str = "Averages of a temperature or a window are over all replicas, while they were there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 /// The sentence on the maximum of the heat capacity; empty if there is none.
@@ -338,7 +338,7 @@ fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String>
     let points = summary.results.neighbours.iter().map(|it| dot(middle(it.temperatures), it.acceptance?)).collect();
     let titles = ["temperature [energy]".to_owned(), "acceptance".to_owned()];
     let curves = measured_curve("Acceptance", titles, is_logarithmic, points);
-    let text = "Of swaps between two neighbours, at their geometric mean. Error bars: standard errors.";
+    let text = "Acceptance of swaps between two neighbours, plotted at the geometric mean of their temperatures. Error bars: standard errors.";
     curves_figure(&curves.label, &curves, text)
 }
 

@@ -234,10 +234,10 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     };
     let mut text = String::new();
     if level.is_some() {
-        text.push_str("Line across: the mean over the measurement, with its standard error. ");
+        text.push_str("Horizontal line: the mean over the measurement, with its standard error. ");
     }
     if traces.iter().any(|trace| trace.is_thinned()) {
-        text.push_str("Many rows: of neighbouring ones the lowest and the highest are drawn. ");
+        text.push_str("Not all rows can be drawn: of neighbouring rows, the lowest and the highest value are drawn. ");
     }
     text.push_str("From <code>thermo.csv</code>.");
     curves_figure(&unit(&capitalised(title)), &curves, &text)

@@ -106,7 +106,9 @@ fn about(recording: &Recording) -> String {
         text.push_str("They are wrapped into the periodic box. ");
     }
     if head.surfaces.is_some() {
-        text.push_str("Surfaces are those of the folder surfaces/, where they are at the time of the frame. ");
+        text.push_str(
+            "Surfaces are read from the folder surfaces/, and drawn where they are at the time of the frame. ",
+        );
     }
     let beyond = head.frames.iter().map(|frame| frame.beyond).max().unwrap_or(0);
     if beyond > 0 {

@@ -104,7 +104,7 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
         let (factor, fraction) = (digits(factor), digits(scene.packing_fraction()));
         list.text(
             "after growth",
-            &format!("diameters are {factor} times those at the start, and all of this is as measured, at a packing fraction of {fraction}"),
+            &format!("the diameters have grown by a factor of {factor}, and all numbers here are for the grown particles, at a packing fraction of {fraction}"),
         );
     }
 }

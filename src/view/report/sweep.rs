@@ -101,7 +101,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         format!("<tr>{keys}{values}</tr>\n")
     };
     let rows: Vec<String> = results.means().map(|(group, means)| row(group, means)).collect();
-    table("Means over seeds, with the standard error of the runs and that of their scatter", &heads, &rows)
+    table("Means over seeds, with standard errors from the runs and from their scatter", &heads, &rows)
         + "<p class=\"aside\">The two errors should agree: where the scatter is much larger, the runs are too short for their own errors. \
            The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
 }

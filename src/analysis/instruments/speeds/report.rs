@@ -105,7 +105,7 @@ impl Speeds {
 
     fn method(&self, class: &Class, system: &SystemDescription) -> String {
         let frame = if system.shear_rate != 0.0 {
-            "relative to what streams where each particle is"
+            "relative to the mean flow at the position of the particle"
         } else if system.moving.len() > 1 && system.conserved_axes.contains(&true) {
             "relative to the centre of mass, as far as its velocity is conserved"
         } else {

@@ -112,7 +112,7 @@ fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError>
             return refuse(at.index(1), shortest(*upper), expected);
         }
         if potential.is_bond() && *lower >= potential.range() {
-            let expected = format!("less than {}, the longest that their bond gets", shortest(potential.range()));
+            let expected = format!("less than {}, the maximum length of their bond", shortest(potential.range()));
             return refuse(at.index(0), shortest(*lower), expected);
         }
     }

@@ -63,8 +63,7 @@ fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     };
     let neighbours = summary.results.neighbours.iter().enumerate();
     let points = neighbours.map(|(place, it)| dot(middle(place)?, it.acceptance?)).collect();
-    let text =
-        "Of swaps between two neighbours, in the middle of what their windows share. Error bars: standard errors.";
+    let text = "Acceptance of swaps between two neighbours, plotted at the middle of the overlap of their windows. Error bars: standard errors.";
     curve("Acceptance", ["distance [length]", "acceptance"], points, text)
 }
 

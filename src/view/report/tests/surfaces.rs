@@ -32,7 +32,7 @@ fn the_player_has_the_surfaces_of_the_run() {
     let start = with.html.find("id=\"player-surface-data\">").unwrap() + "id=\"player-surface-data\">".len();
     let length = with.html[start..].find("</script>").unwrap();
     assert_eq!(length, (12 * 12 + 12 * 12 + 24 * 9) / 3 * 4);
-    assert!(with.html.contains("Surfaces are those of the folder"));
+    assert!(with.html.contains("Surfaces are read from the folder"));
 }
 
 #[test]
