@@ -3,7 +3,6 @@
 mod broken_engines;
 mod endings;
 mod extremes;
-mod imports;
 mod scenes;
 mod surfaces;
 mod tampered_events;

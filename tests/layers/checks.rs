@@ -2,8 +2,7 @@
 //! verifier the states it is given and Algorithm 1 as printed, with features of surfaces. They could
 //! not check code that they shared with the engine.
 
-use std::fs;
-use std::path::Path;
+use super::imports::{Visitor, of_sources};
 
 /// Modules, and the names that may be imported from them; an empty list allows all.
 type Allowed = [(&'static str, &'static [&'static str])];
@@ -36,24 +35,7 @@ const OF_VERIFIER: &Allowed = &[
 /// The scene as data, and a cast. Its own parts are imported by `self::` or `super::`.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
 /// Replays the run to be proven.
-const REPLAY: &str = "replay.rs";
-
-/// Everything after `crate::` in the code of a file without its unit tests, one name at a time: `a::b::c`.
-fn taken(text: &str) -> Vec<String> {
-    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
-    let code: String = lines.collect::<Vec<_>>().join(" ").split_whitespace().collect();
-    let mut taken = Vec::new();
-    for rest in code.split("crate::").skip(1) {
-        let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':')).unwrap_or(rest.len());
-        let (path, rest) = rest.split_at(end);
-        match rest.strip_prefix('{').and_then(|list| list.split('}').next()) {
-            Some(list) if path.ends_with("::") => taken.extend(list.split(',').map(|name| format!("{path}{name}"))),
-            _ => taken.push(path.to_owned()),
-        }
-    }
-    taken
-}
+const REPLAY: &str = "check/verify/replay.rs";
 
 fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     if file == REPLAY && path.starts_with("engine::") {
@@ -69,21 +51,17 @@ fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     })
 }
 
-/// Asserts that a module and the files in its folder import nothing else from other parts of the program.
-/// Returns the number of imports.
+/// Asserts that a module of `check` imports nothing else from other parts of the program. Returns the number of
+/// imports.
 fn assert_independent(module: &str, allowed: &Allowed) -> usize {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/check");
-    let mut files = vec![root.join(module).with_extension("rs")];
-    let entries = fs::read_dir(root.join(module)).unwrap().map(|entry| entry.unwrap().path());
-    // Unit tests compare with the forbidden parts.
-    files.extend(entries.filter(|path| path.is_file() && !path.ends_with("tests.rs")));
-    assert!(files.len() > 4);
+    let own = format!("check::{module}");
+    let is_within = |path: &str| path.strip_prefix(&own).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+    let [file, folder] = [".rs", "/"].map(|end| format!("check/{module}{end}"));
     let mut all = 0;
-    for file in files {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        for path in taken(&fs::read_to_string(&file).unwrap()) {
+    for used in of_sources().iter().filter(|used| used.file == file || used.file.starts_with(&folder)) {
+        for path in used.paths.iter().filter(|path| !is_within(path)) {
             all += 1;
-            assert!(is_allowed(allowed, &name, &path), "{module}: {name} takes {path}");
+            assert!(is_allowed(allowed, &used.file, path), "{} takes {path}", used.file);
         }
     }
     all
@@ -102,21 +80,21 @@ fn the_reference_engine_shares_no_code_with_the_engine() {
 #[test]
 fn what_the_engine_uses_would_be_noticed() {
     let text = "use crate::{\n    engine::pairs::rules::Rules,\n    Vector,\n};\nuse crate::engine::{Elapsed,\n    Simulation};";
-    let taken = taken(text);
+    let taken = Visitor::of(text, Vec::new()).paths;
     for allowed in [OF_VERIFIER, OF_REFERENCE] {
-        assert!(taken.iter().any(|path| !is_allowed(allowed, "world.rs", path)), "{taken:?}");
+        assert!(taken.iter().any(|path| !is_allowed(allowed, "check/verify/world.rs", path)), "{taken:?}");
         for path in [
             "physics::response::respond",
             "engine::pairs::rules::Rules",
             "engine::schedule::EventQueue",
             "engine::neighbours::Neighbours",
         ] {
-            assert!(!is_allowed(allowed, "world.rs", path), "{path}");
+            assert!(!is_allowed(allowed, "check/verify/world.rs", path), "{path}");
         }
     }
     let is_allowed = |file, path| is_allowed(OF_VERIFIER, file, path);
-    assert!(!is_allowed("world.rs", "engine::Simulation") && is_allowed("replay.rs", "engine::Simulation"));
+    assert!(!is_allowed("check/verify/world.rs", "engine::Simulation") && is_allowed(REPLAY, "engine::Simulation"));
     for path in ["physics::overlap::Quartic", "engine::event::Event", "check::verify::Step", "base::sum::Sum"] {
-        assert!(!self::is_allowed(OF_REFERENCE, "reference.rs", path), "{path}");
+        assert!(!self::is_allowed(OF_REFERENCE, "check/reference.rs", path), "{path}");
     }
 }
