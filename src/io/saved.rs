@@ -152,7 +152,7 @@ fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<
     let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {
         Ok((simulation, beside)) => match simulation.unsound_index() {
             None => Ok((simulation, beside)),
-            Some(what) => Err(SavedError::Damaged { name, why: format!("{what} of it cannot be") }),
+            Some(what) => Err(SavedError::Damaged { name, why: format!("inconsistent data: {what}") }),
         },
         Err(Flaw::Damaged(why)) => Err(SavedError::Damaged { name, why }),
         Err(Flaw::OtherVersion { found, here }) => Err(SavedError::OtherVersion { name, found, here }),

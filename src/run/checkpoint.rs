@@ -82,7 +82,7 @@ impl Checkpoint {
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let checkpoint: Self = read_content(path)?;
         if let Some(what) = checkpoint.simulation.unsound_index() {
-            return Err(CheckpointError::Damaged { path: path.to_owned(), why: format!("{what} of it cannot be") });
+            return Err(CheckpointError::Damaged { path: path.to_owned(), why: format!("inconsistent data: {what}") });
         }
         checkpoint.simulation.enlarge();
         Ok(checkpoint)

@@ -147,17 +147,18 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
 
 /// A profile rotated about an axis.
 fn turned(
-    base: &'static str,
+    base_key: &'static str,
     profile: &[[f64; 2]],
     file: &SurfaceFile,
     keys: &Keys<'_>,
 ) -> Result<SurfaceShape, SceneError> {
     let at = keys.at;
-    let (base, axis) = (keys.vector(base)?, keys.vector("axis")?);
-    finite_vector(&base, &at.key("base"))?;
+    let (base, axis) = (keys.vector(base_key)?, keys.vector("axis")?);
+    finite_vector(&base, &at.key(base_key))?;
     finite_vector(&axis, &at.key("axis"))?;
     positive(axis.norm(), at.key("axis"))?;
-    let key = if file.profile.is_some() { at.key("profile") } else { at.key("radius") };
+    let given = [(file.profile.is_some(), "profile"), (file.radii.is_some(), "radii"), (true, "radius")];
+    let key = at.key(given.into_iter().find(|(is_given, _)| *is_given).map_or("radius", |(_, key)| key));
     for [radius, height] in profile {
         not_negative(*radius, key.clone())?;
         finite(*height, key.clone())?;
