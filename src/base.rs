@@ -1,4 +1,4 @@
-//! Tools of all layers: exact sums, numbers as text, checksums, the memory of the machine.
+//! Tools for all layers: exact sums, numbers as text, checksums, the memory of the machine.
 
 pub(crate) mod checksum;
 pub mod clock;

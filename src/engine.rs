@@ -1,6 +1,6 @@
-//! Simulations. A simulation is a scene in motion.
+//! Event-driven simulations of scenes.
 
-/// Evaluates an expression with the chosen engine, for any of the engine types.
+/// Evaluates an expression with the engine of a simulation, whatever its type.
 macro_rules! with_engine {
     ($simulation:expr, $engine:ident => $body:expr) => {
         match $simulation {
@@ -77,7 +77,7 @@ pub(crate) use volume_move::Scaling;
 /// Limits of an advance. The simulation stops at the limit that it reaches first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Until {
-    /// Absolute simulated time `[time]`. Infinity means no limit.
+    /// Absolute simulated time `[time]`. An infinite time is no limit.
     pub time: f64,
     /// Number of physical events since the start of the simulation.
     pub events: u64,
@@ -101,9 +101,9 @@ impl Until {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
-    /// The simulated time was reached.
+    /// The time limit was reached.
     Time,
-    /// The number of events was reached.
+    /// The limit on the number of events was reached.
     Events,
     /// No time limit was given, and no further event is expected.
     ///
@@ -192,7 +192,7 @@ pub struct Simulation {
     scene: Scene,
     choice: EngineChoice,
     engine: Chosen,
-    /// Ratio of the diameters in `scene` to the diameters at the start.
+    /// Ratio of the diameters in `scene` to the diameters at the start of the simulation.
     scale: f64,
     /// Diameters of the species at the start `[length]`.
     first_diameters: Vec<f64>,
@@ -214,7 +214,7 @@ impl Simulation {
         &self.scene
     }
 
-    /// The engine that runs the simulation.
+    /// The kind of engine that runs the simulation.
     #[must_use]
     pub fn engine(&self) -> EngineChoice {
         self.choice
@@ -226,7 +226,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.time())
     }
 
-    /// Event counts so far.
+    /// Counts of the events so far.
     #[must_use]
     pub fn event_counts(&self) -> &EventCounts {
         with_engine!(&self.engine, engine => &engine.counts.totals)
@@ -314,7 +314,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.advance_on_cores(steps.max(1), until, &mut observe))
     }
 
-    /// [`Self::advance_with`] without a type parameter.
+    /// Does the work of [`Self::advance_with`], without its type parameter.
     fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
         if self.event_counts().physical() >= until.events {
             return Ok(Reason::Events);
@@ -338,7 +338,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.states(states));
     }
 
-    /// All pairs that are not in state 0, and their states. Each pair is listed once, lower id first.
+    /// All captured pairs and their states, which are not 0. Each pair is listed once, lower id first.
     #[must_use]
     pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
         with_engine!(&self.engine, engine => engine.captured_pairs())
@@ -377,7 +377,7 @@ impl Simulation {
         self.scene.run.limit = limit;
     }
 
-    /// Number of moving particles.
+    /// Number of particles that are not static.
     #[must_use]
     pub fn moving(&self) -> usize {
         let population = self.population();

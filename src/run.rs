@@ -1,5 +1,5 @@
-//! A run: stages with rows at regular times. The last stage, and any other measured stage, also has
-//! means and frames.
+//! A run: a series of stages with rows at regular times. The last stage, and any other measured stage, also has means
+//! and frames.
 //!
 //! A [`Run`] is set up and executed, and returns a [`Finished`] run.
 
@@ -44,26 +44,25 @@ use crate::run::audit::Audit;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Recorder of a run: receives its rows, frames, events and checkpoints. `()` keeps nothing.
+/// Receives the rows, frames, events and checkpoints of a run. The recorder `()` discards everything.
 pub trait Recorder {
-    /// Error of the recorder, which ends the run.
+    /// Error type of the recorder. Any such error ends the run.
     type Error;
 
-    /// Records a row of measurements of any stage of the run.
+    /// Records a row: the measurements at one time, in any stage of the run.
     ///
     /// # Errors
     /// If the row cannot be recorded.
     fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Self::Error>;
 
-    /// Records the positions and velocities of all particles, and the other scalars measured for each
-    /// particle.
+    /// Records a frame: the positions and velocities of all particles, and other scalars measured for each particle.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// Records the present state of a simulation, without other scalars of the particles. A recorder can
-    /// implement this without memory for a snapshot.
+    /// Records a frame of the present state of a simulation, without additional scalars. A recorder can override this
+    /// method to avoid the memory for a snapshot.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -71,7 +70,7 @@ pub trait Recorder {
         self.frame(&simulation.snapshot(), Vec::new())
     }
 
-    /// Whether every event of the measurement is passed to [`Recorder::event`].
+    /// Whether the recorder needs every event of the measurement: [`Recorder::event`] is called only then.
     fn has_events(&self) -> bool {
         false
     }
@@ -84,18 +83,18 @@ pub trait Recorder {
         Ok(())
     }
 
-    /// Whether nothing more can be recorded. The run is then interrupted after a checkpoint.
+    /// Whether the recorder can store no more data. The run then writes a checkpoint and is interrupted.
     fn is_full(&self) -> bool {
         false
     }
 
-    /// Whether it is time for a checkpoint.
+    /// Whether the recorder requests a checkpoint now.
     fn is_checkpoint_due(&self) -> bool {
         false
     }
 
-    /// Records everything needed to [resume](Run::resume) the run from its present state. This is called when
-    /// a checkpoint is due, and at the end of the run before its last row and frame.
+    /// Records everything needed to [resume](Run::resume) the run from its present state. This method is called when a
+    /// checkpoint is due, and at the end of the run before its last row and frame.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -124,34 +123,34 @@ impl Recorder for () {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Ending {
-    /// The simulated time was reached.
+    /// The stage or run reached its limit of simulated time.
     Time,
-    /// The number of events was reached.
+    /// The stage or run reached its limit of events.
     Events,
-    /// A custom instrument has reached its end condition: [`Instrument::is_done`].
+    /// A custom instrument reached its end condition: [`Instrument::is_done`].
     Condition,
-    /// There is no time limit, and it can be shown that nothing will happen any more.
+    /// The run has no time limit, and it can be shown that nothing will happen any more.
     Idle,
-    /// There is no time limit. Nothing has happened for a million rows or a very long time, but it cannot be
-    /// shown that nothing ever will.
+    /// The run has no time limit, and nothing has happened for a million rows or a very long time. It cannot be shown
+    /// that nothing ever will.
     GaveUp,
     /// An automatic equilibration without a limit did not end. After very many events an observable still
     /// drifts, or its drift is unknown.
     Unsettled,
-    /// The caller ended the run.
+    /// The caller interrupted the run, or the recorder could store no more data.
     Interrupted,
-    /// The dynamics came to rest in a way that requires infinitely many events.
+    /// The simulation cannot continue, because of an inelastic collapse or an event storm.
     Arrested(Arrest),
-    /// The engine met an impossible state.
+    /// An internal check of the engine failed.
     Broken(InvariantBroken),
     /// Growing spheres cannot reach their target size.
     Jammed(Jam),
-    /// A surface appears at the position of a particle.
+    /// A surface appears at a position where it overlaps a particle.
     Blocked(Blocked),
 }
 
 impl Ending {
-    /// Returns the word for this ending in files.
+    /// Returns the word that names this ending in output files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -169,8 +168,8 @@ impl Ending {
         }
     }
 
-    /// Returns the problem in one line; `None` for an ending that the scene or the caller requests, and for
-    /// the end of all events.
+    /// Returns a description of the problem in one line. `None` if the scene or the caller requested the ending, or if
+    /// no event is left.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         match self {
@@ -186,7 +185,7 @@ impl Ending {
         }
     }
 
-    /// Whether this ending ends the whole run, in any stage.
+    /// Whether this ending ends the whole run, and not only its stage.
     fn is_early(&self) -> bool {
         matches!(
             self,
@@ -229,12 +228,12 @@ pub struct Jam {
 }
 
 impl Jam {
-    /// Suggestion for the user.
+    /// How the user can avoid this error.
     pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// A surface that appears in a stage at the position of a particle.
+/// A surface that appears at the beginning of a stage and overlaps a particle.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error(
     "surface `{surface}` appears with the stage `{stage}` at time {time}, but particle {} is in its way: it extends {} through the surface",
@@ -256,23 +255,22 @@ pub struct Blocked {
 }
 
 impl Blocked {
-    /// Suggestion for the user.
+    /// How the user can avoid this error.
     pub const CURE: &'static str = "let the surface be there from the start and move into its place, put it where no particle is, or begin its stage when the particles have \
         left";
 }
 
-/// Time, events and speed of a measurement.
+/// Start, duration, events and wall time of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MeasurementPeriod {
-    /// Simulated time at its start `[time]`.
+    /// Simulated time at the start of the measurement `[time]`.
     pub start: f64,
     /// Simulated duration `[time]`.
     pub duration: f64,
-    /// Physical events before it, since the start of the simulation.
+    /// Number of physical events before the measurement, since the start of the simulation.
     pub events_before: u64,
-    /// Event counts of the measurement, except for the deepest overlap, which is the deepest of the whole
-    /// run.
+    /// Event counts of the measurement. Only the deepest overlap in them refers to the whole run.
     pub event_counts: EventCounts,
     /// Wall time of the measurement `[seconds]`.
     pub wall_seconds: f64,
@@ -294,22 +292,22 @@ pub struct Finished {
     pub measurement: MeasurementPeriod,
     /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors by name, only of the observables that apply to the scene.
+    /// Mean and standard error of each observable that applies to the scene, by name.
     pub observables: Vec<(&'static str, Estimate)>,
-    /// Whether each observable was stationary, by name.
+    /// Whether each observable drifted or was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium, or in a steady state.
+    /// Whether the system was in equilibrium or in a steady state.
     pub equilibrium: Equilibrium,
-    /// Results of the scene's instruments and of the custom instruments: [`Measured::number`],
+    /// Results of the instruments in the scene and of the custom instruments: see [`Measured::number`] and
     /// [`Measured::curve`].
     pub measured: Measured,
     /// Volume moves of the barostat in the measurement; `None` without a barostat.
     pub volume_moves: Option<VolumeMoves>,
-    /// The measured stages before the last measurement that have begun.
+    /// Results of the measured stages before the last measurement, including a stage in which the run ended.
     pub stages: Vec<MeasuredStage>,
-    /// Audit of the run.
+    /// Audit of the run: errors of energy and momentum, and overlaps.
     pub audit: Audit,
-    /// Why there are no more frames, if their size on disk limits their number.
+    /// Why the number of frames is limited by their size on disk; `None` if it is not.
     pub frames_limit: Option<&'static str>,
     /// The custom instruments.
     instruments: OwnInstruments,
@@ -371,22 +369,22 @@ impl Finished {
         self.instruments.get(name)
     }
 
-    /// Removes a custom instrument from the run and returns it, as [`Self::instrument`] does by reference.
+    /// Removes a custom instrument from the run and returns it. [`Self::instrument`] returns a reference instead.
     #[must_use]
     pub fn take_instrument<I: Instrument + 'static>(&mut self, name: &str) -> Option<I> {
         self.instruments.take(name)
     }
 
-    /// Whether the run reached an end that the scene requests, or the end of all events, and the audit found
-    /// no fault.
+    /// Whether the run is complete and correct: it reached the end that the scene requests, or no event is left, and
+    /// the audit found no fault.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         matches!(self.ending, Ending::Time | Ending::Events | Ending::Condition | Ending::Idle)
             && self.audit.faults().is_empty()
     }
 
-    /// Returns why the run is not sound, in one line. `None` for a sound run, and for an interrupted run
-    /// without faults.
+    /// Returns why the run is not sound, in one line. `None` if the run is sound, or if it was interrupted and has no
+    /// faults.
     #[must_use]
     pub fn trouble(&self) -> Option<String> {
         let faults: Vec<String> = self.audit.faults().iter().map(ToString::to_string).collect();
@@ -401,7 +399,7 @@ impl Finished {
         }
     }
 
-    /// Whether the run may reach a sound end if it continues.
+    /// Whether the run can be continued towards a sound end: no error ended it, and the audit found no fault.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
         !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_))

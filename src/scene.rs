@@ -1,13 +1,14 @@
-//! A validated scene: everything that decides a trajectory, in reduced units.
+//! A validated scene: everything that determines a trajectory, in reduced units.
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
-//! [`SceneBuilder`]. Both ways apply the same checks, so a simulation can be created from the scene without
-//! further validation. [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
+//! [`SceneBuilder`]. Both ways apply the same checks, so a simulation can be created from the scene without further
+//! validation. [`schema`](fn@schema) returns the schema of all keys of a scene file, for editors.
 //!
-//! The stages are: text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the
-//! unvalidated scene) -> `validate` (the checks, with `groups` and `filling`) -> [`Scene`]. The layer below,
-//! `prepare`, generates the positions and velocities that the scene does not list. A
-//! [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source turns this path into a line.
+//! A text becomes a scene in these steps. `file` reads the keys from a `source` as they are written. `parse` turns them
+//! into a [`SceneBuilder`], which is an unvalidated scene. `validate` checks it, with `groups` and `filling`, and
+//! returns the [`Scene`]. The module `prepare`, one layer below, generates the positions and velocities that the scene
+//! does not list. A [`SceneError`] has the [`ConfigPath`] of the wrong value, and the source finds the line of this
+//! path.
 
 mod brought;
 mod builder;
@@ -68,9 +69,9 @@ impl Scene {
 
     /// Reads a scene from a file, with some of its values replaced.
     ///
-    /// An override is a dotted path of keys and a value. The value is TOML or a bare word: `("seed", "5")`,
-    /// `("interaction.0.restitution", "0.1")` or, by name, `("species.A.mass", "2")`. Keys that the file does
-    /// not contain are added.
+    /// An override consists of a dotted path of keys and a value. The path may contain indices or names of list
+    /// entries, and the value is TOML or a bare word: `("seed", "5")`, `("interaction.0.restitution", "0.1")`,
+    /// `("species.A.mass", "2")`. Keys that the file does not contain are added.
     ///
     /// # Errors
     /// As for [`Scene::from_file`]. The error for an invalid override shows the override.
@@ -79,10 +80,10 @@ impl Scene {
         Self::from_toml_with(read_text(path)?, path, overrides)
     }
 
-    /// Reads a scene from its text.
+    /// Reads a scene from the text of a scene file.
     ///
-    /// `name` is used as the path of the file. It appears in messages and sets the folder for relative paths.
-    /// The scene also gets its name from `name`, unless the text gives one.
+    /// `name` is treated as the path of the file: it appears in messages, and paths in the text are relative to its
+    /// folder. It also gives the name of the scene if the text has none.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -90,7 +91,7 @@ impl Scene {
         Self::from_toml_with(text, name, &[])
     }
 
-    /// Reads a scene from its text, with some of its values replaced as in [`Scene::from_file_with`].
+    /// Reads a scene from the text of a scene file, with some of its values replaced as in [`Scene::from_file_with`].
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -103,8 +104,8 @@ impl Scene {
         Self::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &needs_run)
     }
 
-    /// Reads a scene from its text. Its particles may come from the memory of a program (`given`), or from a
-    /// run that `open` reads.
+    /// Reads a scene from the text of a scene file. The particles may instead come from the memory of a program
+    /// (`given`), or from an earlier run that `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -115,20 +116,21 @@ impl Scene {
         let source = source::Source::new(&path.to_string_lossy(), text, overrides);
         let file = source.read()?;
         let stem: String = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        // The file may have any name, but the folder of a run has a plain name.
+        // The name of the scene is also the name of the run folder. Therefore only letters, digits, `-` and `_` are
+        // kept.
         let plain: String =
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
         let parts = parse::parts(file, name, directory, given);
         Self::of_builder(parts, open).map_err(|error| {
-            // Particles from memory are not in the text, so their errors have no line.
+            // Particles given in memory are not in the text, so an error in them has no line.
             let is_in_text = given.is_none_or(|given| !error.config_path().is_in(&given.name));
             if is_in_text { source.located(error) } else { error }
         })
     }
 
-    /// Builds the scene from the parsed parts of a text.
+    /// Builds the scene from a parsed text. If the scene starts from an earlier run, `open` reads this run.
     fn of_builder(
         parts: Result<SceneBuilder, SceneError>,
         open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
@@ -140,8 +142,8 @@ impl Scene {
         }
     }
 
-    /// Checks that a text has only keys of a scene, with values of the right types. This check does not need
-    /// the positions of the particles.
+    /// Checks that a text is valid TOML with only the keys of a scene and values of the right types. Further checks
+    /// would need the positions of the particles.
     ///
     /// # Errors
     /// [`SceneError`] for the first error in the text; [`SceneError::others`] has the other errors.
@@ -149,7 +151,7 @@ impl Scene {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
-    /// Returns the files that a text names, and the folder of the run from which its scene starts.
+    /// Returns the paths of the files and of the run folder that the text of a scene names.
     ///
     /// # Errors
     /// As for [`Self::check_keys`].
@@ -168,7 +170,7 @@ impl Scene {
         Ok(files.chain(run).collect())
     }
 
-    /// Returns the names of the species that a text lists, in the same order.
+    /// Returns the names of the species in the text of a scene, in order.
     ///
     /// # Errors
     /// [`SceneError`] if the text is not a scene.
@@ -177,20 +179,20 @@ impl Scene {
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Returns the place of each key in a text. A place contains the indices of entries instead of their
-    /// names. Two keys of the same value therefore have the same place.
+    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices. Two keys that
+    /// mean the same value then have the same steps.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()
     }
 }
 
-/// Kind of input that a scene names.
+/// Kind of input that the text of a scene names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
-    /// A file of particle positions or of a mesh.
+    /// A file with particle positions or a mesh.
     File,
-    /// The folder of a run.
+    /// The folder of an earlier run.
     Run,
 }
 
@@ -201,7 +203,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
-        // The valid characters are enough to show the line.
+        // Invalid characters are replaced, because the text is only needed to show the line of the error.
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         SceneError::new(ConfigPath::root(), SceneErrorKind::NotText { offset }).in_source(
             &path.to_string_lossy(),

@@ -53,8 +53,8 @@ pub const OBSERVABLES: [(&str, &str); 21] = [
     (ISOTHERMAL_COMPRESSIBILITY, "length^D / energy"),
 ];
 
-/// Their indices: the pressure, the collision rate, the quantities of the lower x wall, the volume, and the
-/// compressibility, for which the squared volume is averaged.
+/// Indices into [`OBSERVABLES`]. `FIRST_WALL` and `FIRST_HEAT` are the pressure on the lower x wall and the
+/// heat flux through it. At `SQUARED_VOLUME`, the squared volume is averaged for the compressibility.
 const PRESSURE: usize = 1;
 const COLLISION_RATE: usize = 3;
 const FIRST_WALL: usize = 5;
@@ -111,27 +111,27 @@ pub struct Observer {
     averages: Vec<BlockAverage>,
 }
 
-/// Integrals and counts up to a row.
+/// Integrals and event counts at the time of a row.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     piece: Piece,
     event_counts: EventCounts,
 }
 
-/// The last sample of temperature and energy, and the integrals up to it.
+/// Temperature and pair energy at the last sample, and their integrals up to this time.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
     /// Time since the start of the simulation.
     elapsed: f64,
-    /// Heat given to the particles since then, and the sum of each contribution times its time `[energy]`,
-    /// `[energy time]`.
+    /// Energy that particles gained at events since the start of the simulation `[energy]`, and the sum of each
+    /// gain times its time `[energy time]`.
     heated: [f64; 2],
-    /// Sum of each change of the pair energy times its time `[energy time]`.
+    /// Sum of each change of the pair energy times the time of the change `[energy time]`.
     pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
-    /// Present if the volume changes.
+    /// Integrals over the changing volume, if a barostat acts.
     volume: Option<VolumePiece>,
     /// `[energy time]`
     integrals: [f64; 2],
@@ -141,7 +141,7 @@ struct Piece {
 }
 
 impl Observer {
-    /// An observer that has seen nothing yet.
+    /// Creates an observer for a scene, without any rows.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         Self { applicable: ApplicableObservables::of(scene), before: None, piece: None, averages: Vec::new() }
@@ -153,13 +153,13 @@ impl Observer {
         &self.applicable
     }
 
-    /// Starts a stage with a thermostat, which may change the momentum.
+    /// Starts a stage with a thermostat, which determines the conserved components of the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.applicable.set_thermostat(scene, thermostat);
     }
 
-    /// Starts a stage with a barostat and a thermostat. `factor` is the growth of diameters since the
-    /// observer was made.
+    /// Starts a stage with a barostat and a thermostat. `grown` is the factor by which diameters have grown
+    /// since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.applicable.set_barostat(scene, acting, grown);
     }
@@ -224,8 +224,8 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether too few independent volumes were seen at constant pressure. All observables but the
-    /// temperature then follow the volume, and its fast changes hide its slow changes.
+    /// Whether too few independent volumes were seen at constant pressure. All observables but the temperature
+    /// then follow slow changes of the volume, and faster fluctuations hide these changes from the error.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -236,10 +236,10 @@ impl Observer {
     /// Estimates a quantity of one wall from the common quantity of both walls, if a conservation law relates
     /// them.
     ///
-    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and
-    /// `sum x m v_x`. Heat that enters at one wall and does not leave at the other wall is stored as energy.
-    /// These terms contribute the difference between both ends to a mean over a time `t`, divided by `t`. The
-    /// error is therefore not the error of independent fluctuations.
+    /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum
+    /// x m v_x`. Heat that enters at one wall and does not leave at the other wall is stored as energy. Such a
+    /// term changes a mean over a time `t` only by its difference between both ends, divided by `t`. The error
+    /// of this part is smaller than for independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
@@ -251,7 +251,8 @@ impl Observer {
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
-    /// Whether each observable was stationary. A system at rest has no compressibility factor.
+    /// Stationarity of each observable that has a mean. The compressibility factor is left out for a system at
+    /// rest, where it is undefined.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
         let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
@@ -262,7 +263,7 @@ impl Observer {
     }
 
     /// Whether the run was in equilibrium or in a steady state, from the stationarity of each observable and
-    /// the events counted in the same time.
+    /// the number of events in the same time.
     #[must_use]
     pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
         let taken = 2 * (counted.physical() - counted.wall) - counted.core_static + counted.wall + counted.thermostat;
@@ -285,7 +286,8 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // A few rows are enough for a conserved quantity. Only a program that sets velocities changes it.
+            // A few rows are enough to call a conserved temperature constant. Only a program that sets
+            // velocities changes it.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -299,13 +301,13 @@ impl Observer {
         halves.stationarity()
     }
 
-    /// Discards the last state of the simulation, but keeps all means. The next interval starts with another
-    /// simulation, or after a jump.
+    /// Forgets the last state of the simulation, but keeps all means. Needed if the state jumps or another
+    /// simulation takes its place.
     pub(crate) fn interrupt(&mut self) {
         (self.before, self.piece) = (None, None);
     }
 
-    /// Discards everything: a new stage begins.
+    /// Discards the last state and all means when a new stage begins.
     pub(crate) fn begin(&mut self) {
         (self.before, self.piece) = (None, None);
         self.averages.clear();
@@ -327,8 +329,8 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // The integral along a straight line counts each change for half of the time. Here each change
-            // counts from its own time.
+            // A straight line between the two samples would count each change for half of the time. This
+            // correction counts each change from its own time.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
@@ -372,8 +374,8 @@ impl Observer {
             Some((_, means)) => applicable.has_pressure.then_some(means.pressure),
             None => applicable.pressure(&counted, duration, temperature, &confined),
         });
-        // Divided by the mean temperature, these values give the compressibility factor. At constant pressure
-        // the temperature of the heat bath is used.
+        // The compressibility factor is the mean of `factor`, divided by the mean temperature. At constant
+        // pressure, `factor` is already divided by the temperature of the heat bath.
         let factor = match isobaric {
             Some((ensemble, means)) => Some(ensemble.factor(means.volume, moving)),
             None => pressure.map(|pressure| pressure / applicable.number_density),
@@ -386,7 +388,6 @@ impl Observer {
             applicable.has_wells.then(|| pair / (duration * moving)),
         ];
         let walls = || (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]);
-        // From the momentum that each wall gave, and from the energy that it supplied.
         let pressures = walls().map(|(axis, side)| {
             applicable.pressed_walls[axis][side].then(|| counted.wall_push[axis][side].total() / duration)
         });

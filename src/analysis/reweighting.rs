@@ -30,39 +30,41 @@ pub use histograms::{EnergyHistograms, EnergyLevels};
 use super::statistics::{Correlation, Estimate, correlation, student};
 use crate::model::random::{Purpose, Random};
 
-/// Number of resamples for an error, which has an error of 5 % itself.
+/// Number of resamples. An error from 200 resamples is itself uncertain by 5 %.
 const RESAMPLES: usize = 200;
 
 /// Length of a block in correlation times (more exactly, statistical inefficiencies).
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Smallest number of blocks. Each of them is then longer than half a correlation time.
+/// Smallest number of blocks. Because eight independent values are required, each block is at least half a
+/// correlation time long.
 const FEWEST_BLOCKS: usize = 16;
 
-/// A series with fewer independent values has no errors, like a mean.
+/// Fewest independent energies for which errors are reported; the same number as for a mean.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states, with densities from resampled data, which give the errors of all derived
-/// quantities.
+/// The density of states, and the densities of states of resampled data. Their scatter gives the errors of all
+/// derived quantities.
 ///
-/// Time is cut into blocks of five correlation times of the energy, for the ensemble in which it is slowest.
-/// All blocks are drawn with replacement, 200 times. The same blocks are drawn for all ensembles, because
-/// swaps correlate the replicas. The error is the standard deviation over the resamples, enlarged for the
-/// correlation that blocks of this length miss, and by Student's factor for their number.
+/// Time is cut into blocks of five correlation times of the energy, taken from the ensemble in which the energy
+/// changes most slowly. All blocks are drawn with replacement, 200 times. The same blocks are drawn for all
+/// ensembles, because swaps correlate the replicas. The error is the standard deviation over the resamples,
+/// enlarged for the correlation that blocks of this length miss, and by Student's factor for their number.
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]
 pub struct Reweighting {
     density: DensityOfStates,
     resamples: Vec<DensityOfStates>,
-    /// Factor from the standard deviation to the error.
+    /// Ratio of the reported error to the standard deviation over the resamples.
     factor: f64,
     blocks: usize,
 }
 
 impl Reweighting {
-    /// Built from histograms; the seed determines which blocks are drawn. `None` if the energies of the
-    /// ensembles do not overlap, or if there are none.
+    /// Determines the density of states from histograms, and again from resampled blocks. `seed` determines
+    /// which blocks are drawn. `None` if the energies of the ensembles do not overlap, or if there are no
+    /// samples.
     #[must_use]
     pub fn new(histograms: &EnergyHistograms, seed: u64) -> Option<Self> {
         if histograms.is_empty() {
@@ -101,8 +103,8 @@ impl Reweighting {
         self.blocks
     }
 
-    /// Numbers derived from a density of states, with their errors. There are no errors if the series is too
-    /// short, or if some resamples do not overlap.
+    /// Numbers derived from the density of states, with their errors. There are no errors if the series is too
+    /// short, or if the energies of the ensembles do not overlap in some resample.
     pub fn estimates(&self, of: impl Fn(&DensityOfStates) -> Vec<f64>) -> Vec<Estimate> {
         let means = of(&self.density);
         let drawn: Vec<Vec<f64>> = self.resamples.iter().map(of).collect();
@@ -122,16 +124,16 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0)).sqrt()
 }
 
-/// Blocks that may be drawn instead of each other.
+/// Blocks of time from which the resamples are drawn.
 struct Blocks {
-    /// Where each sequence of blocks ends and the next begins, in blocks of the histograms.
+    /// Boundaries between the resampled blocks, as indices of the shorter blocks in the histograms.
     ends: Vec<usize>,
-    /// Factor from the standard deviation to the error.
+    /// Ratio of the reported error to the standard deviation over the resamples.
     factor: f64,
 }
 
 impl Blocks {
-    /// `None` for a series that is too short.
+    /// `None` if the series of energies is too short.
     fn of(histograms: &EnergyHistograms) -> Option<Self> {
         let count = histograms.blocks();
         let mut slowest = Correlation { inefficiency: 1.0, doubt: 1.0 };
@@ -149,15 +151,17 @@ impl Blocks {
         let blocks = asked.max(FEWEST_BLOCKS).min(count);
         let length = count as f64 / blocks as f64;
         let n = blocks as f64;
-        // Corrects for deviations from the sample mean, and for the small number of blocks.
+        // Student's factor corrects for the small number of blocks. The other factor corrects for deviations
+        // from the sample mean instead of the true mean.
         let of_number = student(n - 1.0) * (n / (n - 1.0)).sqrt();
         let factor = of_number * (slowest.doubt / in_blocks(inefficiency, length)).sqrt();
         Some(Self { ends: (0..=blocks).map(|block| block * count / blocks).collect(), factor })
     }
 }
 
-/// Fraction of the variance of a mean that blocks of a length capture, for correlations that decay as `r^k`
-/// with the inefficiency `g = (1 + r) / (1 - r)`: about `1 - x` with `x = (g^2 - 1) / (2 g L)`.
+/// Fraction of the variance of a mean that remains if correlations between blocks of a length `L` are lost. For
+/// correlations that decay as `r^k`, with the inefficiency `g = (1 + r) / (1 - r)`, it is about `1 - x` with `x
+/// = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

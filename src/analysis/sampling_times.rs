@@ -19,13 +19,13 @@ pub struct SamplingTimes {
 }
 
 impl SamplingTimes {
-    /// Times at a given interval.
+    /// Sampling times at a fixed interval.
     #[must_use]
     pub fn given(start: f64, interval: f64) -> Self {
         Self { start, interval, index: 1.0, chosen: None, left: u32::MAX }
     }
 
-    /// About `aim` times in an expected duration, at least `shortest` apart.
+    /// About `aim` sampling times in the expected duration, at least `shortest` apart.
     #[must_use]
     pub fn expecting(start: f64, duration: f64, aim: u32, shortest: f64) -> Self {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
@@ -49,7 +49,8 @@ impl SamplingTimes {
         if self.left == 0 { f64::INFINITY } else { self.start + self.index * self.interval }
     }
 
-    /// Whether a sample is due; if so, advances to the first sampling time after `time`.
+    /// Whether `time` has reached the next sampling time. If so, advances to the first sampling time after
+    /// `time`.
     pub(crate) fn is_due(&mut self, time: f64) -> bool {
         let is_due = time >= self.next();
         if is_due {
@@ -63,8 +64,8 @@ impl SamplingTimes {
         self.pass_early(time, 0.0);
     }
 
-    /// Advances past a time. A sampling time that is later by up to this fraction of the interval counts as
-    /// reached, because times are rounded.
+    /// Advances to the first sampling time after `time`. Times are rounded, so a sampling time that is later by
+    /// at most the fraction `early` of the interval counts as reached.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);
@@ -77,8 +78,8 @@ impl SamplingTimes {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // The computed time may not be after `time`, because of rounding or because the interval is below the
-        // spacing of floating-point numbers.
+        // The computed time may still be at or before `time`, because of round-off or because the interval is
+        // below the spacing of floating-point numbers.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;

@@ -13,19 +13,19 @@ use spectrum::Density;
 /// Number of bins at which neighbours are merged.
 const MOST_BINS: usize = 1024;
 
-/// Relative round-off error of a constant in a long run: the conserved temperature of two particles over
-/// `1e8` events.
+/// Relative round-off error of a constant quantity in a long run. The value is that of the conserved
+/// temperature of two particles over `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
 /// Fewest values for which there is an error.
 const FEWEST_VALUES: usize = 8;
 
-/// Fewest independent values for which there is an error. Five or fewer values often look like more by
-/// chance.
+/// Fewest independent values for which there is an error. A series of five or fewer independent values often
+/// seems to have more by chance.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// Fewest independent values for which a variance has an error. With fewer, the smaller the variance is by
-/// chance, the more certain it looks.
+/// Fewest independent values for which a variance has an error. With fewer values, a variance that is small by
+/// chance would also seem very certain.
 const FEWEST_FOR_VARIANCE: f64 = 16.0;
 
 /// A mean with its standard error.
@@ -33,19 +33,19 @@ const FEWEST_FOR_VARIANCE: f64 = 16.0;
 pub struct Estimate {
     /// The mean over the whole series.
     pub mean: f64,
-    /// Its standard error; `None` if the series is too short.
+    /// Standard error of the mean; `None` if it is unknown, for example because the series is too short.
     pub standard_error: Option<f64>,
 }
 
 impl Estimate {
-    /// The estimate of the same quantity divided by a nonzero constant.
+    /// Divides the mean and the error by a nonzero constant.
     #[must_use]
     pub fn over(self, divisor: f64) -> Self {
         let standard_error = self.standard_error.map(|error| error / divisor.abs());
         Self { mean: self.mean / divisor, standard_error }
     }
 
-    /// The estimate of the same quantity times a constant.
+    /// Multiplies the mean and the error by a constant.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
         let standard_error = self.standard_error.map(|error| error * factor.abs());
@@ -88,8 +88,8 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // If the weight of the first value were larger than all other weights, there would never be a second
-        // bin.
+        // The first value may have had a larger weight than all other values. With its bin weight, there would
+        // never be a second bin.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -100,7 +100,7 @@ impl BlockAverage {
         while weight > 1.5 * self.bin_weight && !self.bins.is_empty() {
             self.merge();
         }
-        // Even intervals are differences of times, so they are equal only to within round-off.
+        // Equal intervals are differences of times, so they agree only to within round-off.
         if self.open_weight >= self.bin_weight * (1.0 - 1e-6) {
             self.bins.push(self.open_sum / self.open_weight);
             (self.open_sum, self.open_weight) = (0.0, 0.0);
@@ -110,8 +110,7 @@ impl BlockAverage {
         }
     }
 
-    /// The mean of all values; `None` if there are none. An [`Self::estimate`] takes thousands of times
-    /// longer.
+    /// The mean of all values; `None` without values. Thousands of times faster than an [`Self::estimate`].
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         (self.weight > 0.0).then(|| self.sum / self.weight)
@@ -129,9 +128,9 @@ impl BlockAverage {
         Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
     }
 
-    /// The mean and its error, for a series that differs from `other` only by the time derivative of a
-    /// bounded quantity, as the force on a wall differs from the virial. If that quantity is too slow for the
-    /// series, this is an [`Self::estimate`].
+    /// The mean and its error, for a series that differs from `other` only by the time derivative of a bounded
+    /// quantity, as the force on a wall differs from the virial. If the error cannot be determined in this way,
+    /// for example because the quantity is too slow, this is an [`Self::estimate`].
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -140,7 +139,7 @@ impl BlockAverage {
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 
-    /// A combination with the values of another average over the same times; `None` if the times differ.
+    /// Linear combination with another average over the same times, value by value; `None` if the times differ.
     pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         is_together.then(|| Self {
@@ -202,7 +201,6 @@ impl BlockAverage {
         self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
     }
 
-    /// The second half of the bins so far.
     pub(crate) fn second_half(&self) -> Self {
         let bins = self.bins[self.bins.len() / 2..].to_vec();
         let sum = bins.iter().sum::<f64>() * self.bin_weight;
@@ -233,7 +231,7 @@ impl BlockAverage {
         self.bins.iter_mut().for_each(|bin| *bin *= factor);
     }
 
-    /// Merges neighbouring bins. If a bin is left over, it is reopened.
+    /// Merges neighbouring bins. With an odd number of bins, the last bin is reopened.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1
             && let Some(last) = self.bins.pop()
@@ -246,8 +244,8 @@ impl BlockAverage {
     }
 }
 
-/// Whether a series of bins is stationary. It is not constant if the values after the last whole bin change
-/// the mean.
+/// Verdict on the stationarity of a series of bins. Bins of equal value are not called constant if values after
+/// the last full bin change the mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -255,16 +253,15 @@ fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     }
 }
 
-/// Whether the values in the bins are all equal but the mean differs, because of values after them. Then
-/// events are too rare for the bins to give an error.
+/// Whether all full bins have the same value but the mean differs, because of values after the last full bin.
+/// Events are then too rare for the bins to give an error.
 fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     let first = bins.first().copied().unwrap_or(mean);
     let rounding = ROUNDING * scale.abs().max(first.abs());
     bins.iter().all(|x| (x - first).abs() <= rounding) && (first - mean).abs() > rounding
 }
 
-/// The standard error from the bins of a series with the mean `mean`, which includes values after the last
-/// whole bin.
+/// The standard error from the bins of a series. `mean` also includes the values after the last full bin.
 fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
@@ -283,12 +280,12 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     let n = series.len() as f64;
     let mean = sums.iter().sum::<f64>() / n;
     let variance = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum::<f64>() / n;
-    // The scatter of the sums about their own mean is too small.
+    // The variance of the sums about their sample mean is too small by the squared error of this mean.
     let of_mean = standard_error(&sums)?;
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
-/// Means of pairs of neighbours. The last value of an odd number is dropped.
+/// Means of pairs of neighbouring values. With an odd number of values, the last value is dropped.
 fn halved(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
@@ -316,8 +313,8 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
         .then(|| student(independent - 1.0) * (density.at_zero * density.doubt * variance / n).sqrt())
 }
 
-/// The squared error of the mean of a series, by maximum likelihood, without the enlargement of
-/// [`standard_error`] for its own uncertainty.
+/// The squared error of the mean of a series, by maximum likelihood. Unlike [`standard_error`], it is not
+/// enlarged for the uncertainty of the error itself.
 fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
     Some(density.map_or(1.0, |density| density.at_zero) * variance / series.len() as f64)
@@ -326,11 +323,12 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
 /// How the values of a series scatter about their mean.
 struct Spread {
     variance: f64,
-    /// Spectral density at frequency zero; `None` for a constant, because its round-off is not noise.
+    /// Spectral density at frequency zero. `None` for a constant series, whose fluctuations are mere round-off.
     density: Option<Density>,
 }
 
-/// `None` for fewer than eight values, or if the density cannot be determined.
+/// Returns the variance and the spectral density of a series. `None` for fewer than eight values, or if the
+/// spectral density cannot be determined.
 fn spread(series: &[f64]) -> Option<Spread> {
     let n = series.len() as f64;
     if series.len() < FEWEST_VALUES {
@@ -352,17 +350,18 @@ pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
 
-/// Correlation of the values of a series.
+/// How strongly the values of a series are correlated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Correlation {
-    /// The statistical inefficiency: the number of values per independent one, at least one.
+    /// The statistical inefficiency: the number of values per independent value, at least one.
     pub inefficiency: f64,
-    /// Factor by which it may be larger, if most of the correlation is as slow as the series can resolve.
+    /// Factor by which the inefficiency may be larger, if most of the correlation is as slow as the series can
+    /// resolve.
     pub doubt: f64,
 }
 
-/// Correlation of the values of a series; constants have none. `None` if their mean has no
-/// [`standard_error`].
+/// Correlation of the values of a series. A constant series counts as uncorrelated. `None` for fewer than eight
+/// values, or if the spectral density cannot be determined.
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
     let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
     let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };

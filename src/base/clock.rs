@@ -3,7 +3,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 pub use std::time::Instant;
 
-/// Instant on a platform without a clock, such as WebAssembly in a browser. No time passes there.
+/// Stands in for the clock on a platform without one, such as WebAssembly in a browser. Its time never passes.
 #[cfg(target_arch = "wasm32")]
 #[derive(Debug, Clone, Copy)]
 pub struct Instant;

@@ -1,6 +1,6 @@
-//! Whether files are synced to disk.
+//! A switch that turns off syncing files to disk.
 //!
-//! A file must be synced to survive a crash of the machine, which can take longer than a short run. Files in
+//! A file survives a crash of the machine only if it is synced, but syncing can take longer than a short run. Files in
 //! a temporary folder are not needed after a crash.
 
 use std::cell::Cell;
@@ -13,7 +13,7 @@ thread_local! {
 
 /// Runs `work` without syncing the files that it writes on this thread.
 pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
-    /// Restores the former setting, also after a panic.
+    /// Restores the previous setting when `work` ends, also by a panic.
     struct Before(bool);
     impl Drop for Before {
         fn drop(&mut self) {

@@ -3,15 +3,15 @@
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Bits between two digits.
+/// Bits per digit. Successive digits differ by a factor of `2^32`.
 const BITS: u32 = 32;
 
 /// Number of digits that hold every sum of finite numbers: from the smallest, `2^-1074`, to beyond the
 /// largest, `2^1024`.
 const DIGITS: usize = 68;
 
-/// Number of additions after which carries are propagated. Each addition changes a digit by less than `2^32`,
-/// and a digit can hold 63 bits.
+/// Number of additions after which carries are propagated. Each addition changes a digit by less than `2^32`, and a
+/// digit can hold `2^63`.
 const MOST: u32 = 1 << 30;
 
 /// Exact sum of floating-point numbers (a long accumulator; Kulisch and Miranker, SIAM Rev. 28, 1, 1986).
@@ -20,11 +20,11 @@ const MOST: u32 = 1 << 30;
 /// their order or grouping. If any terms are not finite, the result is the sum of the non-finite terms.
 #[derive(Debug, Clone, Copy)]
 pub struct ExactSum {
-    /// `sum digits[k] 2^(32 k - 1074)`.
+    /// The value of the sum is `sum over k of digits[k] 2^(32 k - 1074)`.
     digits: [i64; DIGITS],
-    /// Number of additions since carries were propagated.
+    /// Number of additions since carries were last propagated.
     additions: u32,
-    /// Sum of the terms that are not finite.
+    /// Sum of the terms that are infinite or NaN.
     infinite: f64,
 }
 
@@ -54,7 +54,8 @@ impl ExactSum {
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
         let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
         let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
-        // All bits set or none, to negate a number by xor and subtraction.
+        // All bits are set for a negative number, and none for a positive number. The next line negates by xor and
+        // subtraction.
         let sign = bits.cast_signed() >> 63;
         let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {
@@ -88,7 +89,7 @@ impl ExactSum {
         self.carry();
     }
 
-    /// The sum, rounded once.
+    /// Returns the sum, rounded once.
     #[must_use]
     pub fn total(&self) -> f64 {
         if self.infinite != 0.0 {
@@ -105,7 +106,7 @@ impl ExactSum {
         let first = last.saturating_sub(2);
         let leading =
             sum.digits[first..=last].iter().rev().fold(0, |number, digit| (number << BITS) | i128::from(*digit));
-        // Lower bits only decide whether it is a tie.
+        // Lower digits matter only for ties, so a single bit stands for all of them.
         let is_more = sum.digits[..first].iter().any(|digit| *digit != 0);
         let rounded = (leading | i128::from(is_more)) as f64;
         #[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "at most 68 digits")]
@@ -114,7 +115,7 @@ impl ExactSum {
         if is_negative { -total } else { total }
     }
 
-    /// Brings all digits but the last between 0 and `2^32`. Equal sums then have equal digits.
+    /// Brings all digits but the last into the range from 0 to `2^32`, so that equal sums have equal digits.
     #[cold]
     fn carry(&mut self) {
         let mut carry = 0;
@@ -146,7 +147,7 @@ impl From<f64> for ExactSum {
 }
 
 impl Serialize for ExactSum {
-    /// The digits that are not zero, with their indices.
+    /// Stores only the digits that are not zero, with their indices.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut sum = *self;
         sum.carry();
@@ -188,7 +189,8 @@ mod tests {
             (vec![f64::MAX, f64::MAX, -f64::MAX], f64::MAX),
             (vec![f64::MAX, f64::MAX], f64::INFINITY),
             (vec![-f64::MAX, -f64::MAX], f64::NEG_INFINITY),
-            // Half of the last place of 1 rounds to even; slightly more or less rounds up or down.
+            // Exactly half a unit in the last place of 1 rounds to even. Slightly more rounds up, and slightly less
+            // rounds down.
             (vec![1.0, f64::EPSILON / 2.0], 1.0),
             (vec![1.0, f64::EPSILON / 2.0, tiny], 1.0 + f64::EPSILON),
             (vec![-1.0, -f64::EPSILON / 2.0, -tiny], -1.0 - f64::EPSILON),
@@ -232,7 +234,7 @@ mod tests {
             let mut rest = whole;
             rest.subtract(&sum(first));
             prop_assert!(rest == sum(second));
-            // Equal to compensated summation, within its rounding relative to the largest term.
+            // The result agrees with compensated summation, within the rounding error of that method.
             let mut compensated = Sum::default();
             terms.iter().for_each(|x| compensated.add(*x));
             let largest = terms.iter().fold(0.0, |most: f64, x| most.max(x.abs()));

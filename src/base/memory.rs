@@ -1,12 +1,12 @@
-//! Available memory. The requirements of a scene are compared with it before any allocation.
+//! Available memory. Before any allocation, the requirements of a scene are compared with it.
 
 use std::sync::OnceLock;
 
-/// Used if the system does not report its memory: 16 GiB, or half of the 32-bit address space.
+/// Memory to assume if the system does not report it: 16 GiB, or 2 GiB on a 32-bit system.
 const UNKNOWN: u64 = if usize::BITS > 32 { 16 << 30 } else { 2 << 30 };
 
-/// The memory that this process may use `[bytes]`. It is the memory of the machine, or less if a control
-/// group or a limit of the process (`ulimit -v`) restricts it.
+/// Returns the memory that this process may use `[bytes]`. It is the memory of the machine, or less if a control group
+/// or a limit of the process (`ulimit -v`) restricts it.
 pub(crate) fn total() -> u64 {
     static TOTAL: OnceLock<u64> = OnceLock::new();
     *TOTAL.get_or_init(|| system::limits().into_iter().flatten().min().unwrap_or(UNKNOWN))
@@ -23,7 +23,7 @@ mod system {
     }
 
     fn physical() -> Option<u64> {
-        // SAFETY: the call only reads a number.
+        // SAFETY: `sysconf` only returns a number.
         let of = |name| u64::try_from(unsafe { libc::sysconf(name) }).ok();
         of(libc::_SC_PHYS_PAGES)?.checked_mul(of(libc::_SC_PAGESIZE)?)
     }
@@ -35,14 +35,15 @@ mod system {
         (is_known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur)
     }
 
-    /// The smallest limit of the control group of this process and of its parent groups, for both versions of
+    /// Returns the smallest limit of the control group of this process and of its parent groups, for both versions of
     /// control groups.
     fn control_group() -> Option<u64> {
         let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
         groups.lines().filter_map(|line| least_of(line, Path::new("/sys/fs/cgroup"))).min()
     }
 
-    /// From a line such as `0::/user.slice` or `4:memory:/user.slice`.
+    /// Returns the smallest limit for a line of `/proc/self/cgroup`, such as `0::/user.slice` or
+    /// `4:memory:/user.slice`.
     pub(super) fn least_of(line: &str, root: &Path) -> Option<u64> {
         let mut fields = line.splitn(3, ':').skip(1);
         let (controllers, path) = (fields.next()?, fields.next()?);
@@ -53,7 +54,7 @@ mod system {
         };
         let folder = root.join(path.trim_start_matches('/'));
         let folders = folder.ancestors().take_while(|folder| folder.starts_with(&root));
-        // Without a limit, the file contains the word `max` or a number beyond any memory.
+        // Without a limit, the file contains the word `max` or a number larger than any memory.
         folders.filter_map(|folder| fs::read_to_string(folder.join(file)).ok()?.trim().parse().ok()).min()
     }
 }

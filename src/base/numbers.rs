@@ -1,64 +1,56 @@
-//! Lossy conversions between number types. All conversions that may lose information are here, with a defined
-//! result.
+//! Lossy conversions between number types. All conversions that may lose information are here, with a defined result.
 //!
-//! Floating-point numbers are truncated towards zero, as for a histogram bin or a grid cell. Values beyond
-//! the range of the integer type become its nearest limit, and NaN becomes zero.
+//! Floating-point numbers are truncated towards zero, as needed for a histogram bin or a grid cell. Values beyond the
+//! range of the integer type become its nearest limit, and NaN becomes zero.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "casts from floating-point numbers saturate, as is said above"
 )]
 
-/// The integer part of a number, as an index.
 #[inline]
 pub(crate) fn trunc_to_usize(x: impl Into<f64>) -> usize {
     x.into() as usize
 }
 
-/// The integer part of a number, as a count.
 #[inline]
 pub(crate) fn trunc_to_u64(x: impl Into<f64>) -> u64 {
     x.into() as u64
 }
 
-/// The integer part of a number, as a count or an index stored in few bytes.
 #[inline]
 pub(crate) fn trunc_to_u32(x: impl Into<f64>) -> u32 {
     x.into() as u32
 }
 
-/// The integer part of a number, as a step of a scale.
 #[inline]
 pub(crate) fn trunc_to_u16(x: impl Into<f64>) -> u16 {
     x.into() as u16
 }
 
-/// The integer part of a number, as a step of a coarse scale.
 #[inline]
 pub(crate) fn trunc_to_u8(x: impl Into<f64>) -> u8 {
     x.into() as u8
 }
 
-/// The integer part of a number of either sign, as a cell of an unbounded grid.
 #[inline]
 pub(crate) fn trunc_to_i64(x: impl Into<f64>) -> i64 {
     x.into() as i64
 }
 
-/// The integer part of a number of either sign, as a power or a number of periods.
 #[inline]
 pub(crate) fn trunc_to_i32(x: impl Into<f64>) -> i32 {
     x.into() as i32
 }
 
-/// Rounds to single precision; infinite beyond its largest number.
+/// Rounds to single precision. Numbers beyond its range become infinite.
 #[inline]
 pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Converts an index of a scene to an id. There are at most `MOST_PARTICLES` particles (`scene/limits.rs`),
-/// and fewer of anything else.
+/// Converts an index to an id. A scene has at most `MOST_PARTICLES` particles (`scene/limits.rs`), and fewer of
+/// anything else.
 ///
 /// # Panics
 /// If the index exceeds the largest possible index of a scene.
@@ -68,7 +60,7 @@ pub(crate) fn id(index: usize) -> u32 {
     u32::try_from(index).expect("a scene has fewer than 2^32 entries of each kind")
 }
 
-/// Counts beyond the largest index saturate. No array can have more elements.
+/// Converts a count to an index. Counts beyond the largest index saturate, because no array has more elements.
 #[inline]
 pub(crate) fn index(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)

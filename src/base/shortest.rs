@@ -1,18 +1,19 @@
-//! Numbers as the shortest text that reads back as the same number.
+//! Writes numbers as the shortest text that reads back as the same number.
 
 use std::fmt;
 use std::io::Write;
 use std::ops::Range;
 
-/// Magnitudes that are written without an exponent, as is 0.
+/// Numbers of these magnitudes are written without an exponent, and so is 0.
 const PLAIN: Range<f64> = 1e-4..1e16;
 
-/// The fewest digits that read back as the same number, with an exponent instead of many zeros.
+/// A number that is displayed with the fewest digits that read back as the same number, and with an exponent instead of
+/// many zeros.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shortest(pub f64);
 
 impl Shortest {
-    /// Appends it to a text.
+    /// Appends the number to a text.
     #[inline]
     pub fn push(self, text: &mut Vec<u8>) {
         let mut buffer = zmij::Buffer::new();
@@ -25,7 +26,7 @@ impl Shortest {
         }
     }
 
-    /// Without an exponent, with the digits of the standard library; `None` if that has many zeros.
+    /// Formats the number without an exponent; `None` if this would take many zeros.
     #[inline]
     fn plain(self, buffer: &mut zmij::Buffer) -> Option<&str> {
         let Self(number) = self;
@@ -52,7 +53,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
-    /// The slower formatting of the standard library.
+    /// Formats the number with the standard library, which is slower.
     fn expected(number: f64) -> String {
         if number == 0.0 || (1e-4..1e16).contains(&number.abs()) { format!("{number}") } else { format!("{number:e}") }
     }
@@ -73,7 +74,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let same = |number: f64| assert_eq!(found(number), expected(number), "{:x}", number.to_bits());
         for _ in 0..100_000 {
-            // Numbers as in a trajectory, and short numbers.
+            // The first number has many digits, like a coordinate in a trajectory. The others have few.
             let part = random.next_u32();
             same(f64::from(part) * 1e-7 * std::f64::consts::PI);
             same(f64::from(part % 100_000) / 1000.0);
@@ -86,7 +87,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let read = |number: f64| {
             let text = found(number);
-            // Halfway between two shortest texts, as for 2^50 + 1/4, the two methods may choose different
+            // If a number is halfway between two shortest texts, like 2^50 + 1/4, the two methods may choose different
             // texts.
             assert_eq!(text.len(), expected(number).len(), "{:x}", number.to_bits());
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits(), "{text}");

@@ -1,8 +1,8 @@
-//! Sums that compensate rounding errors.
+//! Sums that compensate for rounding errors.
 
 use serde::{Deserialize, Serialize};
 
-/// Compensated summation (Neumaier), so that ledgers show errors of the dynamics and not of the addition.
+/// Compensated sum (Neumaier). A balance over a long run then shows errors of the dynamics and not of the addition.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,
@@ -18,7 +18,7 @@ impl Sum {
         self.sum = sum;
     }
 
-    /// The sum of all terms so far.
+    /// Returns the sum of all terms so far.
     #[inline]
     #[must_use]
     pub fn total(&self) -> f64 {

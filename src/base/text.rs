@@ -50,13 +50,14 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// All digits of a number, with an exponent instead of many zeros.
+/// Formats a number with all digits that it needs to read back as the same number, with an exponent instead of many
+/// zeros.
 #[must_use]
 pub fn shortest(number: f64) -> String {
     if number == 0.0 || (1e-5..1e16).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
 }
 
-/// Six digits, about as many as a reader compares.
+/// Formats a number for a reader, with about six digits, or with four digits and an exponent.
 #[must_use]
 pub fn digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
@@ -68,13 +69,13 @@ pub fn digits(number: f64) -> String {
     }
 }
 
-/// Short form of a small residual, such as a drift: `0` or one digit, `3.1e-16`.
+/// Formats a small residual, such as a drift: `0`, or two digits as in `3.1e-16`.
 #[must_use]
 pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
-/// A unit in a given number of dimensions, such as `energy / length^3` for `energy / length^D`.
+/// Inserts the number of dimensions into a unit. In two dimensions, `energy / length^D` becomes `energy / length^2`.
 #[must_use]
 pub fn unit(unit: &str, dimensions: usize) -> String {
     let (volume, viscosity, conductivity, through_area) = match dimensions {
@@ -96,7 +97,7 @@ pub fn identifier(name: &str) -> String {
     words.collect::<Vec<_>>().join("_")
 }
 
-/// Names of columns as identifiers. Each identifier is different from all identifiers before it.
+/// Turns names into identifiers for columns. A name whose identifier is already taken gets a number.
 #[must_use]
 pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut taken: Vec<String> = Vec::new();
@@ -109,14 +110,14 @@ pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> 
     taken
 }
 
-/// The message of an error and of its causes.
+/// Returns the message of an error, followed by the messages of its causes.
 #[must_use]
 pub fn with_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |message, cause| format!("{message}: {cause}"))
 }
 
-/// A number of seconds in words.
+/// Formats a duration in seconds: `3.0 s`, `10 min`.
 #[must_use]
 pub fn clock(seconds: f64) -> String {
     match seconds {
@@ -128,7 +129,7 @@ pub fn clock(seconds: f64) -> String {
     }
 }
 
-/// Three digits and a letter.
+/// Formats a number with three digits and a letter for its magnitude: `1.23 k`.
 #[must_use]
 pub fn short(number: f64) -> String {
     for (unit, letter) in [(1e12, " T"), (1e9, " G"), (1e6, " M"), (1e3, " k")] {

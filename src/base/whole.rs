@@ -7,20 +7,20 @@ use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
 use super::numbers;
 
-/// Numbers written with a decimal point are exact below this, `2^53`.
+/// Integers below this bound, `2^53`, are exact even if they are written with a decimal point.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Value of a key that is an integer.
+/// Deserializes an integer.
 pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<T, D::Error> {
     Whole::deserialize(deserializer).map(|Whole(number)| number)
 }
 
-/// Value of a key that is an integer and may be missing.
+/// Deserializes an integer that may be missing.
 pub(crate) fn given<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     Option::deserialize(deserializer).map(|given| given.map(|Whole(number)| number))
 }
 
-/// Values of a key that are integers.
+/// Deserializes an array of integers.
 pub(crate) fn several<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -30,7 +30,7 @@ where
     <[Whole<T>; N]>::deserialize(deserializer).map(|numbers| numbers.map(|Whole(number)| number))
 }
 
-/// Values of a key that are lists of integers.
+/// Deserializes an array of lists of integers.
 pub(crate) fn lists<'de, D, T, const N: usize>(deserializer: D) -> Result<[Vec<T>; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -46,12 +46,12 @@ pub(crate) trait Integer<'de>: TryFrom<i64> + Deserialize<'de> {}
 
 impl<'de, T: TryFrom<i64> + Deserialize<'de>> Integer<'de> for T {}
 
-/// An integer that was written with or without a decimal point or an exponent.
+/// An integer, written with or without a decimal point or an exponent.
 pub(crate) struct Whole<T>(T);
 
 impl<'de, T: Integer<'de>> Deserialize<'de> for Whole<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // A checkpoint stores the number itself.
+        // A checkpoint is not human-readable, and stores plain integers.
         if !deserializer.is_human_readable() {
             return T::deserialize(deserializer).map(Self);
         }

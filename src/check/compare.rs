@@ -23,7 +23,7 @@ use crate::run::checkpoint::CheckpointError;
 use crate::run::{Finished, Progress, Run, RunError};
 use crate::scene::SceneError;
 
-/// Result of a comparison. Each file of the folder is in one of the lists.
+/// Result of comparing the files of a run with those of its replay.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Comparison {
@@ -46,7 +46,7 @@ pub enum CompareError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// Error from the operating system.
         source: io::Error,
     },
     /// There is not enough disk space for the files of the replay.
@@ -62,7 +62,7 @@ pub enum CompareError {
     /// The scene of the run cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The replay cannot be written.
+    /// The files of the replay cannot be written.
     #[error("cannot write the files of the replay: {0}")]
     Output(#[from] OutputError),
     /// The replay cannot be started.
@@ -71,7 +71,7 @@ pub enum CompareError {
 }
 
 impl CompareError {
-    /// Advice to the user.
+    /// Advice to the user, shown with the error.
     pub const CURE: &'static str =
         "name a folder with more room in the environment variable TMPDIR, or leave the files out with --no-files";
 }
@@ -89,7 +89,7 @@ const REPORT: &str = "everything except the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene is not that of the run";
 const FREE_TEXT: &str = "a text that the program did not write";
 
-/// State of the run according to the checkpoint in the folder.
+/// What the checkpoints in the run folder tell about the run.
 #[derive(Debug, Default)]
 struct Known {
     planned: Option<Limit>,
@@ -113,7 +113,7 @@ pub fn compare(
     let mut comparison = Comparison::default();
     let known = checkpoints(run, &names, &mut comparison);
     if comparison.is_different(Folder::SCENE) {
-        // The remaining files would belong to another run.
+        // If the scene differs, the remaining files belong to another run.
         let others = names.into_iter().filter(|name| !comparison.is_listed(name)).map(|name| (name, OTHER_SCENE));
         let others: Vec<_> = others.collect();
         comparison.not_compared.extend(others);
@@ -174,11 +174,11 @@ impl Comparison {
     }
 }
 
-/// Names of endings that the scene does not define.
+/// Endings that the scene does not determine: an interruption by the user, and the condition of a custom instrument.
 const INTERRUPTED: &str = "interrupted";
 const CONDITION: &str = "condition";
 
-/// Reads the checkpoints of the run, and checks the scene with them.
+/// Reads the checkpoints of a run, and checks the scene file against them.
 fn checkpoints(run: &Path, names: &BTreeSet<String>, comparison: &mut Comparison) -> Known {
     let mut known = Known::default();
     for name in names.iter().filter(|name| Folder::is_checkpoint(name)) {
@@ -218,7 +218,8 @@ fn left_out(name: &str, known: &Known, is_replayed: bool) -> Option<&'static str
     }
 }
 
-/// A temporary folder with enough space for the files of a run, and their size `[bytes]`.
+/// Creates a temporary folder if the disk has enough space for the files of a run. Also returns the size of these files
+/// `[bytes]`.
 fn room(run: &Path, names: &BTreeSet<String>) -> Result<(tempfile::TempDir, f64), CompareError> {
     let folder = std::env::temp_dir();
     let bytes = names.iter().filter_map(|name| fs::metadata(run.join(name)).ok()).map(|it| it.len() as f64).sum();
@@ -240,7 +241,7 @@ fn replay(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Replayed, CompareError> {
     let (scene, text) = scene_of(run)?;
-    // The files of another run may have any size.
+    // The size is limited, because a scene that does not belong to the run could write files of any size.
     let mut folder = Folder::create(target, &scene, Existing::Keep)?.at_most(2.0 * bytes + SOME_BYTES);
     folder.keep_scene(&text)?;
     let again = Run::without_start(scene).planned_for(planned);
@@ -272,10 +273,10 @@ fn replay(
     Ok(Replayed::Complete)
 }
 
-/// Size by which a replay may exceed twice the size of the run `[bytes]`.
+/// Number of bytes by which a replay may exceed twice the size of the run.
 const SOME_BYTES: f64 = 1e6;
 
-/// Fraction of the run's time by which the replay may exceed the run before it is stopped.
+/// A replay is stopped if its simulated time exceeds the end of the run by this fraction.
 const BEYOND: f64 = 0.01;
 
 /// Outcome of a replay.
@@ -287,7 +288,7 @@ enum Replayed {
     GoesOn,
 }
 
-/// The scene of a run with its text, with all trajectory formats found in the folder.
+/// Reads the scene of a run, and also returns its text. The scene asks for every trajectory format found in the folder.
 fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     let path = Folder::scene_of(run);
     let text = fs::read_to_string(&path).map_err(|source| CompareError::Read { path: path.clone(), source })?;

@@ -53,7 +53,7 @@ use crate::model::space::{Boundary, Face};
 use crate::model::surface_motion::Timeline;
 use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
 
-/// Why the reference engine cannot simulate a scene.
+/// Reason why the reference engine cannot simulate a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unsupported {
@@ -66,7 +66,7 @@ pub enum Unsupported {
     /// The scene has surfaces other than the walls of its box, and the box is periodic.
     #[error("the reference engine has no surfaces in a periodic box")]
     PeriodicSurfaces,
-    /// A stage or the measured part has a thermostat or growth.
+    /// A stage or the measured part of the run has a thermostat or growth.
     #[error("the reference engine has no thermostats and no growth")]
     DrivenStages,
 }
@@ -76,13 +76,13 @@ pub enum Unsupported {
 enum Candidate {
     /// A pair reaches one of its discontinuities.
     Pair(u32, u32, Side),
-    /// A pair has moved so far that other periodic images may be closer: predict again.
+    /// A pair may have moved so far that another periodic image is closer. The pair is then predicted again.
     LookAgain(u32, u32),
     /// A particle reaches a wall: the axis, and whether it is the upper wall.
     Wall(u32, u8, bool),
     /// A particle reaches a feature of a surface.
     Surface(u32, u32),
-    /// The search for contacts of a particle with moving surfaces has reached its end: search again.
+    /// The search for contacts of a particle with moving surfaces has reached its end. The search is then continued.
     SearchAgain(u32),
 }
 
@@ -91,7 +91,7 @@ enum Candidate {
 pub struct Reference {
     scene: Scene,
     tc_model: Option<TcModel>,
-    /// Interaction and state of every interacting pair, by `(i, j)` with `i < j`.
+    /// Interaction and state of every interacting pair of particles `(i, j)`, with `i < j`.
     pairs: BTreeMap<(u32, u32), (InteractionId, usize)>,
     time: f64,
     positions: Vec<Vector>,
@@ -104,11 +104,12 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Predicts every pair of a scene.
+    /// Predicts the events of every pair of a scene.
     ///
     /// # Errors
-    /// [`Unsupported`] if something acts from outside: [`Unsupported::Shear`], [`Unsupported::ThermalWalls`]
-    /// or [`Unsupported::DrivenStages`]. The duration of the run and its measurements do not matter here.
+    /// [`Unsupported`] if the scene has something that the reference engine cannot simulate: a sheared box, thermal
+    /// walls, surfaces in a periodic box, a thermostat or growth. The duration of the run and its measurements do not
+    /// matter.
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         let is_periodic = scene.space.boundary.contains(&Boundary::Periodic);
         for (is_asked, unsupported) in [
@@ -143,7 +144,7 @@ impl Reference {
                 if reference.species(i).is_static() && reference.species(j).is_static() {
                     continue;
                 }
-                // A bond replaces the interaction of the two species.
+                // A bond replaces the interaction between the species of the two particles.
                 let [a, b] = [i, j].map(|p| scene.particles[p as usize].species.0 as usize);
                 if let Some(id) = bonds.get(&(i, j)).copied().or(scene.table.get(a, b)) {
                     let state = reference.first_state(&scene.interactions[id.0 as usize].potential, i, j);
@@ -157,8 +158,8 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The initial state of a pair: the number of potential radii that are larger than the distance of the
-    /// pair. A pair within 32 roundings of a radius is on the side towards which it moves.
+    /// Returns the initial state of a pair: the number of potential radii that are larger than the distance of the
+    /// pair. A pair at a radius, within 32 roundings, counts as on the side towards which it moves.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
@@ -251,7 +252,7 @@ impl Reference {
         self.time = time;
     }
 
-    /// `r_ij` by nearest image.
+    /// Returns `r_ij` for the nearest image.
     fn nearest_image(&self, i: u32, j: u32) -> Vector {
         let (apart, size) = (self.positions[i as usize] - self.positions[j as usize], &self.scene.space.size);
         Vector::from_fn(|k, _| match self.is_periodic(k) {
@@ -277,8 +278,8 @@ impl Reference {
         }
     }
 
-    /// Predicts a pair in its nearest image and the images around it, as long as no other image can come
-    /// near.
+    /// Predicts the events of a pair for the nearest image and its neighbours. The pair is predicted again before any
+    /// other image can come near.
     fn predict_pair(&mut self, i: u32, j: u32) {
         let Some(&(interaction, state)) = self.pairs.get(&(i, j)) else { return };
         let nearest = self.nearest_image(i, j);
@@ -287,7 +288,7 @@ impl Reference {
         for side in [Side::Positive, Side::Negative] {
             let mut first = None;
             if let Some(seen) = seen(&self.interaction(interaction).potential, state, side) {
-                // A pair inside a discontinuity is a pair of nearest images.
+                // Inside a discontinuity, only the nearest image of the partner can interact.
                 let images = if side == Side::Positive { self.images() } else { vec![Vector::zeros()] };
                 for image in images {
                     let f = Polynomial::overlap(side, seen.distance, &(nearest + image), &velocity, &acceleration);
@@ -308,7 +309,7 @@ impl Reference {
         if shortest == f64::INFINITY || (v == 0.0 && a == 0.0) {
             return f64::INFINITY;
         }
-        // v t + a t^2 / 2 = shortest
+        // This is the solution of v t + a t^2 / 2 = shortest.
         2.0 * shortest / (v + (v * v + 2.0 * a * shortest).sqrt())
     }
 

@@ -37,16 +37,16 @@ pub use state_point::{StatePointError, Watch};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {
-    /// Seconds in total: fewer events at fewer points.
+    /// Takes seconds in total, with fewer events at fewer state points.
     Brief,
-    /// About a minute in total.
+    /// Takes about a minute in total.
     Usual,
-    /// A quarter of an hour in total: more particles, more events, more points.
+    /// Takes a quarter of an hour in total, with more particles, more events and more state points.
     Long,
 }
 
 impl Effort {
-    /// Number of particles in a fluid: `4 n^3`, for a lattice of cubic cells.
+    /// Number of particles in a fluid: `4 n^3`, which fills a lattice of `n^3` face-centred cubic cells.
     fn particles(self) -> u64 {
         [500, 1372, 4000][self as usize]
     }
@@ -72,13 +72,13 @@ pub struct StatePoint {
     compare: Compare,
 }
 
-/// Runs a point with a parameter, an effort and a seed, and compares the results.
+/// Function that runs and compares a state point for a parameter, an effort and a seed.
 type Compare = fn(f64, Effort, u64, Watch<'_>) -> Compared;
 
-/// Parameters of a kind of state point for a brief, a usual and a long comparison.
+/// Parameters of one kind of state point, for a brief, a usual and a long comparison.
 type Parameters = [&'static [f64]; 3];
 
-/// All state points for an effort, in the order of the table.
+/// Returns all state points for an effort.
 #[must_use]
 pub fn points(effort: Effort) -> Vec<StatePoint> {
     const ONE: Parameters = [&[0.0]; 3];

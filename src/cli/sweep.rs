@@ -129,7 +129,7 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // A sweep file inside the folder of its sweep continues the sweep in that folder.
+        // If a sweep file is in the folder of its own sweep, it continues the sweep in that folder.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
@@ -215,7 +215,7 @@ fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 
-/// Returns the default folder of a sweep with this file.
+/// Returns the default folder of a sweep that is defined by this file.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
@@ -249,7 +249,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // A quantity that is conserved in each run may differ between runs.
+            // A quantity that each run conserves has no standard error, but it may differ between runs.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
@@ -268,7 +268,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns the deviations of a quantity from published values, one line for each source.
+/// Compares a quantity with published values. Returns one line for each source.
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {

@@ -56,7 +56,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     for column in keys..count {
         let more = GAP.len() + widest(column);
         match blocks.last_mut() {
-            // The margin on the left is one column narrower than a gap.
+            // Each line starts with a margin of two columns, which is one less than the gap between cells.
             Some((block, taken)) if *taken + more - 1 <= width => {
                 block.push(column);
                 *taken += more;

@@ -128,7 +128,7 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Sources and reasons, in the order of their first use.
+/// Sources and reasons for allowances, in the order in which the table first mentions them.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,
@@ -136,7 +136,7 @@ struct Notes {
 }
 
 impl Notes {
-    /// Returns the short name of a comparison's source, with the number of the reason for its allowance.
+    /// Returns the short name of a comparison's source, and the number of the note that explains its allowance.
     fn refer(&mut self, comparison: &Comparison) -> String {
         if !self.sources.contains(&comparison.source) {
             self.sources.push(comparison.source);

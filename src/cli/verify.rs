@@ -105,14 +105,14 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
 pub enum VerifyStep<'a> {
     /// Progress of the proof.
     Proof(&'a VerifyProgress),
-    /// Progress of the replay.
+    /// Progress of the replay of the run.
     Files(&'a Progress),
 }
 
 /// Result of a proof.
 #[derive(Debug)]
 pub struct Proof {
-    /// Certificate of the proof.
+    /// The certificate of the proof, with the proven range, the event counts and the margins.
     pub certificate: Certificate,
     /// Comparison of the files with the files of a replay; `None` if not requested.
     pub files: Option<Comparison>,
@@ -168,7 +168,7 @@ fn prove(
         Some(recorded) => verify::verify_run(scene, recorded.end, range, of_proof),
         None => verify::verify(scene, range, of_proof),
     };
-    // A range beyond the end of the run is a mistake.
+    // The range must start before the end of the run.
     let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
     if has_ended && certificate.first_event <= range.from {
         refuse_nothing(certificate.first_event - 1)?;

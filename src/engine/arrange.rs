@@ -1,9 +1,9 @@
 //! Memory layout: the order of particles, the cells and the lists.
 //!
-//! The layout is chosen for a state that changes. Particles wander away from their neighbours in memory, and
-//! a rain of grains becomes a heap. At the end of an epoch, the layout is reconsidered. The order in memory
-//! never changes what happens to particles. The neighbour search has an effect only through rounding: of
-//! positions that are brought forward, and of times that are predicted from these positions.
+//! The best layout changes during a run: particles move away from their neighbours in memory, and a rain of grains
+//! becomes a heap. The layout is therefore reconsidered at the end of an epoch. The order in memory never changes what
+//! happens to particles. The neighbour search affects only the rounding of positions that are brought forward, and of
+//! times that are predicted from these positions.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -14,16 +14,16 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// Number of transitions per particle after which the order in memory is renewed.
+/// The order in memory is renewed after this many transitions per particle to another cell or list centre.
 const WANDERED: u64 = 64;
 
-/// With more particles than this, prefetching pays, because bodies and cells take a few megabytes. Lists
-/// reach that size with fewer particles, but an event reads only a small part of them.
+/// Numbers of particles above which prefetching pays, with cells and with lists. Bodies and cells then take a few
+/// megabytes. Lists take as much memory with fewer particles, although an event reads only a small part of them.
 const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Restores the order in memory when particles have wandered away from each other.
+    /// Renews the order in memory when particles have moved far away from their neighbours in memory.
     pub(super) fn reorder_if_due(&mut self) {
         let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
         if since >= WANDERED * self.state.bodies.len() as u64 {
@@ -51,7 +51,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         true
     }
 
-    /// The best neighbour search at the present density, given the current one.
+    /// Returns the best neighbour search at the present density. The current search is preferred if the difference is
+    /// small.
     pub(super) fn best_search(&self) -> Search {
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
@@ -67,10 +68,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Numbers the particles along the space-filling curve.
+    /// Numbers the particles along a space-filling curve.
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
-        // Ordered by id within a cell of the curve, so that the order depends on positions only.
+        // Particles in the same cell of the curve are ordered by id, so that the new order depends on positions only.
         let names = {
             let by_name: Vec<Vector> =
                 self.state.numbers.iter().map(|&number| self.state.bodies[number as usize].position).collect();
@@ -80,14 +81,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.permute(&Order::of(old, self.state.bodies.len()));
     }
 
-    /// Asks for large pages for all large arrays.
+    /// Requests large memory pages for all large arrays.
     pub(super) fn enlarge(&self) {
         enlarge(&self.state.bodies);
         enlarge(&self.schedule.predictions);
         self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells by their positions, or centres their lists on their positions.
+    /// Sorts particles into cells by their positions, or centres neighbour lists at the positions.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         let factor = self.distances.reach_factor();

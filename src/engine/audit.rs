@@ -10,16 +10,17 @@ use crate::model::space::Boundary;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// A pair, or a particle and a wall, in an invalid state.
+/// A pair, or a particle and a wall, on the wrong side of a discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overlap {
     /// The particle.
     pub particle: ParticleId,
-    /// Its partner; `None` for a wall.
+    /// The partner of the particle; `None` for a wall.
     pub partner: Option<ParticleId>,
-    /// Depth beyond the discontinuity, relative to its distance.
+    /// Depth of the overlap, relative to the distance of the discontinuity. At a wall, it is relative to the radius of
+    /// the particle.
     pub depth: f64,
-    /// Depth that round-off explains.
+    /// Largest relative depth that round-off can cause.
     pub round_off: f64,
 }
 
@@ -35,17 +36,18 @@ impl Overlap {
 /// so large that rounding could explain it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// Number of roundings in a position at an event. Each is at most one unit in the last place of its scale.
+/// Number of roundings that contribute to the error of a pair's distance or time at an event. Each is at most one unit
+/// in the last place of the rounded quantity.
 ///
-/// One operation has an error of at most half a unit. A coordinate at a given time is a product and a sum,
-/// from a difference of times. It is computed once for the prediction and once for the event. In between, the
-/// coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. The
-/// separation of the two particles and their image are two more differences. With three axes, this gives
-/// `sqrt(3) (2 (3 + 1) + 2 + 2) / 2 = 11` units of the coordinates of either particle.
+/// One operation has an error of at most half a unit. A coordinate at a given time is a product and a sum, from a
+/// difference of times: three operations. It is computed once for the prediction and once for the event. In between,
+/// the coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. The separation
+/// of the two particles and their image are two more differences. With three axes, this gives
+/// `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`, about 11 units of the coordinates of either particle.
 ///
-/// The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives
-/// the time contribute about 16 units of the squared distance. The sum that gives the queue time, and the
-/// shifts of this time to later epochs, contribute three units of the time.
+/// The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives the time
+/// contribute about 16 units of the squared distance. The sum that gives the time in the queue, and the shifts of this
+/// time to later epochs, contribute three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
 /// Returns whether an overlap is below the round-off of any discontinuity at `distance`, so that it needs no
@@ -55,7 +57,8 @@ pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// Unit of depths at a surface. A point particle has no length of its own.
+/// Returns the length to which depths at a surface are relative. It is the radius of the particle, or 1 for a point
+/// particle.
 pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
@@ -63,7 +66,7 @@ pub(super) fn unit_of_surface(radius: f64) -> f64 {
 /// A pair at a discontinuity, with the data that determine its round-off.
 pub(super) struct Meeting {
     pub pair: [u32; 2],
-    /// Relative velocity of the images that meet `[length / time]`.
+    /// Relative velocity of the two images that meet `[length / time]`.
     pub velocity: Vector,
     /// Time since the state of each particle was last written `[time]`.
     pub flown: [f64; 2],
@@ -84,14 +87,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ///   coordinate 0 may have been predicted across the side of the box, with one particle at coordinate
     ///   `L`. The separation of the nearest image is rounded at no more than the separation itself. In a
     ///   small box, or with several images at equal distance, the image is farther by a few periods;
-    /// - in a sheared box, also units in the last place of the displacement of the image above. The
-    ///   displacement grows with the sliding speed up to a queue time before whole periods are dropped;
-    /// - units of a queue time, see [`Self::clock`], multiplied by the relative speed of the two images plus
-    ///   the speed of a growing diameter;
+    /// - in a sheared box, also units in the last place of the displacement of images across the sliding
+    ///   sides, before whole periods are subtracted from it;
+    /// - units of a time in the queue, see [`Self::clock`], multiplied by the relative speed of the two images
+    ///   plus the speed of a growing diameter;
     /// - units of the overlap function. Its terms are as large as the squared distance from which the pair
     ///   came. This distance is the distance of the discontinuity, plus the path of the pair and the
     ///   discontinuity in between, but at most the width of the box. The slope of the overlap function in
-    ///   space is `2 s`.
+    ///   space is `2 s`, where `s` is the distance of the discontinuity.
     ///
     /// The result includes overlaps left by an earlier event: an inelastic pair that hardly moves is still as
     /// deep as it was at that event.
@@ -99,9 +102,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A prediction is as old as the last event of either particle. A state may be written without an
-        // event, at the end of an epoch or when a particle crosses a sliding side. Then the time of the
-        // partner's state counts.
+        // A prediction is as old as the last event of either particle. But a state is also written without an event, at
+        // the end of an epoch or when a particle crosses a sliding side. In these cases the older of the two states
+        // counts.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -113,22 +116,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// Round-off of the overlap function of a contact with a surface, which is a length.
+    /// Returns the depth of an overlap with a surface that round-off can cause `[length]`.
     pub(super) fn round_off_of_surface(&self, i: u32, at: &Touching, flown: f64) -> f64 {
         let normal = at.shape.normal(&at.position);
         let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
         let mut scale = at.shape.terms(&at.position) + speed * (flown + self.clock(flown));
         if let Some(moment) = &at.moment {
-            // The position of the surface follows from the simulated time.
+            // The position of a moving surface is computed from the simulated time, whose round-off grows during a run.
             let own = moment.velocity_at(&at.place).norm();
             scale += at.place.lp_norm(1) + moment.pose.displacement.lp_norm(1) + own * self.time().abs();
         }
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// Returns the largest coordinate of a particle since its state was written, `flown` ago. It includes the
-    /// particle's position and the distance it flew. On a periodic axis it also includes the far side of the
-    /// box, however far away that side is now.
+    /// Returns the largest coordinate of a particle since its state was written, `flown` ago. This includes its path
+    /// since then, and the farthest side of the box.
     ///
     /// Each wrap rounds the coordinate. A particle that crosses the box many times is rounded more often than
     /// [`ROUNDINGS`] counts.
@@ -150,17 +152,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// Size of a queue time that was predicted `flown` ago, counted from the epoch of the prediction.
+    /// Returns the magnitude of the time of an event that was predicted `flown` ago, counted from the epoch of its
+    /// prediction.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
 
-    /// Time since the state of a particle was last written.
+    /// Returns the time since the state of a particle was last written.
     fn flown(&self, particle: u32) -> f64 {
         self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// Records an overlap at an event. `depth` and `round_off` are lengths; depths are compared with `unit`.
+    /// Counts an overlap at an event, unless round-off explains it. `depth`, `round_off` and `unit` are lengths. A
+    /// depth of more than [`MOST_ROUND_OFF`] times `unit` always counts.
     pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.counts.totals.in_invalid_state += 1;
@@ -169,8 +173,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Visits all overlaps of captured pairs, of neighbours, and of particles with surfaces. Pairs of moving
-    /// particles are visited twice.
+    /// Visits all overlaps of pairs and of particles with surfaces. A pair of moving particles is visited twice, once
+    /// from each particle.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         let mut near = Candidates::default();
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
@@ -203,7 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         real
     }
 
-    /// Returns the present relative state of a pair.
+    /// Returns the relative position and velocity of a pair now.
     fn apart(&self, i: u32, j: u32) -> RelativeState {
         let [(ri, vi), (rj, vj)] = [i, j].map(|particle| self.state_at(particle, self.clock.now));
         self.nearest(ri - rj, vi - vj, self.clock.now).0
@@ -234,7 +238,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let mut others = near.found().to_vec();
         self.for_each_across(particle, |other| others.push(other));
-        // Partners may be found twice: in the lists or cells, and across sliding sides.
+        // In a sheared box, a particle may be found twice: in the lists or cells, and across the sliding sides.
         others.sort_unstable();
         others.dedup();
         self.overlaps_with(particle, &others, found);
@@ -252,7 +256,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (there, faster) = self.state_at(other, now);
             let (apart, _) = self.nearest(position - there, velocity - faster, now);
             let range = self.distances.at(meeting.squared.sqrt(), now)[0];
-            // Most candidates are farther apart than the range, by more than rounding.
+            // Most candidates are farther apart than their contact distance by much more than round-off. They need no
+            // further test.
             if apart.position.norm_squared() > range * range * (1.0 + 1e-12)
                 || TABLE && self.pairs.states.get(particle, other).is_some()
             {

@@ -1,5 +1,5 @@
-//! Batch prediction: the earliest contact of a particle with any of many other particles, several at a time
-//! in SIMD lanes.
+//! Batch prediction: the earliest contact of a particle with any of many other particles. SIMD lanes predict several
+//! pairs at a time.
 
 use super::predict::Streamed;
 use super::prediction::Prediction;
@@ -11,27 +11,27 @@ use crate::engine::pairs::states::PairState;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
-/// Number of pairs that are predicted together. Longer lists are split.
+/// Number of pairs in a batch. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// The arrays that a batch prediction reads, relative to one particle.
+/// The data that a batch prediction for one particle, `me`, reads.
 pub(super) struct Batch<'a> {
     pub width: Simd,
     pub bodies: &'a [Body],
-    /// Periods of the box, infinite where it has none.
+    /// Periods of the box, infinite along axes that are not periodic.
     pub periods: &'a Vector,
-    /// Whether a partner's nearest image may be an image across the boundary.
+    /// Whether the nearest image of another particle may be across a side of the box.
     pub wraps: bool,
-    /// Acceleration common to all particles.
+    /// Acceleration of `me`, which all particles of the batch share.
     pub acceleration: Vector,
-    /// By species, the squared distance at which `me` meets an uncaptured partner `[length^2]`; negative
-    /// infinity if no contact is predicted here.
+    /// By species, the squared distance at which `me` meets an uncaptured particle `[length^2]`. It is negative
+    /// infinity if they never meet, or if a batch cannot predict the contact.
     pub squared: &'a [f64],
     /// Species of all particles, read only if there is more than one.
     pub species: &'a [u16],
 }
 
-/// The earliest contact of a particle with any particle of a batch, or none.
+/// The earliest contact of a particle with the particles of a batch. If there is none, `other` is [`NO_PARTICLE`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Earliest {
     pub time: f64,
@@ -41,8 +41,8 @@ pub(super) struct Earliest {
 impl Batch<'_> {
     /// Returns the earliest contact of `me` with any of `others`, if it comes no later than `before`.
     ///
-    /// The length of `others` is a multiple of [`MOST_LANES`]; the unused places hold `me`. Only the first
-    /// `length` entries are considered.
+    /// The length of `others` is a multiple of [`MOST_LANES`]. Only the first `length` entries are considered. The
+    /// remaining entries are `me`.
     #[inline]
     pub fn earliest_contact<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -55,7 +55,8 @@ impl Batch<'_> {
         width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
     }
 
-    /// Keeps the earliest event of `me` with captured partners that do not accelerate relative to it.
+    /// Finds the earliest event of `me` with its captured partners. If it comes before the event in `prediction`, it
+    /// replaces that event. Partners that accelerate relative to `me` are skipped.
     #[inline]
     pub fn earliest_of_captured<const FALLING: bool>(
         &self,
@@ -78,7 +79,7 @@ impl Batch<'_> {
         self.bodies[particle as usize].name
     }
 
-    /// Returns positions and velocities of other particles relative to `me`.
+    /// Returns the position and velocity of `me` relative to each of several particles.
     #[inline(always)]
     pub fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
         let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
@@ -105,7 +106,7 @@ impl Batch<'_> {
     }
 }
 
-/// The search of [`Batch::earliest_contact`].
+/// Arguments of [`Batch::earliest_contact`].
 struct EarliestContact<'a, const FALLING: bool, const TABLE: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -122,12 +123,12 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
-        // A single species has a single range, and no lookup is needed.
+        // With a single species, all pairs have the same contact distance.
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
-            // No branch depends on a result until all lanes are done, because the processor would mispredict
-            // it.
+            // The processor would mispredict branches on results of single lanes. No branch depends on a result until
+            // all lanes are done.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
@@ -137,8 +138,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                     F::all(batch.squared[0])
                 };
                 if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
-                    // No lane holds a partner that can be met here: all are static particles under a heap,
-                    // for example, or have a relative acceleration.
+                    // This batch cannot predict a contact in any lane. For example, a falling grain accelerates
+                    // relative to the static particles under a heap.
                     F::all(f64::INFINITY).write(due);
                     continue;
                 }
@@ -150,7 +151,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             }
             let least = least.smallest();
             if least <= first.time && least < f64::INFINITY {
-                // For the same reason, no branch depends on the position of the minimum.
+                // The processor would mispredict branches on the position of the minimum. A bit mask therefore finds
+                // all entries that are equal to the minimum.
                 let mut bits = which_at_most::<F>(&due[..some.len()], least);
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
@@ -165,7 +167,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
-/// The search of [`Batch::earliest_of_captured`].
+/// Arguments of [`Batch::earliest_of_captured`].
 struct EarliestOfCaptured<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -186,7 +188,8 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         for together in captured.chunks(TOGETHER) {
             let mut least = F::all(prediction.contact_time);
             let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
-            // As above, no branch depends on a result until all are done.
+            // The processor would mispredict branches on results of single lanes. No branch depends on a result until
+            // all lanes are done.
             for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
                 let mut ids = [me.id; MOST_LANES];
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
@@ -217,7 +220,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
             for (side, times) in [(Side::Positive, &of_inner), (Side::Negative, &of_outer)] {
                 let mut bits = which_at_most::<F>(&times[..together.len().next_multiple_of(F::COUNT)], least);
                 while bits != 0 {
-                    // Of simultaneous events, the one with the lower ids comes first.
+                    // If several pairs have simultaneous events, the pair with the lower ids comes first.
                     let other = together[bits.trailing_zeros() as usize].partner;
                     if prediction.is_before(me.id, other, least, batch.bodies) {
                         prediction.meet(me.id, other, side, least, batch.bodies);
@@ -229,7 +232,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     }
 }
 
-/// Bit mask of the times that are at most `limit`; `times` fills the lanes exactly.
+/// Returns a bit mask of the times that are at most `limit`. The number of times is a multiple of the number of lanes.
 #[inline(always)]
 fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
     let in_lanes = times.chunks_exact(F::COUNT).enumerate();
@@ -241,7 +244,7 @@ pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// Minimum image of one coordinate of many pairs. See [`crate::model::space::minimum_image`].
+/// Returns the minimum image of one coordinate of many pairs. See [`crate::model::space::minimum_image`].
 #[inline(always)]
 pub(super) fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
@@ -259,7 +262,7 @@ pub(super) mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
-    /// Final state of a fluid after a number of events, for each instruction set of the processor.
+    /// Returns the final state of a fluid after a number of events, for each instruction set of the processor.
     fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)
@@ -327,8 +330,8 @@ pub(super) mod tests {
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
 
-    /// First contact of a particle at rest in the middle of a box. `others` are relative positions and
-    /// velocities. Returns the time and the id of the partner.
+    /// Returns the time and the partner's id of the first contact of a particle at rest in the middle of a box.
+    /// `others` are the positions and velocities of the other particles relative to it, and `middle` is its id.
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })
@@ -365,7 +368,7 @@ pub(super) mod tests {
             for (sign, edge) in [(-1.0, 1.0), (1.0, 3.0)] {
                 let others: Vec<_> = (0..places.len()).map(|k| (places[k], velocity(k, sign))).collect();
                 let (time, met) = first_met(&well, &others, 0);
-                // Equal to within round-off: lengths are about 3, and times at most 2.
+                // Lengths are about 3 and times at most 2, so the tolerance is a few roundings.
                 assert!((time - (edge - places[moving].norm()).abs()).abs() < 1e-14, "{moving} {time}");
                 assert_eq!(met as usize, moving + 1);
             }
@@ -375,8 +378,8 @@ pub(super) mod tests {
     #[test]
     fn of_simultaneous_contacts_that_of_the_lowest_id_comes_first() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
-        // One partner on each side, at equal distance and speed. The cases are contact from outside, contact
-        // with the core of the well, and contact with its edge.
+        // The particle in the middle has six partners around it, at equal distance and speed. The cases are a contact
+        // from outside, a contact with the core of the well, and a contact with the outer edge of the well.
         for (potential, distance, speed, time) in
             [(&hard, 2.0, -1.0, 1.0), (&well, 1.25, -0.5, 0.5), (&well, 1.25, 1.0, 0.25)]
         {

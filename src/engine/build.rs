@@ -1,4 +1,4 @@
-//! Builds the initial engine from a scene.
+//! Builds the engine of a scene.
 
 use super::clock::Clock;
 use super::distances::Distances;
@@ -19,7 +19,7 @@ use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
-/// Sample size at which the sample median is close enough to the median of all times.
+/// Sample size: the median of this many due times is accurate enough.
 const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -29,8 +29,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// Particles at their positions in the scene, without predictions. The scene's particle list is not read
-    /// after this.
+    /// Creates an engine with all particles at their positions in the scene, but without predictions. The scene's
+    /// particle list is not read after this.
     pub(super) fn placed(scene: &Scene) -> Self {
         let count = scene.particles().len();
         let pairs = Pairs::of(scene, TABLE);
@@ -73,7 +73,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_all();
         let moving = self.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
-            // A sample is enough for a median.
+            // The median of a sample is accurate enough.
             let finite = self.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
@@ -86,8 +86,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Fills the lists of all particles, which have just been sorted in, and predicts them at the beginning
-    /// of an epoch. Unlike `start_anew`, it puts nothing into the queue.
+    /// Fills the lists of all particles after sorting, and predicts all particles at the beginning of an epoch. Unlike
+    /// `start_anew`, it puts nothing into the queue.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -98,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Frees the largest arrays before another engine takes the place of this one.
+    /// Frees the largest arrays before another engine replaces this one.
     pub(super) fn let_go(&mut self) {
         (self.state.bodies, self.state.images) = (Vec::new(), Travelled::new(0));
         self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
@@ -121,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
             for b in all.chain(found.iter().copied()).chain(across) {
-                // A pair of two moving particles comes up twice. The first visit sets its state.
+                // A pair of two moving particles is found from both particles, but its state is set only once.
                 if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
                     continue;
                 }
@@ -131,7 +131,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-        // Also pairs that rounding puts just beyond the search range.
+        // A pair that was captured at the end of the previous run may be just beyond the search range, because of
+        // rounding.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
             let (a, b) = (self.number(*a), self.number(*b));
             let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
@@ -154,20 +155,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the state of a pair that follows from its distance.
+    /// Returns the state of a pair according to its distance.
     fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
         let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
         let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
-        // The potentials of a scene have at most a few thousand steps.
+        // A potential has at most a few thousand steps, so the state fits into 16 bits.
         u16::try_from(state).unwrap_or(u16::MAX)
     }
 }
 
-/// Number of roundings of the distance of a pair that was at a discontinuity when its state was written. Each
-/// of the six coordinates is streamed by the event's time (three operations), wrapped, and subtracted.
+/// Number of roundings in the distance of a pair that was at a discontinuity when its state was written. Each of the
+/// six coordinates is streamed to the time of the event in three operations, wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
 /// Returns the rounding error of the distance of a pair at its discontinuity `[length]`. Each rounding error
@@ -179,8 +180,8 @@ fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
 }
 
 /// Returns the state of a pair at the start. The distance decides, unless the pair is within round-off of a
-/// discontinuity. The last pair of a run that ended at an event is such a pair. Then the sign of the radial
-/// velocity decides: the pair is on the side that it moves into.
+/// discontinuity. This happens if the previous run ended at an event of the pair. Then the sign of the radial velocity
+/// decides: the pair is on the side towards which it moves.
 fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -> usize {
     let distance = apart.position.norm();
     let receding = apart.position.dot(&apart.velocity);
@@ -230,7 +231,7 @@ mod tests {
                 for _ in 0..3 {
                     let one = again.events(Until::time(1e3)).next().unwrap().unwrap();
                     let other = reference.step_before(1e3).unwrap();
-                    // Either of the two may be listed first.
+                    // The engines may list the two particles of an event in different order.
                     let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "captured or released alike");

@@ -1,4 +1,4 @@
-//! Time: epochs, which keep times small and accurate, and the detection of dynamics that stand still.
+//! Simulated time: epochs, which keep times small and accurate, and the detection of runs in which time stands still.
 
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
@@ -6,29 +6,29 @@ use super::surfaces::FIRST_SURFACE;
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
-/// Time stands still if it advances by less than this fraction of the queue's span. This fraction is a few
-/// thousand times the spacing of floats at that span. An epoch contains about ten events per particle, so the
-/// dynamics of a working system advance much faster.
+/// Time stands still if it advances by less than this fraction of the queue's span. This fraction is a few thousand
+/// times the spacing of floats at that span. An epoch contains about ten events per particle, so time normally advances
+/// much faster.
 pub(super) const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// Three simulated times: the start; the epoch, since the start; and now, since the epoch. `now` is
-    /// negative if nothing happened before a stretch ended, because the epoch is then the epoch of the next
-    /// event.
+    /// The simulated time is the sum of three times: `start`, the start of the run; `epoch`, the epoch since the start;
+    /// and `now`, the present time since the epoch. `now` is negative if an advance ends before the next event, but the
+    /// epoch has already been moved to this event.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Length of the previous epoch, but at least half of the former value. Predictions are up to three
-    /// epochs old.
+    /// Time that the queue covered in the previous epoch, but at least half of the value before that. Predictions are
+    /// up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
 
-/// A change of the epoch.
+/// A move of the epoch to a later time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moved {
     /// Difference between the new and the old epoch.
@@ -36,7 +36,8 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// States written before this time, counted from the new epoch, have been brought forward.
+    /// Returns the oldest time at which the state of a particle may have been written, counted from the new epoch.
+    /// Older states are brought forward.
     pub fn oldest(&self) -> f64 {
         -2.0 * self.shift
     }
@@ -45,33 +46,33 @@ impl Moved {
 /// Counts events while time stands still.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StandstillWatch {
-    /// Time at which the count began.
+    /// Time since the epoch at which the count of events began.
     pub since: f64,
-    /// Physical events since then.
+    /// Number of physical events since the count began.
     pub events: u64,
     /// More events than this without an advance of time are a dynamical arrest.
     pub most: u64,
-    /// Approach speed of an inelastic contact whose speed was lost to rounding.
+    /// Approach speed of a contact whose speed was lost to rounding; `None` if there was no such contact.
     pub lost_speed: Option<f64>,
 }
 
 impl Clock {
-    /// A watch that starts at a simulated time.
+    /// Creates a clock that starts at a simulated time.
     pub fn new(start: f64, particles: usize) -> Self {
         let n = particles as u64;
         let standstill = StandstillWatch {
             since: 0.0,
             events: 0,
-            // Simultaneous events of a lattice are no arrest, and neither are the N^2/2 events of touching
-            // spheres on a line.
+            // The simultaneous events of a lattice are no arrest. Neither are the N^2/2 events of N touching spheres on
+            // a line.
             most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
             lost_speed: None,
         };
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
     }
 
-    /// Returns whether the neighbour search is reconsidered at this epoch. It is reconsidered rarely after
-    /// the start, because densities then change slowly.
+    /// Returns whether the neighbour search is reconsidered at the epoch with this number. Soon after the start, this
+    /// becomes rare, because densities then change slowly.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
@@ -103,13 +104,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (events > most).then_some(Standstill::Time { events })
     }
 
-    /// Ends the run if events continue while time stands still.
+    /// Returns an error if events continue while time stands still.
     #[inline]
     pub(super) fn check_time_stands_still(&self, particle: u32, partner: Option<u32>) -> Result<(), Arrest> {
         self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
     }
 
-    /// The arrest caused by an event storm, at the next predicted contact; `None` if no contact is predicted.
+    /// Returns the arrest due to an event storm, at the next predicted contact. Returns `None` if no contact is
+    /// predicted.
     pub fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         let all = (0..).zip(&self.schedule.predictions);
         let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
@@ -134,13 +136,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Time since the start `[time]`.
+    /// Time since the start of the run `[time]`.
     #[inline]
     pub fn elapsed(&self) -> f64 {
         self.clock.epoch + self.clock.now
     }
 
-    /// Counts an event, and restarts the count if time has moved since the count began.
+    /// Counts an event of the standstill watch. If time has advanced since the count began, the count restarts.
     #[inline]
     pub(super) fn count_standstill(&mut self) {
         if self.clock.now - self.clock.standstill.since > self.schedule.queue.span() * SHORTEST_ADVANCE {
@@ -177,7 +179,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(moved)
     }
 
-    /// Moves the epoch of all global state and empties the queue. `next` is the time of the next entry.
+    /// Moves the epoch of the clock and of the global event sources, and empties the queue. `next` is the time of the
+    /// next event.
     pub(super) fn begin_epoch(&mut self, next: f64) -> Moved {
         let reached = self.schedule.queue.reached();
         self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);
@@ -193,11 +196,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns whether it did.
     ///
-    /// Without this, each wrap would round the position at the scale of the whole distance flown since the
-    /// state was written. Contacts would be predicted from that far away.
+    /// Without this, each wrap would round the position at the scale of the whole distance flown since the state was
+    /// written, and contacts would be predicted from that far away.
     ///
-    /// The order in which particles are brought forward does not matter. A particle at the epoch has the same
-    /// bits before and after, as other particles see it.
+    /// The order in which particles are brought forward does not matter. Other particles see the same bits of a
+    /// particle at the epoch before and after it is brought forward.
     pub(super) fn bring_forward(&mut self, particle: u32, oldest: f64) -> bool {
         let is_old = self.state.bodies[particle as usize].time < oldest;
         if is_old {

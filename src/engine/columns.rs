@@ -1,7 +1,7 @@
 //! Per-particle arrays, indexed by the particle's place in memory.
 //!
-//! A column is registered once, in the macro `columns`. The methods here permute, remove, insert and copy its
-//! entries, and shift its times to another epoch. No other code lists the columns.
+//! These arrays are called columns. Only the macro `columns` lists all of them. The methods here permute, remove,
+//! insert and copy their entries, and shift their times to another epoch.
 
 mod part;
 pub(super) mod records;
@@ -18,18 +18,18 @@ use super::state::Body;
 use crate::Vector;
 use records::Record;
 
-/// A new order of particles, from which particles may be missing. It maps new numbers to old numbers and old
-/// numbers to new ones.
+/// A new order of particles. It maps new numbers to old numbers and old numbers to new ones. Old particles may be left
+/// out.
 pub(super) struct Order {
     pub old: Vec<u32>,
-    /// New number of each old particle; [`NO_PARTICLE`] for missing particles.
+    /// New number of each old particle; [`NO_PARTICLE`] for particles that are left out.
     pub new: Vec<u32>,
-    /// Number of particles to reserve memory for. Arrays that are reallocated lose their large pages.
+    /// Number of additional particles to reserve memory for. Arrays that are reallocated lose their large memory pages.
     pub room: usize,
 }
 
 impl Order {
-    /// The order in which new particle `i` is old particle `old[i]`.
+    /// Creates the order in which new particle `i` is old particle `old[i]`. `count` is the number of old particles.
     pub fn of(old: Vec<u32>, count: usize) -> Self {
         let mut new = vec![NO_PARTICLE; count];
         for (&old, number) in old.iter().zip(0..) {
@@ -46,12 +46,12 @@ impl Order {
     }
 }
 
-/// Data with an entry for each particle.
+/// An array with an entry for each particle.
 pub(super) trait Column: Sized {
     /// Whether a contact can change the entries of its two particles.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// The entries in another order. Particle numbers in the entries are translated.
+    /// Returns the entries in another order. Particle numbers in the entries are translated.
     fn permuted(&self, order: &Order) -> Self;
 
     /// Shifts times to an epoch that is later by `shift`.
@@ -63,7 +63,6 @@ pub(super) trait Column: Sized {
     /// Appends the entry of a new particle.
     fn push(&mut self, record: &Record);
 
-    /// Overwrites the entry of a particle.
     fn set(&mut self, particle: u32, record: &Record);
 }
 
@@ -92,7 +91,7 @@ impl Column for Vec<Body> {
 impl Column for Vec<u16> {
     const CHANGES_IN_CONTACTS: bool = false;
 
-    /// Empty if there is only one species.
+    /// The column is empty if there is only one species.
     fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() { Self::new() } else { order.permuted(self) }
     }
@@ -105,7 +104,7 @@ impl Column for Vec<u16> {
         self.extend(record.species);
     }
 
-    /// No particle changes its species.
+    /// Does nothing, because no particle changes its species.
     fn set(&mut self, _: u32, _: &Record) {}
 }
 
@@ -152,8 +151,8 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// Adds an empty prediction. The prediction in a record names ids, and is written once all particles have
-    /// numbers.
+    /// Adds an empty prediction. A prediction in a record gives its partner by id. It is written later, when all
+    /// particles have numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }
@@ -206,7 +205,7 @@ impl Column for SurfaceRandom {
 }
 
 impl Column for CapturedPairs {
-    /// Empty if no pair can be captured.
+    /// Without pairs that can be captured, the lists are empty.
     fn permuted(&self, order: &Order) -> Self {
         if self.is_empty() {
             return Self::new(0);
@@ -227,8 +226,8 @@ impl Column for CapturedPairs {
         record.captured = (!self.is_empty()).then(|| self.of(particle).to_vec());
     }
 
-    /// Adds a particle without captured partners. The partners in a record are ids, and the pairs are set
-    /// once all particles have numbers.
+    /// Adds a particle without captured partners. A record gives partners by id, so the pairs are set later, when all
+    /// particles have numbers.
     fn push(&mut self, record: &Record) {
         if record.captured.is_some() {
             self.push_empty();
@@ -260,7 +259,8 @@ impl Column for Neighbours {
         self.push(&record.body.position, record.place);
     }
 
-    /// Lists do not change here. They are filled once all particles are in place.
+    /// Writes only the particle's cell or list centre. Its neighbour list is filled later, when all particles are in
+    /// place.
     fn set(&mut self, particle: u32, record: &Record) {
         if let Some(place) = record.place {
             self.relocate(particle, place);
@@ -268,7 +268,7 @@ impl Column for Neighbours {
     }
 }
 
-/// Evaluates an expression for each column.
+/// Evaluates an expression once for each column of an engine.
 macro_rules! columns {
     ($engine:expr, $some:ident, $column:ident: $($mutable:ident)? => $body:expr) => {{
         let $column = &$($mutable)? $engine.state.bodies;
@@ -292,7 +292,7 @@ macro_rules! columns {
     }};
 }
 
-/// An operation on a column of any type.
+/// An operation that applies to every column.
 trait Visit {
     fn column(&mut self, column: &mut impl Column);
 }
@@ -344,7 +344,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         columns!(self, as_mut, column: mut => visit.column(column));
     }
 
-    /// A copy of a particle's entries. Other particles are given by number.
+    /// Returns a copy of all entries of a particle. Other particles are given by number.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -353,7 +353,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Whether contacts change only motions and predictions.
+    /// Returns whether contacts change only the motions and predictions of particles.
     pub(super) fn changes_motion_only(&self) -> bool {
         self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
     }
@@ -367,18 +367,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         record
     }
 
-    /// Writes the complete record of a particle, except its lists.
+    /// Writes the complete record of a particle, except its neighbour list.
     #[inline]
     pub(super) fn write_record(&mut self, particle: u32, record: &Record) {
         self.for_each_column(Set(particle, record));
     }
 
-    /// Adds a particle at the end of the arrays.
+    /// Adds a particle at the end of all columns.
     pub(super) fn push_record(&mut self, record: &Record) {
         self.for_each_column(Push(record));
     }
 
-    /// Renumbers the particles in memory.
+    /// Puts the particles into a new order in memory, and drops particles that the order leaves out.
     pub(super) fn permute(&mut self, order: &Order) {
         self.for_each_column(Permute(order));
         self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);

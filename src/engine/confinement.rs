@@ -1,5 +1,5 @@
-//! Geometry for the pressure between walls: the volume and areas that centres can reach, and distances from
-//! the middle.
+//! Geometry for the pressure between walls: the volume and the wall areas that particle centres can reach, and the
+//! middle of the box.
 
 use super::parts::Engine;
 use crate::Vector;
@@ -8,16 +8,17 @@ use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
 
-/// The region between the walls that the centres of each species can reach.
+/// Size of the region between the walls that the centres of each species can reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Confinement {
-    /// Axes between two walls.
+    /// For each axis, whether it has walls on both sides.
     pub axes: [bool; 3],
     pub middle: Vector,
-    /// By row of the species, one over the volume that its centres can reach `[length^-D]`.
+    /// Inverse of the volume that the centres of a species can reach `[length^-D]`, by row of the species. `D` is the
+    /// number of dimensions.
     pub per_volume: Vec<f64>,
-    /// By row of the species and axis, one over the wall area that its centres can reach `[length^(1 - D)]`;
-    /// 0 if the area is infinite.
+    /// Inverse of the wall area that the centres of a species can reach `[length^(1 - D)]`, by row of the species and
+    /// by axis; 0 if the area is infinite.
     pub per_area: Vec<[f64; 3]>,
 }
 
@@ -30,7 +31,7 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            // The inverse volume is set to 0 if there is no room. No pressure is defined then.
+            // If a species has no accessible volume, its inverse volume is set to 0. No pressure is defined then.
             per_volume: diameters()
                 .map(|diameter| space.accessible_volume(diameter))
                 .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
@@ -45,8 +46,8 @@ impl Confinement {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the present `sum m v^2 / V` along each axis between walls; `V` is the volume that the centres
-    /// of each species can reach `[energy / length^D]`.
+    /// Returns the present sum of `m v^2 / V` along each axis between walls `[energy / length^D]`. `V` is the volume
+    /// that the centres of a particle's species can reach.
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
@@ -71,7 +72,8 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two species between walls and in a heat bath, listed after `unused` species without particles.
+    /// Runs a simulation of two species between walls in a heat bath. The scene lists them after `unused` species
+    /// without particles.
     fn after(unused: u32) -> Simulation {
         let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();

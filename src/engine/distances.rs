@@ -7,14 +7,14 @@ use crate::physics::motion::RelativeState;
 use growth::GrowingDiameters;
 use serde::{Deserialize, Serialize};
 
-/// How contact distances change with time.
+/// The time dependence of all contact distances.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Distances {
     growing: Option<GrowingDiameters>,
 }
 
 impl Distances {
-    /// Returns whether all distances keep their values of the scene at all times.
+    /// Returns whether all distances keep the values that they have in the scene.
     #[inline]
     pub fn are_constant(&self) -> bool {
         self.growing.is_none()
@@ -25,31 +25,31 @@ impl Distances {
         self.growing.as_ref()
     }
 
-    /// A distance of the scene at a time since the epoch, and its growth rate `[length, length / time]`.
+    /// Returns a contact distance at a time since the epoch, and its growth rate `[length, length / time]`. `distance`
+    /// is its value in the scene.
     #[inline]
     pub fn at(&self, distance: f64, time: f64) -> [f64; 2] {
         self.growing.map_or([distance, 0.0], |growing| [distance * growing.scale(time), growing.rate * distance])
     }
 
-    /// Returns the growth rate of a distance whose value in the scene is `distance`.
+    /// Returns the growth rate of a contact distance. `distance` is its value in the scene.
     pub fn speed_of(&self, distance: f64) -> f64 {
         self.at(distance, 0.0)[1]
     }
 
-    /// Returns the time until two particles outside a discontinuity reach it. `distance` is its distance in
-    /// the scene, and `time`, since the epoch, is the present time.
+    /// Returns the time until two particles reach a discontinuity from outside. `distance` is the distance of the
+    /// discontinuity in the scene. `time` is the present time since the epoch.
     pub fn next_contact(&self, state: &RelativeState, distance: f64, time: f64) -> Option<f64> {
         let [distance, speed] = self.at(distance, time);
         growth::next_contact(state, distance, speed)
     }
 
-    /// Returns the factor by which the range of the neighbour search has to exceed the distances of the
-    /// scene.
+    /// Returns the factor by which all ranges of the neighbour search are enlarged.
     pub fn reach_factor(&self) -> f64 {
         self.growing.map_or(1.0, |growing| growing.reach)
     }
 
-    /// Time since the epoch at which distances outgrow the neighbour search; infinite if they never do.
+    /// Time since the epoch at which contact distances outgrow the neighbour search; infinite if they never do.
     pub fn next_stage(&self) -> f64 {
         self.growing.as_ref().map_or(f64::INFINITY, GrowingDiameters::next_stage)
     }

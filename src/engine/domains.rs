@@ -1,21 +1,20 @@
 //! One system on several cores: domains run alone for a window of time and are compared exactly afterwards.
 //!
-//! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies
-//! of the particles around them. It runs alone for a window of simulated time. Copies at its edge go wrong
-//! sooner or later, because their neighbours are missing. At the end of the window, each step of a copy that
-//! an owned particle may have read is compared with the step of its owner. If all agree, every owned particle
-//! is right to the bit:
+//! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies of the
+//! particles around them. It runs alone for a window of simulated time. Copies at its edge sooner or later deviate from
+//! their owners, because their neighbours are missing. At the end of the window, each step of a copy that an owned
+//! particle may have read is compared with the step of its owner. If all agree, every owned particle is right to the
+//! bit:
 //!
-//! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest
-//! such step in any domain. Then this step read a particle that was already different. The particle was not
-//! owned, because this step is the earliest. It was not a readable copy: readable copies agree with their
-//! owners, and the earlier steps of the owners are right. It was not a particle without a copy in the domain:
-//! its owner, with right earlier steps, has checked that the particle did not enter the readable region. So
-//! there is no such step.
+//! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest such step
+//! in any domain. Then this step read a particle that was already different. The particle was not owned, because this
+//! step is the earliest. It was not a readable copy: readable copies agree with their owners, and the earlier steps of
+//! the owners are right. It was not a particle without a copy in the domain: its owner, with right earlier steps, has
+//! checked that the particle did not enter the readable region. So there is no such step.
 //!
-//! If they do not agree, the window is rolled back and repeated up to the first difference. Three cases
-//! cannot be decided in this way and are left to the single engine: simultaneous events of two observed
-//! domains, time that stands still, and a run that ends at a number of events.
+//! If any of these steps differ, the window is rolled back and repeated up to the first difference. Three cases cannot
+//! be decided in this way and are left to the single engine: simultaneous events of two domains in an observed run,
+//! time that stands still, and a run that ends at a number of events.
 
 #[cfg(any(test, debug_assertions))]
 mod checks;
@@ -46,14 +45,14 @@ use std::time::Instant;
 use team::Team;
 pub use work::{DomainWork, SingleThread};
 
-/// Target steps of a window in each domain, at the start and at most.
+/// Largest target for the number of steps of a domain in a window. It is also the initial target.
 const MOST_STEPS: f64 = 10_000.0;
 
-/// Steps of the single engine when the domains cannot continue.
+/// Number of steps that the single engine runs when the domains cannot continue.
 const SERIAL_STEPS: u64 = 2_000;
 
-/// Minimum number of steps of the single engine, if at least this many are left. It applies to the last
-/// window before an event limit.
+/// Minimum number of steps of the single engine in the last window before an event limit, even if fewer steps are
+/// requested. The run may end earlier.
 const LEAST_SERIAL: u64 = 50_000;
 
 /// After this many short windows in a row, the system runs serially for a while, because serial runs are then
@@ -61,38 +60,39 @@ const LEAST_SERIAL: u64 = 50_000;
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// Number of recent rollbacks above which the halo counts as too thin, and the amount by which it is widened.
+/// If there are more recent rollbacks than this, the halo counts as too thin, and both of its widths increase by these
+/// amounts.
 const MOST_UNDONE: f64 = 4.0;
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
-/// Widths of the halo at the start.
+/// Initial widths of the halo.
 const HALO: Halo = Halo { slack: 0.2, margin: 1.1 };
 
-/// The domains of a system.
+/// A system that runs in domains, and the control of its windows.
 #[derive(Debug, Clone)]
 pub struct Domains<const FALLING: bool, const TABLE: bool> {
     team: Team,
     halo: Halo,
-    /// Target steps of a window in each domain.
+    /// Target number of steps of each domain in a window.
     steps_of_window: f64,
     /// Length of the next window `[time]`.
     length: f64,
     /// Recent rollbacks; decays by 5 % per accepted window.
     undone: f64,
-    /// Consecutive windows with few steps.
+    /// Number of consecutive windows with few steps.
     short: u32,
-    /// Number of windows at the last check; `None` if windows are not checked.
+    /// Number of accepted windows at the last check; `None` if windows are not checked.
     #[cfg(any(test, debug_assertions))]
     checked: Option<u64>,
-    /// `None` while the single engine holds all particles.
+    /// The domains of the system; `None` while the single engine holds all particles.
     cut: Option<Cut<FALLING, TABLE>>,
     pub work: DomainWork,
 }
 
-/// How to continue after a window.
+/// How a run continues after a window.
 enum Next {
     Done,
-    /// Runs a number of steps serially.
+    /// The single engine runs this number of steps.
     Serial(u64),
     Return(Reason),
 }
@@ -130,8 +130,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Continues as [`Engine::advance_for`] does, with the same bits. Between calls, the single engine is out
-    /// of date until [`Self::settle`].
+    /// Continues a run as [`Engine::advance_for`] does, with the same results to the bit. Between calls, the single
+    /// engine is out of date until [`Self::settle`] is called.
     pub fn advance_for(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -172,8 +172,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 Next::Serial(steps) => {
                     self.work.serial += 1;
                     self.join(whole);
-                    // Cutting the system again costs much more than a few extra steps of the single engine.
-                    // So it runs a minimum number of steps, even if fewer are requested.
+                    // Cutting the system again costs much more than a few extra steps of the single engine. Even if
+                    // fewer steps are requested, the single engine therefore runs a minimum number of steps.
                     if let Some(reason) = whole.advance_for(steps.min(left.max(LEAST_SERIAL)), until, observe)? {
                         return Ok(Some(reason));
                     }
@@ -199,13 +199,13 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             None => self.cut_up(whole),
         };
         if cut.now >= whole.schedule.queue.span() {
-            // Nothing was due before the horizon, and the run has paused beyond it.
+            // No event is left in this epoch, and the run has already passed the end of the epoch.
             self.cut = Some(cut);
             return Ok(self.move_epoch(whole, until));
         }
         let tick = whole.schedule.queue.next_tick(cut.now);
         let mut stop = (cut.now + self.length).min(tick.next_down()).min(end);
-        // After a rollback the window is repeated once, and then ends before the first error.
+        // After a rollback, the window is repeated once, and ends just before the time at which it failed.
         for _ in 0..2 {
             cut.draw_collisions(whole, stop);
             match cut.run(&self.team, stop, observe.is_some(), &mut self.work) {
@@ -228,15 +228,15 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // These domains cannot continue. Domains after a new cut may be able to, and the single engine always
-        // can.
+        // These domains cannot continue. New domains may be able to. If these domains are new, the single engine
+        // continues, which is always possible.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);
         Ok(if is_fresh { Next::Serial(SERIAL_STEPS) } else { Next::Done })
     }
 
-    /// Accepts a window whose steps agree, unless the single engine has to end it.
+    /// Accepts a window in which all domains agree, unless the single engine has to repeat it.
     fn finish(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -253,7 +253,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             return Ok(Next::Serial(SERIAL_STEPS));
         };
         if whole.counts.executed + executed >= until.events {
-            // The last events of the run.
+            // The run ends in this window, because it reaches its number of events. Only the single engine can end it
+            // at the right event.
             self.give_up(whole, cut);
             return Ok(Next::Serial(u64::MAX));
         }
@@ -344,9 +345,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.cut = Some(cut);
     }
 
-    /// Cuts the system.
-    ///
-    /// The single engine frees memory that it does not need meanwhile.
+    /// Cuts the system into domains. The single engine frees memory that it does not need while the domains run.
     fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();
@@ -370,7 +369,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Cut {
             domains,
             regions,
-            // No event is due before the epoch.
+            // No event is due before the epoch, so the domains can start there.
             now: whole.clock.now.max(0.0),
             latest: whole.clock.now,
             steps,

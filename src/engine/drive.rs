@@ -12,9 +12,10 @@ use crate::model::state_point::StatePoint;
 use crate::model::{ParticleId, Scene, Thermostat, ThermostatError};
 
 impl Simulation {
-    /// Replaces the heat bath, or removes it with `None`. Each `stage` has its own random numbers.
+    /// Replaces the heat bath; `None` removes it. The heat baths of different stages use different random
+    /// numbers.
     ///
-    /// Components along flat axes, along which nothing moves, are left out.
+    /// The heat bath does not act along flat axes, along which nothing moves.
     ///
     /// # Errors
     /// [`ThermostatError`] in the cases that a scene rejects too: a temperature or rate that is not positive,
@@ -32,10 +33,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Replaces the heat bath by the bath of a thermostat that was validated with its scene, or removes the
-    /// bath. The driver of a run handles velocity rescaling.
+    /// Replaces the heat bath by that of a thermostat, which was validated with its scene; `None` removes the
+    /// heat bath. Velocity rescaling has no heat bath: the driver of the run does it.
     ///
-    /// The seed is [`Self::stream_seed`] at the beginning of the stage.
+    /// `seed` is the value of [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
@@ -44,31 +45,33 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
-    /// Returns the seed of the random numbers of heat baths and volume moves. It follows from the seed of the
-    /// scene and the present state point. At equal seeds of the scene, the random numbers of different state
-    /// points are independent.
+    /// Returns the seed of the random numbers of heat baths and volume moves. The seed depends on the seed of the
+    /// scene and on the present state point, so that different state points have independent random numbers.
     pub(crate) fn stream_seed(&self) -> u64 {
         StatePoint::of(&self.scene, &self.population()).seed(self.scene.seed)
     }
 
-    /// Adds the surfaces of a stage, and removes all others. Returns whether anything changed.
+    /// Installs the surfaces of a stage, and removes all other surfaces. Returns whether the surfaces have
+    /// changed.
     pub(crate) fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         with_engine!(&mut self.engine, engine => engine.set_stage_of_surfaces(stage))
     }
 
-    /// Returns the particle that reaches deepest into a surface of the scene, if rounding does not explain
-    /// it. Also returns the name of the surface and the depth `[length]`.
+    /// Returns the particle that overlaps most with a surface of the scene, the name of the surface, and the
+    /// depth of the overlap `[length]`. Overlaps within round-off and overlaps with walls of the box do not
+    /// count.
     pub(crate) fn deepest_in_surface(&self) -> Option<(ParticleId, String, f64)> {
         with_engine!(&self.engine, engine => engine.deepest_in_surface())
     }
 
-    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
+    /// Returns whether each surface of the scene is present now. The list is empty if all surfaces are always
+    /// present.
     #[must_use]
     pub fn surfaces_present(&self) -> Vec<bool> {
         with_engine!(&self.engine, engine => engine.sources.surfaces.presence())
     }
 
-    /// Gives all moving species another acceleration. The gain in potential energy is counted as supplied.
+    /// Sets the acceleration of all moving species. The change of the potential energy counts as supplied energy.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector) {
         let mut moving = self.scene.species.iter_mut().filter(|species| !species.is_static()).peekable();
         if moving.peek().is_some_and(|species| species.acceleration != *gravity) {
@@ -84,21 +87,21 @@ impl Simulation {
         self.thermostat().is_some()
     }
 
-    /// The heat bath that gives particles new velocities now, as a thermostat without flat axes. Velocity
-    /// rescaling is left to the caller.
+    /// The present heat bath, as a thermostat without flat axes; `None` if there is no heat bath. Velocity
+    /// rescaling is no heat bath.
     #[must_use]
     pub fn thermostat(&self) -> Option<Thermostat> {
         let bath = with_engine!(&self.engine, engine => engine.sources.andersen.as_ref().map(Andersen::bath));
         bath.map(|Bath { temperature, rate, axes }| Thermostat::Andersen { temperature, rate, axes })
     }
 
-    /// Multiplies all velocities, relative to `drift` and to the streaming velocity, by a factor. The energy
-    /// gained counts as supplied.
+    /// Multiplies all velocities by a factor, relative to `drift` and to the streaming velocity of a sheared box.
+    /// The energy gained counts as supplied energy.
     pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
 
-    /// The impossible state that the simulation is in, if any.
+    /// The invariant that is broken, if the simulation is in an impossible state.
     pub(crate) fn broken(&self) -> Option<InvariantBroken> {
         with_engine!(&self.engine, engine => engine.broken)
     }
@@ -108,31 +111,32 @@ impl Simulation {
         with_engine!(&self.engine, engine => !engine.distances.are_constant())
     }
 
-    /// The factor by which diameters have grown since the start of the scene.
+    /// The factor by which diameters have grown since the start of the scene, including growth in progress.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale * with_engine!(&self.engine, engine => engine.scale())
     }
 
-    /// The factor by which the diameters of the scene have grown since the start.
+    /// Ratio of the diameters in the present scene to the diameters at the start. Growth in progress is not
+    /// included.
     pub(crate) fn grown(&self) -> f64 {
         self.scale
     }
 
-    /// Returns the diameters of the species at the start `[length]`. Output multiplies them by
+    /// Returns the diameters of the species at the start `[length]`. For the present diameters, multiply them by
     /// [`Self::scale`].
     pub(crate) fn first_diameters(&self) -> &[f64] {
         &self.first_diameters
     }
 
-    /// Simulated time since the start, without the start time of the scene `[time]`.
+    /// Simulated time since the start of the simulation `[time]`. The start time of the scene is not included.
     pub(crate) fn elapsed(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.elapsed())
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Multiplies all velocities, relative to `drift` and to the streaming velocity, by a factor.
+    /// Multiplies all velocities by a factor, relative to `drift` and to the streaming velocity of a sheared box.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
@@ -144,7 +148,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.start_anew();
     }
 
-    /// Adds the surfaces of a stage and removes all others.
+    /// Installs the surfaces of a stage, and removes all other surfaces. Returns whether the surfaces have
+    /// changed.
     fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         let Some(surfaces) = self.sources.surfaces.in_stage(stage) else { return false };
         self.join();
@@ -171,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
-    /// Adopts the accelerations of a scene that differs only in its accelerations.
+    /// Takes over the accelerations of `scene`, which equals the present scene otherwise.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
@@ -184,14 +189,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.start_anew();
     }
 
-    /// Gives a particle a velocity from outside.
+    /// Changes the velocity of a particle from outside the dynamics. The energy gained counts as supplied energy.
     pub(super) fn give_velocity(&mut self, particle: u32, after: Vector) {
         let before = self.state.bodies[particle as usize].velocity;
         let change = Change::of_one(With::Program, particle, &before, after, self.inverse_mass(particle));
         let _ = self.apply(&change, &mut None);
     }
 
-    /// Predicts everything again, after all velocities have changed.
+    /// Discards all predictions and predicts all particles again, for example after all velocities have changed.
     pub(super) fn start_anew(&mut self) {
         for body in &mut self.state.bodies {
             body.events = body.events.wrapping_add(1);
@@ -214,7 +219,7 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{SceneBuilder, SpeciesDraft};
 
-    /// Two disks; one or both are static.
+    /// Two disks, each of them static or moving.
     fn disks(are_static: [bool; 2]) -> Simulation {
         let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
         let mut scene = SceneBuilder::new("disks")

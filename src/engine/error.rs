@@ -9,16 +9,16 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum EngineError {
-    /// Infinitely many events in a finite time: a property of the model.
+    /// The model needs infinitely many events in a finite time.
     #[error(transparent)]
     Arrest(#[from] Arrest),
-    /// An impossible state: a defect of the program or of the machine.
+    /// The state is impossible, because of a defect of the program or of the machine.
     #[error(transparent)]
     InvariantBroken(#[from] InvariantBroken),
 }
 
 impl EngineError {
-    /// Returns the dynamical arrest, if the error is an arrest.
+    /// Returns the dynamical arrest; `None` for other errors.
     #[must_use]
     pub fn arrest(&self) -> Option<Arrest> {
         match self {
@@ -28,29 +28,29 @@ impl EngineError {
     }
 }
 
-/// How the dynamics arrests.
+/// The form of a dynamical arrest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Standstill {
-    /// Events continue while time stands still: a contact at rest, or infinitely many contacts in a finite
-    /// time.
+    /// Events continue but time does not advance: either a contact is at rest, or infinitely many contacts happen
+    /// in a finite time.
     Time {
-        /// Number of events at that time.
+        /// Number of events without an advance of time.
         events: u64,
     },
-    /// An event storm: within the contact time of the TC model, there were far more events than grains in
-    /// contact ever have. Spheres that rest in contact have almost no bounce velocity, and the TC model makes
-    /// all their contacts elastic.
+    /// An event storm: within one contact time of the TC model, there are far more events than permanent contacts
+    /// between grains would cause. Spheres that rest in contact have almost no velocity after a bounce, and the
+    /// TC model makes all of their contacts elastic.
     Storm {
-        /// Number of events.
+        /// Number of events in the storm.
         events: u64,
-        /// Time that passed meanwhile `[time]`.
+        /// Simulated time that passed during these events `[time]`.
         advance: f64,
     },
-    /// An inelastic collapse in motion: contacts leave less and less relative speed, until the digits of the
-    /// velocities cannot represent it.
+    /// An inelastic collapse of moving particles: the relative speed decreases from contact to contact, until it
+    /// is below the round-off of the velocities.
     Speed {
-        /// The last normal speed of approach `[length / time]`.
+        /// Normal speed of approach at the last contact `[length / time]`.
         approach: f64,
     },
 }
@@ -69,9 +69,9 @@ impl fmt::Display for Standstill {
     }
 }
 
-/// The dynamics have come to rest in a way that needs infinitely many events.
+/// A dynamical arrest: the simulation would need infinitely many events to continue.
 ///
-/// Carom cannot continue without changing the model. It reports this instead of running forever.
+/// Carom cannot continue without changing the model. It reports the arrest instead of running forever.
 #[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
@@ -88,29 +88,31 @@ impl fmt::Display for Standstill {
 pub struct Arrest {
     /// A particle that takes part in the arrest.
     pub particle: ParticleId,
-    /// The other particle; `None` for a wall or a surface.
+    /// The other particle of the pair; `None` for a contact with a wall or another surface.
     pub partner: Option<ParticleId>,
-    /// Index of the surface in the scene; `None` for a wall or a pair.
+    /// Index of the touched surface in the scene; `None` for a contact with a wall of the box or a particle.
     pub surface: Option<u32>,
-    /// Index of the first surface that moves at this time. It may leave the particles no room.
+    /// Index, in the scene, of the first surface that is moving at the time of the arrest. It may leave the
+    /// particles no room to move.
     pub moving: Option<u32>,
-    /// Whether any contact of the scene loses energy.
+    /// Whether any contact in the scene dissipates energy.
     pub has_losses: bool,
     /// Simulated time of the arrest.
     pub time: f64,
     /// Kind of standstill.
     pub standstill: Standstill,
-    /// Whether the scene has a contact time. If it has one, the TC model is not suggested as a remedy.
+    /// Whether the scene sets a contact time and thus uses the TC model. If so, [`Self::cure`] does not suggest
+    /// the TC model.
     pub has_contact_time: bool,
 }
 
-/// A surface without a known name.
+/// Describes a surface by its index, if its name is not known.
 fn nameless(number: u32) -> String {
     format!("surface {number} of the scene")
 }
 
 impl Arrest {
-    /// The message, with the names of surfaces.
+    /// Returns the error message, with the names of surfaces instead of their indices.
     #[must_use]
     pub fn told(&self, scene: &Scene) -> String {
         [self.surface, self.moving].into_iter().flatten().fold(self.to_string(), |text, number| {
@@ -119,11 +121,12 @@ impl Arrest {
         })
     }
 
-    /// Returns a suggestion for the user.
+    /// Returns advice for the user on how to avoid the arrest.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
-            // Without a contact time, dissipative contacts collapse anywhere.
+            // A moving surface is not blamed if contacts lose energy and there is no contact time. Such contacts
+            // can collapse without any surface.
             (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
                 if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
             {
@@ -151,11 +154,11 @@ impl Arrest {
     }
 }
 
-/// The state of the engine is impossible. This is a defect of the program or of the machine, never of the
+/// The state of the engine is impossible. The cause is a defect of the program or of the machine, never of the
 /// scene.
 ///
-/// The run ends, because every later event would be invented. The simulation stays in this state, and
-/// continuing it returns the same error.
+/// The run ends, because all later events would be meaningless. The simulation stays in this state, and every
+/// attempt to continue returns the same error.
 #[doc(alias = "corrupted state")]
 #[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
 #[error(
@@ -165,41 +168,41 @@ impl Arrest {
 )]
 #[non_exhaustive]
 pub struct InvariantBroken {
-    /// The particle whose event or cell transition was due.
+    /// The particle whose event or cell transition was to be executed.
     pub particle: ParticleId,
-    /// The other particle of a pair.
+    /// The other particle, if the event is a pair event.
     pub partner: Option<ParticleId>,
-    /// Simulated time of the error.
+    /// Simulated time at which the error was detected.
     pub time: f64,
     /// The invariant that does not hold.
     pub expected: Invariant,
 }
 
 impl InvariantBroken {
-    /// Suggestion for the user.
+    /// Advice for the user.
     pub const CURE: &'static str = "carom should not do this: please report the scene and the command; if it does not happen again, \
         check the memory of the machine";
 }
 
-/// An invariant that holds in every state of the engine.
+/// An invariant that must hold in every state of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Invariant {
-    /// A pair event is at a discontinuity that the pair has in its present state.
+    /// A pair event is at a discontinuity that exists in the present state of the pair.
     Discontinuity,
-    /// A captured pair is in the lists of both particles.
+    /// A captured pair is in the lists of both of its particles.
     CapturedPair,
-    /// The predicted surface exists.
+    /// The surface of a predicted contact exists.
     Surface,
-    /// Thermal surfaces have random numbers.
+    /// A thermal surface has a source of random numbers.
     SurfaceRandom,
-    /// A cell transition is through a face that leads to another cell.
+    /// A cell transition goes through a face that has a cell on its other side.
     Transition,
-    /// A particle that leaves the skin of its Verlet list has such a list.
+    /// A particle that leaves the skin of its Verlet list has a Verlet list.
     VerletList,
-    /// Particles of a sheared box are sorted into cells.
+    /// In a sheared box, the particles are sorted into cells and not into Verlet lists.
     Cells,
-    /// A global event has a source.
+    /// A global event, such as a collision with a heat bath, has a source.
     GlobalEvent,
 }
 
@@ -247,8 +250,8 @@ mod tests {
         assert_eq!(of_one.to_string(), "impossible state at time 1.5 of particle 3: expected a surface of this number");
     }
 
-    /// Square wells in a wide box with a wall at the lower end of x only. Two particles meet at t = 1.5, and
-    /// one flies away.
+    /// Square wells, or hard spheres without a `range`, in a wide box whose only wall is at the lower end of x.
+    /// Particle 40 hits particle 41, and particle 42 flies away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
         let wall = Face::Wall { restitution: 1.0 };
         let x = Boundary::Bounded { lower: wall, upper: Face::Open };
@@ -262,7 +265,8 @@ mod tests {
             potential.unwrap(),
             1.0,
         );
-        // Too many particles for lists.
+        // With these additional particles, there are too many for Verlet lists at this density. The engine uses
+        // cells.
         for k in 0..40 {
             scene = scene.particle("A", Vector::new(3.0 + f64::from(k), 50.0, 50.0), Vector::zeros());
         }
@@ -273,7 +277,8 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Plants a prediction for a particle. Returns how the run ended, and the observed events.
+    /// Changes the prediction of a particle, and runs. Returns how the run ended, and the number of observed
+    /// events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

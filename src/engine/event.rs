@@ -1,4 +1,4 @@
-//! Predictions of future events, and events that have happened.
+//! Events that have happened, and event counts.
 
 mod counts;
 
@@ -15,16 +15,16 @@ pub use crate::physics::response::Outcome;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum EventKind {
-    /// Two particles at a discontinuity of their potential.
+    /// A contact of two particles at a discontinuity of their potential.
     Pair(Outcome),
-    /// A particle at a surface, such as a wall of the box.
+    /// A contact of a particle with a surface, such as a wall of the box.
     Surface,
-    /// A thermostat gives a particle a new velocity. The velocity comes from outside, and the event is not
-    /// counted as a physical event.
+    /// A thermostat gives a particle a new velocity. The velocity comes from outside, so that this is not counted
+    /// as a physical event.
     Thermostat,
 }
 
-/// The other party of an event.
+/// What the particle of an event interacts with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Other {
@@ -32,16 +32,17 @@ pub enum Other {
     Particle(ParticleId),
     /// A surface.
     Surface {
-        /// Index of the surface: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
+        /// Index of the surface: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box; from 6 on for the
+        /// surfaces of the scene.
         surface: u32,
-        /// Index of the face, edge or corner that is touched; 0 if there is only one face.
+        /// Index of the touched face, edge or corner of the surface; 0 if the surface is a single face.
         feature: u32,
     },
     /// A heat bath.
     Bath,
 }
 
-/// A physical event that has happened.
+/// An event that has happened: a contact, or a new velocity from a thermostat.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Event {
@@ -49,35 +50,38 @@ pub struct Event {
     pub time: f64,
     /// Kind of the event.
     pub kind: EventKind,
-    /// The particle of the event.
+    /// The particle to which the event happened.
     pub particle: ParticleId,
-    /// The other particle, the surface or the bath.
+    /// The other particle, the surface, or the heat bath.
     pub other: Other,
-    /// Unit vector from the partner (or the surface) to the particle. For a bath, it is along the impulse.
+    /// Unit vector from the other particle or the surface to the particle. For a heat bath, the direction of the
+    /// impulse.
     pub normal: Vector,
-    /// The momentum that the particle gained `[mass length / time]`; a partner gained the opposite.
+    /// The momentum that the particle gained `[mass length / time]`. The other particle of a pair gained the
+    /// opposite momentum.
     pub impulse: Vector,
     /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`. It is zero,
     /// because all contacts are smooth.
     pub torque: Vector,
-    /// Distance of the discontinuity `[length]`. For a surface, the distance of the particle's centre from
-    /// it.
+    /// Distance of the discontinuity at which the pair met `[length]`. For a surface, the distance of the
+    /// particle's centre from the surface; 0 for a heat bath.
     pub distance: f64,
-    /// Potential energy gained `[energy]`.
+    /// Potential energy that the pair gained `[energy]`. For a surface or a heat bath, the energy that it
+    /// supplied to the particle.
     pub energy_step: f64,
-    /// Kinetic energy lost to restitution `[energy]`.
+    /// Kinetic energy dissipated in an inelastic contact `[energy]`.
     pub dissipated: f64,
-    /// Positions of the particle and its partner `[length]`, inside the box along periodic axes, within
-    /// round-off; zero without a partner.
+    /// Positions of the particle and of the other particle `[length]`. Along periodic axes, they are inside the
+    /// box within round-off. If there is no other particle, the second position is zero.
     pub positions: [Vector; 2],
-    /// Velocities of the particle and its partner before the event `[length / time]`.
+    /// Velocities of the particle and of the other particle before the event `[length / time]`.
     pub before: [Vector; 2],
-    /// Velocities of the particle and its partner after the event `[length / time]`.
+    /// Velocities of the particle and of the other particle after the event `[length / time]`.
     pub after: [Vector; 2],
 }
 
 impl Event {
-    /// The other particle of a pair.
+    /// The other particle of a pair event; `None` for other events.
     #[inline]
     #[must_use]
     pub fn partner(&self) -> Option<ParticleId> {
@@ -87,8 +91,8 @@ impl Event {
         }
     }
 
-    /// Returns the wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the
-    /// upper wall.
+    /// Returns the wall of the box at which the event happened: its axis (0, 1 or 2), and whether it is the upper
+    /// wall. `None` for other events.
     #[must_use]
     pub fn wall(&self) -> Option<(u8, bool)> {
         match self.other {
@@ -104,7 +108,7 @@ impl Event {
         self.impulse.dot(&self.normal)
     }
 
-    /// Returns the number of the kind of event in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the
+    /// Returns the code of the event in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the
     /// walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
     #[must_use]
     pub fn code(&self) -> u8 {
@@ -135,72 +139,74 @@ pub struct EventCounts {
     pub release: u64,
     /// Bounce events.
     pub bounce: u64,
-    /// Contacts with walls.
+    /// Contacts with walls of the box and with other surfaces.
     pub wall: u64,
-    /// Transitions: particles that left their cell, or the skin of their Verlet list. They are not physical
-    /// events, but part of the cost of the neighbour search.
+    /// Transitions: particles that left their cell, or the skin of their Verlet list. Transitions are not
+    /// physical events, but they are part of the cost of the neighbour search.
     pub transition: u64,
-    /// Physical events at which the overlap function had a turning point: there was no relative normal
-    /// velocity that an impulse could reverse.
+    /// Physical events at a turning point of the overlap function, where the particle has no normal velocity
+    /// towards the discontinuity.
     pub turning_point: u64,
-    /// Physical events executed in an invalid state, deeper than the round-off of the positions.
+    /// Physical events in an invalid state: the overlap was deeper than the round-off of the positions.
     pub in_invalid_state: u64,
-    /// Contacts that the TC model examined. These are all contacts at infinite barriers while the model is
-    /// on.
+    /// Contacts to which the TC model was applied: while the model is on, all contacts at infinite barriers.
     pub tc_contacts: u64,
-    /// Contacts that the TC model made less dissipative.
+    /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,
-    /// Deepest overlap at any event, relative to the distance of its discontinuity.
+    /// Deepest overlap at any event, as a fraction of the distance of the discontinuity.
     pub deepest_overlap: f64,
-    /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
+    /// Collisional virial: the sum of `r_ij . J` over pair events, with the separation `r_ij` and the impulse `J`
+    /// `[energy]`.
     pub virial: ExactSum,
-    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events. `x` is
-    /// measured from the middle of the box. Each term is divided by the volume that the centres of the
-    /// particle's species can reach `[energy / length^D]`.
+    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events
+    /// `[energy / length^D]`. `x_i` is the position relative to the middle of the box, and `J_i` the impulse.
+    /// Each term is divided by the volume that the centres of the particle's species can reach.
     pub confined_virial: [ExactSum; 3],
-    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events
-    /// `[energy time / length^D]`. Each change is multiplied by its time and divided by the same volume. The
-    /// integral of `sum m v^2` up to a time `t` is `t sum m v^2` minus this sum.
+    /// Along each axis between two walls, a sum over all changes of `m_i v_i^2` at events
+    /// `[energy time / length^D]`. Each change is multiplied by the time of its event, and divided by the volume
+    /// that the centres of the particle's species can reach. The integral of `sum m v^2` up to a time `t` is
+    /// `t sum m v^2` minus this sum.
     pub confined_heating: [ExactSum; 3],
-    /// For each axis, the inward momentum from its lower and its upper wall, divided by the wall area that
-    /// centres of the particle's species can reach `[energy time / length^D]`; 0 if that area is infinite.
+    /// For each axis, the inward momentum that particles received from the lower and from the upper wall
+    /// `[energy time / length^D]`. It is divided by the wall area that the centres of the particle's species can
+    /// reach. It is 0 if this area is infinite.
     pub wall_push: [[ExactSum; 2]; 3],
-    /// For each axis, the net energy supplied by its lower and its upper wall `[energy]`: energy given minus
-    /// energy taken.
+    /// For each axis, the net energy that particles received from the lower and from the upper wall `[energy]`.
     pub wall_heat: [[ExactSum; 2]; 3],
-    /// Kinetic energy lost to restitution `[energy]`.
+    /// Kinetic energy dissipated in inelastic contacts `[energy]`.
     pub dissipated: ExactSum,
-    /// Sum of all dissipated energies, each multiplied by its time since the start of the simulation
+    /// Sum of all dissipated energies, each multiplied by the time of its event since the start of the simulation
     /// `[energy time]`. The integral of `dissipated` up to a time `t` is `t dissipated` minus this sum.
     pub dissipated_moment: ExactSum,
-    /// Number of velocities that a thermostat has given.
+    /// Thermostat events, each of which gives one particle a new velocity.
     pub thermostat: u64,
-    /// Energy from outside: from thermostats, growing diameters and sheared boxes `[energy]`.
+    /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growing diameters or
+    /// shear.
     pub supplied: ExactSum,
-    /// Sum of all supplied energies, each multiplied by its time since the start, as in
-    /// [`Self::dissipated_moment`] `[energy time]`.
+    /// Sum of all supplied energies, each multiplied by the time of its event since the start of the simulation
+    /// `[energy time]`. The integral of `supplied` follows from it as explained for [`Self::dissipated_moment`].
     pub supplied_moment: ExactSum,
-    /// Sum of all changes of the potential energy of pairs, each multiplied by its time since the start
-    /// `[energy time]`.
+    /// Sum of all changes of the potential energy of pairs, each multiplied by the time of its event since the
+    /// start of the simulation `[energy time]`.
     pub pair_energy_moment: ExactSum,
 }
 
 impl EventCounts {
-    /// Number of physical events: Core, Capture, Release, Bounce and wall.
+    /// Number of physical events: Core, Capture, Release, Bounce, and contacts with walls and other surfaces.
     #[must_use]
     pub fn physical(&self) -> u64 {
         self.core + self.capture + self.release + self.bounce + self.wall
     }
 
-    /// Returns the number of times that a moving particle took part in a Core event: two in each event, or
-    /// one if the partner is static.
+    /// Returns how many times a moving particle took part in a Core event. An event counts twice, or once if one
+    /// particle is static.
     #[must_use]
     pub fn core_contacts(&self) -> u64 {
         2 * self.core - self.core_static
     }
 
-    /// Returns the difference between these event counts and `earlier` event counts. The deepest overlap
-    /// still refers to the whole run.
+    /// Returns the counts since the `earlier` counts, as differences. Only the deepest overlap still refers to
+    /// the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -213,7 +219,7 @@ impl EventCounts {
         since
     }
 
-    /// Adds the counts of a part of the system. The deepest overlap is the maximum.
+    /// Adds the counts of a part of the system. The deepest overlap becomes the larger of the two.
     pub(crate) fn merge(&mut self, part: &Self) {
         let mut some = *part;
         for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {
@@ -225,7 +231,6 @@ impl EventCounts {
         }
     }
 
-    /// Returns all event numbers.
     fn counts_mut(&mut self) -> [&mut u64; 12] {
         [
             &mut self.core,

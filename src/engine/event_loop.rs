@@ -1,4 +1,4 @@
-//! The event loop: pop, stream, execute, repredict.
+//! The event loop: takes events from the queue, executes them, and predicts their particles again.
 
 use super::observe::Observe;
 use super::parts::Engine;
@@ -7,17 +7,17 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
-/// The next action: the first entry of the queue, or an action before it.
+/// The next action of the event loop.
 enum Next {
-    /// The prediction of a particle.
+    /// The first entry of the queue, which is the predicted event of a particle.
     Particle(QueueEntry),
-    /// An outdated entry of the queue.
+    /// An outdated entry of the queue, which is discarded.
     Void,
     /// A global event.
     GlobalEvent,
-    /// The end of the epoch.
+    /// The epoch ends before any other action.
     Epoch,
-    /// The end of the run.
+    /// A limit of the run is reached.
     Limit,
 }
 
@@ -32,7 +32,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends when the
+    /// Runs until a time or a number of physical events. Calls `observe` for each event, and ends early if the
     /// observer breaks.
     pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
@@ -42,11 +42,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps. Steps are events, cell
-    /// transitions, new predictions, and other work of similar cost. Pauses change nothing.
+    /// Runs like [`Self::advance`], but pauses after a number of steps and then returns `None`. Steps are events,
+    /// cell transitions, new predictions, and other work of similar cost. Pauses do not change any result.
     ///
-    /// The observer is not a type parameter. So the loop is compiled once per engine in the library, and not
-    /// for each closure of a caller.
+    /// The type of the observer is not a type parameter. The loop is therefore compiled once per engine in the
+    /// library, and not once for each closure of a caller.
     pub fn advance_for(
         &mut self,
         steps: u64,
@@ -105,14 +105,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.execute_contact(particle, &prediction, observe)?.is_break() {
                 return Ok(Some(Reason::Observer));
             }
-            // The clock stops at the last event, even if other work precedes the next one.
+            // Without this check, cell transitions after the last event would still advance the time.
             if self.counts.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
         }
     }
 
-    /// Executes the present contact of a particle, reports it, and repeats the predictions that it voids.
+    /// Executes the predicted contact of a particle and predicts its particles again. If the contact is outdated,
+    /// the particle is only predicted again.
     #[inline]
     fn execute_contact(
         &mut self,
@@ -138,14 +139,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(flow)
     }
 
-    /// The next thing to do, up to a time since the epoch.
+    /// Returns the next action of the event loop up to the time `stop`, counted from the epoch.
     #[inline]
     fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
         let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
         let limit = stop.min(next_global);
         let Some(entry) = self.schedule.queue.peek(limit, &due) else {
-            // The epoch ends before anything at its end time or later.
+            // An epoch ends before any action that is due at its end time or later.
             return match () {
                 () if limit >= self.schedule.queue.reached() => Next::Epoch,
                 () if next_global <= stop => Next::GlobalEvent,
@@ -167,7 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle again.
+    /// Predicts a particle again, but leaves the queue unchanged.
     #[inline]
     pub(super) fn predict_anew(&mut self, particle: u32, time: f64) {
         let mut scratch = self.take_scratch();

@@ -1,4 +1,4 @@
-//! Hardware: prefetching and large pages. Neither changes a result.
+//! Prefetching and large memory pages. Both change the speed, but no result.
 
 pub mod pages;
 pub mod prefetch;

@@ -1,8 +1,8 @@
 //! Proof that no further event will ever happen.
 //!
 //! A long time without events is no proof: two spheres in a large periodic box may meet after thousands of
-//! crossings. The proof shows that no particle meets a surface. It also shows for every pair that, along the
-//! axes that are not periodic, it recedes or misses by more than rounding.
+//! crossings. The proof shows that no particle meets a surface. It also shows for every pair that, along the axes
+//! that are not periodic, the particles recede or miss each other by more than round-off.
 
 use super::parts::Engine;
 use super::predict::Streamed;
@@ -14,19 +14,21 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// Maximum number of pairs to test. The test takes a few hundredths of a second. Larger systems end only when
-/// no particle changes its cell any more.
+/// Maximum number of pairs that the proof tests in general, which takes a few hundredths of a second. Larger
+/// systems end only when no particle changes its cell any more.
 const MOST_PAIRS: usize = 4_000_000;
 
-/// Maximum number of pairs in adjacent cells to test in larger systems. The test takes a few seconds.
+/// Maximum number of pairs in adjacent cells that the proof tests if no particle changes its cell any more. This
+/// takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Transitions without an event before the first attempt. These transitions take longer than the proof.
+/// Minimum number of cell transitions without an event before the first attempt at a proof. They take longer than
+/// the attempt.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether it can be shown, at the end of an epoch, that no further event will happen. The number of
-    /// transitions without an event doubles from one attempt to the next.
+    /// Whether it can be proved, at the end of an epoch, that no further event will happen. Attempts become rare:
+    /// the number of transitions without an event doubles from one attempt to the next.
     pub(super) fn is_shown_to_be_over(&mut self) -> bool {
         if !self.is_proof_due() {
             return false;
@@ -35,7 +37,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.is_over()
     }
 
-    /// Whether an attempt is due.
+    /// Whether there have been enough transitions without an event for another attempt at the proof.
     pub(super) fn is_proof_due(&self) -> bool {
         let done = self.counts.totals.transition;
         let quiet = done.wrapping_sub(self.counts.transitions_at_event);
@@ -44,12 +46,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         quiet >= FIRST_PROOF.max(pairs / 16) && since_proof >= quiet / 2
     }
 
-    /// Whether the present states show that no further event will happen.
+    /// Whether the present state proves that no further event will happen.
     pub(super) fn is_over(&self) -> bool {
         if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
-        // Pairs inside a step of their potential always have a predicted contact.
+        // Captured pairs inside a step of their potential need no further test, because they always have a
+        // predicted contact.
         if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
@@ -79,8 +82,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns whether no particles in adjacent cells and no captured pairs meet. As long as no particle
-    /// changes its cell, no other pairs can meet.
+    /// Returns whether particles in adjacent cells and captured pairs never meet. Other pairs cannot meet while
+    /// no particle changes its cell.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
@@ -93,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Rounding error of states streamed to the present time.
+    /// Bounds the rounding errors of positions and velocities that are computed for the present time.
     fn doubt(&self, particles: &[u32]) -> Doubt {
         let mut sums = [0.0; 2];
         for &particle in particles {
@@ -114,7 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.surfaces.for_each_unlimited(self.row(me.id), &mut look);
         let is_periodic = self.state.periods.iter().any(|period| period.is_finite());
         if is_periodic && self.sources.surfaces.has_features() {
-            // The features have infinitely many images.
+            // Edges, corners and other features of surfaces have infinitely many periodic images, which cannot
+            // all be tested.
             return true;
         }
         self.sources.surfaces.for_each_feature(&flight.swept(f64::INFINITY), self.row(me.id), &mut look);
@@ -127,8 +131,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         may_meet
     }
 
-    /// Whether a pair provably never meets: along the axes that are not periodic it recedes or misses, or it
-    /// has no relative motion.
+    /// Whether a pair provably never meets. Either it has no relative motion, or its particles recede or miss
+    /// each other along the axes that are not periodic.
     fn never_meet(&self, me: &Streamed, other: u32) -> bool {
         let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
         let (position, velocity) = self.state_at(other, self.clock.now);
@@ -154,8 +158,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the squared distance at which a pair outside its potential meets; `None` for pairs that never
-    /// meet, or that are inside their potential.
+    /// Returns the squared distance at which a pair outside its potential meets `[length^2]`. `None` if the pair
+    /// never meets, or if it is inside its potential.
     fn squared_range_from_outside(&self, a: u32, b: u32) -> Option<f64> {
         if !TABLE {
             return Some(self.pairs.rules.meeting(0, 0).squared);
@@ -178,7 +182,7 @@ mod tests {
     use crate::model::space::{Boundary, Face, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two balls at distance ten along y, with a relative velocity.
+    /// Two balls at distance ten along y. The first is at rest, and the second has the given velocity.
     fn balls(boundary: [Boundary; 3], velocity: [f64; 3]) -> Simulation {
         let mut space = Space::periodic_cube(40.0);
         space.boundary = boundary;
@@ -205,7 +209,8 @@ mod tests {
             ([OPEN; 3], [0.3, -1.0, 0.0], true),
             ([OPEN; 3], [0.01, -1.0, 0.0], false),
             ([PERIODIC; 3], [0.3, 1.0, 0.1], false),
-            // They pass each other forever, but this cannot be shown.
+            // These balls never meet, but the proof does not cover relative motion in a box that is periodic
+            // along all axes.
             ([PERIODIC; 3], [1.0, 0.0, 0.0], false),
             ([PERIODIC; 3], [0.0, 0.0, 0.0], true),
             ([PERIODIC, OPEN, PERIODIC], [0.3, 1.0, 0.1], true),
@@ -230,7 +235,8 @@ mod tests {
             scene.species[0].acceleration = (gravity > 0.0).then(|| Vector::new(0.0, 0.0, -gravity));
             scene
         };
-        // They meet at t = 1.5e7, and their smallest distance is 0.985 diameters.
+        // The two spheres meet at t = 1.5e7. Without the collision, their smallest distance would be 0.985
+        // diameters.
         let [position, velocity] = [
             [9_958_719.654_207_112, 11_205_396.372_943_148, 512_830.356_104_685_8],
             [-0.663_914_600_325_803_6, -0.747_026_464_671_845_6, -0.034_188_661_192_157_396],
@@ -241,7 +247,7 @@ mod tests {
             Vector::from(velocity),
         );
         assert!(!Simulation::without_plan(far.build().unwrap()).is_over());
-        // The ball climbs for a time of 10^9 and falls back.
+        // The thrown ball rises for a time of 10^9 before it falls onto the other ball.
         let thrown = hard(1e-9).particle("A", Vector::new(5.0, 5.0, 8.0), Vector::new(0.0, 0.0, 1.0)).particle(
             "B",
             Vector::new(5.0, 5.0, 2.0),

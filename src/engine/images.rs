@@ -1,7 +1,7 @@
-//! Images: the periodic images in which a particle can be met.
+//! Policies for periodic images: in which images a particle can meet a partner.
 //!
-//! A policy is chosen when particles are sorted into cells or lists. All code that needs a relative state
-//! uses this policy:
+//! A policy is chosen when particles are sorted into cells or lists. It applies wherever the relative state of a
+//! pair is needed.
 //!
 //! | policy | applies to | images of a pair |
 //! |---|---|---|
@@ -24,35 +24,35 @@ use crate::physics::motion::RelativeState;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 
-/// The axis along which images slide, and the axis along which their velocity increases.
+/// The axis along which the images of a sheared box slide, and the axis along which their velocity increases.
 pub(super) const FLOW: usize = 0;
 pub(super) const GRADIENT: usize = 1;
 
 /// The policy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
-    /// Several: the images of a small box other than the nearest; empty for other boxes.
+    /// For the policy "several": the images of a small box other than the nearest image; empty for larger boxes.
     pub further: Vec<Vector>,
-    /// Tied: axes along which neighbours can be half a period apart.
+    /// For the policy "tied": the axes along which particles in adjacent cells can be half a period apart.
     pub tied: [bool; 3],
-    /// Sliding.
+    /// For the policy "sliding": the shear of the box.
     sliding: Option<LeesEdwards>,
 }
 
-/// How the first contact with uncaptured partners is found.
+/// How a prediction tests the images of uncaptured partners.
 pub(super) enum Way {
-    /// All partners at once, each in its nearest image.
+    /// All partners are tested together, each in its nearest image.
     Nearest,
-    /// As above, and also in the other images of a small box.
+    /// All partners are tested together in their nearest images, and then in the other images of a small box.
     Several,
-    /// All partners at once, across sliding sides.
+    /// All partners are tested together, including images across the sliding sides of a sheared box.
     Sliding(Sliding),
-    /// One pair after another, in all images of the pair.
+    /// Each pair is tested by itself, in all of its images.
     OneByOne,
 }
 
 impl ImagePolicy {
-    /// The policy before particles are sorted in.
+    /// The policy before particles are sorted into cells or lists.
     pub fn of(scene: &Scene) -> Self {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
@@ -63,45 +63,46 @@ impl ImagePolicy {
         self.sliding.is_some()
     }
 
-    /// Returns whether the images of a scene are at rest. Neighbour lists require this.
+    /// Returns whether the periodic images of a scene are at rest, which Verlet lists require.
     pub fn stay(scene: &Scene) -> bool {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// Chooses the policy for lists: the nearest image. Skins are chosen narrow enough for this.
+    /// Chooses the policy for Verlet lists. The nearest image is sufficient, because skins are chosen narrow
+    /// enough.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
 
-    /// Chooses the policy for cells.
+    /// Chooses the policy for cells. It depends on the number of cells along each period.
     pub fn choose_for_cells(&mut self, cells: &Cells, periods: &Vector) {
         self.further = cells.grid.further_images(periods);
         self.tied = [false; 3];
         if self.further.is_empty() {
             self.tied = cells.grid.tied_axes();
             if self.slide() {
-                // Images along the flow and the gradient slide and are handled separately.
+                // Images along the flow and the gradient slide, and are handled separately.
                 (self.tied[FLOW], self.tied[GRADIENT]) = (false, false);
             }
         }
     }
 
-    /// Time since the epoch at which particles next to sliding sides are predicted again; infinite if no
-    /// sides slide.
+    /// Returns the time since the epoch at which particles next to sliding sides are predicted again; infinite if
+    /// no sides slide.
     pub fn next_refresh(&self) -> f64 {
         self.sliding.as_ref().map_or(f64::INFINITY, LeesEdwards::next_refresh)
     }
 
-    /// Returns the largest displacement of sliding images after a time `[length]`. The initial displacement
-    /// is at most one period.
+    /// Returns the largest possible displacement of sliding images after a time `[length]`. The displacement at
+    /// the start is at most one period.
     pub fn farthest_slid(&self, time: f64, periods: &Vector) -> f64 {
         self.sliding.map_or(0.0, |shear| periods[FLOW] + shear.speed.abs() * time)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The nearest image of a relative state at a time since the epoch, and whether it lies across sliding
-    /// sides.
+    /// Returns the nearest image of a relative state at a time since the epoch, and whether this image lies
+    /// across a sliding side.
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
         let Some(shear) = &self.images.sliding else {
@@ -112,8 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (state, is_across)
     }
 
-    /// Calls `visit` for the images other than the nearest in which an uncaptured pair can meet; `is_across`
-    /// tells whether an image lies across sliding sides.
+    /// Calls `visit` for all images other than the nearest in which an uncaptured pair can meet. `is_across`
+    /// tells whether the nearest image lies across a sliding side.
     #[inline]
     pub(super) fn for_each_further_image(
         &self,
@@ -133,11 +134,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// How a particle finds its first contact with uncaptured partners at a time since the epoch.
+    /// Chooses how a particle searches for its first contact with uncaptured partners, at a time since the epoch.
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();
-        // Pairs with a relative acceleration or growing distances are tested in all images at once.
+        // In a small box, pairs with a relative acceleration or growing distances must be tested one by one.
         if !(has_one_image || !(FALLING && TABLE) && self.distances.are_constant()) {
             return Way::OneByOne;
         }
@@ -150,35 +151,35 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether all captured partners of a particle are met in their nearest images, as in a box with fixed
-    /// images.
+    /// Whether all captured partners of a particle are met in their nearest images, as in a box without shear.
     #[inline]
     pub(super) fn are_captured_nearest(&self, particle: u32) -> bool {
-        // A distant partner can be across a sliding side even if this particle is far from the sides.
+        // A bonded partner can be far away, across a sliding side, even if this particle is not next to the side.
         !self.images.slide()
             || (self.ranges.are_captured_near()
                 && !self.has_own_interactions(particle)
                 && self.is_off_sliding_sides(particle))
     }
 
-    /// Returns whether the predicted contact of a particle stays valid when it enters another cell. Then only
-    /// new neighbours have to be tested. In a small box the possible images change in the new cell, and next
-    /// to sliding sides the neighbours change.
+    /// Returns whether the predicted contact of a particle remains valid when the particle enters another cell.
+    /// If so, only the new neighbours have to be tested. In a small box, the new cell changes the images that can
+    /// be met. Next to sliding sides, it changes the neighbours.
     #[inline]
     pub(super) fn keeps_contact(&self, particle: u32) -> bool {
         if self.images.slide() { self.is_off_sliding_sides(particle) } else { self.images.further.is_empty() }
     }
 
-    /// Returns the number of images on either side of the nearest image in which a bonded pair can meet
-    /// before either particle is predicted again.
+    /// Returns, for each axis, the number of images on either side of the nearest image in which a bonded pair
+    /// can meet before either particle is predicted again.
     ///
-    /// Until then, each particle travels at most one cell. With three or more cells, a separation of at most
-    /// half a period therefore stays below seven sixths of a period. The range is at most half a period.
-    /// While images along x slide, separations grow by another quarter of a period.
+    /// Each particle travels at most one cell before it is predicted again. With three or more cells, a
+    /// separation of at most half a period therefore stays below seven sixths of a period. The range is at most
+    /// half a period. While images slide along x, separations along x grow by another quarter of a period.
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
-            // Skins are smaller than cells.
+            // Particles with Verlet lists travel only within their narrow skins, as in a box with very many
+            // cells.
             Neighbours::Lists(_) => [u32::MAX; 3],
         };
         std::array::from_fn(|axis| match counts[axis] {
@@ -189,7 +190,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// A relative state with another image of the partner, at a time since the epoch.
+    /// Returns a relative state at a time since the epoch, with another image of the partner. `image` counts
+    /// periods from the nearest image.
     pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {
@@ -203,8 +205,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         state
     }
 
-    /// Returns the displacement of the next image above, minus whole periods, and the number of these
-    /// periods.
+    /// Returns the present displacement along x of the periodic image above the box, and the number of whole
+    /// periods that were subtracted from it.
     pub(super) fn displacement(&self) -> (f64, i32) {
         let period = self.state.periods[FLOW];
         self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))

@@ -8,8 +8,7 @@ use super::state::State;
 use super::{Chosen, Simulation};
 
 impl Simulation {
-    /// Returns the first kind of index of particles, species or lists that is out of range; `None` if all
-    /// indices are valid.
+    /// Describes the first data with an index that is out of range; `None` if all indices are valid.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
         with_engine!(&self.engine, engine => engine.unsound_index(species))
@@ -64,7 +63,7 @@ mod tests {
     use crate::engine::columns::tests::{mixture, spheres};
     use crate::model::{Potential, Scene};
 
-    /// Grains that fall between walls onto an oscillating plate and a mesh, in a heat bath.
+    /// A scene of grains that fall between walls onto an oscillating plate and a block, in a heat bath.
     const WALLED: &str = "
         space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = 'walls' }
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
@@ -81,7 +80,8 @@ mod tests {
             { name = 'block', shape = 'box', lower = [2.0, 2.0, 1.5], upper = [4.0, 4.0, 2.4] },
         ]";
 
-    /// A changed byte is detected, or the simulation continues or stops with an error. It never panics.
+    /// A changed byte is either detected or harmless. Harmless means that the simulation continues or stops with
+    /// an error, but does not panic.
     #[test]
     fn changed_bytes_of_a_simulation_are_noticed_or_harmless() {
         let hard = || Potential::hard_sphere(1.0).unwrap();
@@ -102,7 +102,7 @@ mod tests {
                     Ok(read) if read.unsound_index().is_some() => refused[1] += 1,
                     Ok(mut read) => {
                         let _ = read.snapshot();
-                        // Whatever the numbers, the simulation continues or returns an error.
+                        // The simulation may continue or return an error, but must not panic.
                         read.enlarge();
                         let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
                         refused[2] += 1;

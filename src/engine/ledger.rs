@@ -1,11 +1,12 @@
-//! Sums of exchanged and converted energy and momentum, for energy balances and pressures.
+//! Sums of the energies and momenta of events, for energy balances and pressures.
 
 use super::parts::Engine;
 use crate::Vector;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Adds the dissipated and the supplied energy of an event, and each of them multiplied by the time of
-    /// the event. The potential energy that a pair gains is added only multiplied by this time.
+    /// Adds the dissipated and the supplied energy of an event to their sums. Each energy, multiplied by the time
+    /// of the event, is also added to another sum. For `energy_step`, the potential energy that a pair gains,
+    /// only this second sum exists.
     #[inline(always)]
     pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64, supplied: f64) {
         let time = self.clock.epoch + self.clock.now;
@@ -23,15 +24,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the change of `sum m v^2` in an event along each axis between walls. An internal impulse, from
-    /// another particle, also counts in the virial of each such axis.
+    /// Adds the change of `sum m v^2` in an event, for each axis between two walls. An impulse between particles
+    /// also adds to the virial along these axes.
     ///
-    /// The sum is constant between changes. Its integral up to a time `t` is therefore `t` times the final
-    /// value, minus the sum of all changes multiplied by their times.
+    /// The sum is constant between events. Its integral up to a time `t` is therefore `t` times the final value,
+    /// minus all changes multiplied by their times.
     ///
-    /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species: `<sum m
-    /// v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L` is
-    /// the length that centres can reach, and `p A` is the mean force of the two walls. Divided by the volume
+    /// Along an axis between walls, the long-time mean of `d/dt sum x m v` is zero for each species:
+    /// `<sum m v^2> + <sum x F> = L p A`. All components are along the axis, `x` is measured from the middle, `L`
+    /// is the length that centres can reach, and `p A` is the mean force of the two walls. Divided by the volume
     /// `L A` of the species and summed over all species, this is the pressure.
     pub(super) fn note_confined(&mut self, particles: [Option<u32>; 2], is_internal: bool, before: &[Vector; 2]) {
         let Some(confinement) = &self.sources.confinement else { return };
@@ -55,7 +56,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the momentum that a wall has given to a particle.
+    /// Adds the momentum that a particle received from a wall to the sum for this wall.
     pub(super) fn note_push(&mut self, particle: u32, axis: usize, is_upper: bool, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
         let per_area = confinement.per_area[usize::from(self.row(particle))][axis];

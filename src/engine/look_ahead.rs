@@ -1,8 +1,8 @@
-//! Prefetching of data that the next entries of the queue will touch.
+//! Prefetches the data that upcoming entries of the event queue will need.
 //!
-//! Successive events are far apart in space and therefore in memory. Each entry needs a chain of loads: the
-//! particle, its list or cells, and their contents. Each load gives the address of the next load. These loads
-//! are done one after another, a few entries ahead, so that no load causes a wait.
+//! Successive events are far apart in space and therefore in memory. Each event needs a chain of loads: the
+//! particle, its list or cells, and their contents. Each load gives the address of the next load. The chain is
+//! loaded in several stages, while the preceding events are executed, so that no event has to wait.
 
 use super::parts::Engine;
 use super::prediction::{FIRST_ABSENT, Prediction};
@@ -11,14 +11,14 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// Number of entries ahead at which data are prefetched: the particle and its partner, the addresses of their
-/// neighbours, and the neighbours.
+/// How many queue entries ahead data are prefetched: first the particle and its partner, then the lists or cells
+/// with their neighbours, and finally the neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Prefetches for upcoming entries. Affects only speed.
+    /// Prefetches data for upcoming entries of the queue. Affects only speed.
     #[inline]
     pub(super) fn prefetch_coming(&self) {
         if let Some((particle, prediction)) = self.coming(SELF) {
@@ -82,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Prefetches captured partners, because they are not in lists.
+    /// Prefetches the captured partners of a particle, which are not in its Verlet list.
     #[inline]
     fn prefetch_captured(&self, particle: u32) {
         if TABLE {

@@ -1,7 +1,8 @@
 //! Neighbour search: finds the particles that a particle could meet.
 //!
-//! There are two methods, chosen by density. A thin fluid uses [`cells`] alone, because a list would be
-//! outdated before its second use. A dense fluid uses Verlet lists with a skin ([`lists`]).
+//! There are two methods, and the density decides between them. In a thin fluid, [`cells`] are used alone,
+//! because a list would be outdated before its second use. In a dense fluid, Verlet lists with a skin are used
+//! ([`lists`]).
 
 pub mod candidates;
 pub mod cell_list;
@@ -28,17 +29,16 @@ use verlet::VerletLists;
 /// Method of the neighbour search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// Cells: the neighbours are in the same and in adjacent cells.
+    /// Cells: the neighbours of a particle are in its own cell and in the adjacent cells.
     Cells,
-    /// Verlet lists: the neighbours are in the particle's list.
+    /// Verlet lists: the neighbours of a particle are in the list of the particle.
     Lists {
-        /// Half of the skin: the distance that a particle may move from the centre of its list before the
-        /// list is rebuilt `[length]`.
+        /// Half of the skin: the distance that a particle may move before its list is rebuilt `[length]`.
         half_skin: f64,
     },
 }
 
-/// The neighbours of all particles, with either method.
+/// The data of the neighbour search, for either method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
@@ -48,17 +48,17 @@ pub enum Neighbours {
     Lists(VerletLists),
 }
 
-/// A particle's place in the neighbour search.
+/// Place of a particle in the neighbour search: its cell, or the centre of its Verlet list.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Place {
-    /// The number of its cell.
+    /// Number of the particle's cell.
     Cell(u32),
-    /// The centre of its list.
+    /// Centre of the particle's Verlet list.
     Centre(Vector),
 }
 
 impl Neighbours {
-    /// A particle's place in the neighbour search.
+    /// Returns the place of a particle in the neighbour search.
     #[must_use]
     pub fn place(&self, particle: u32) -> Place {
         match self {
@@ -67,8 +67,8 @@ impl Neighbours {
         }
     }
 
-    /// Adds a particle with an empty list at `place`. Uses its position instead if there is no place, or if
-    /// the place belongs to the other method.
+    /// Adds a particle at `place`, with an empty list. The particle's position is used if there is no place, or
+    /// if the place belongs to the other search method.
     pub fn push(&mut self, position: &Vector, place: Option<Place>) {
         match (self, place) {
             (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
@@ -78,7 +78,8 @@ impl Neighbours {
         }
     }
 
-    /// Moves a particle in the neighbour search. Lists do not change.
+    /// Moves a particle to another cell, or moves the centre of its Verlet list. The entries of lists do not
+    /// change.
     pub fn relocate(&mut self, particle: u32, place: Place) {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
@@ -87,13 +88,13 @@ impl Neighbours {
         }
     }
 
-    /// Empty cells, until particles are sorted in.
+    /// Cells without particles, used until the particles are sorted into cells or lists.
     #[must_use]
     pub fn none(space: &Space) -> Self {
         Self::Cells(Cells::new(space, 0.0, &[]))
     }
 
-    /// The method in use.
+    /// The search method in use.
     #[must_use]
     pub fn search(&self) -> Search {
         match self {
@@ -102,7 +103,7 @@ impl Neighbours {
         }
     }
 
-    /// The Verlet lists, if there are any.
+    /// The Verlet lists; `None` if the method is cells.
     #[inline]
     #[must_use]
     pub fn verlet(&self) -> Option<&VerletLists> {
@@ -112,7 +113,7 @@ impl Neighbours {
         }
     }
 
-    /// The lists, if there are any.
+    /// The entries of the Verlet lists; `None` if the method is cells.
     #[inline]
     #[must_use]
     pub fn lists_mut(&mut self) -> Option<&mut Lists> {
@@ -122,7 +123,7 @@ impl Neighbours {
         }
     }
 
-    /// Finds all particles that a particle may meet next.
+    /// Finds candidates for the next contact of a particle: all particles in its cell and in the adjacent cells.
     pub fn find_candidates(&self, particle: u32, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
@@ -130,7 +131,7 @@ impl Neighbours {
         }
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         match self {
             Self::Cells(cells) => cells.enlarge(),
@@ -153,51 +154,53 @@ impl fmt::Display for Search {
     }
 }
 
-/// Number of particles beyond its range that a list should hold at the mean density, in one, two and three
-/// dimensions. A larger number slows down every prediction. A smaller number requires more searches. The
-/// number was measured in three dimensions in hard-sphere fluids and crystals and in square wells. In square
-/// wells, pairs within range are captured and are in no list. Half or twice this number costs about a tenth
-/// of the speed.
+/// Number of particles beyond the interaction range that a Verlet list should hold at the mean density, in one,
+/// two and three dimensions. With more particles, every prediction takes longer. With fewer particles, lists are
+/// rebuilt more often. The number for three dimensions was measured in hard-sphere fluids and crystals, and in
+/// square wells. In square wells, pairs within range are captured and are in no list. Half or twice the number
+/// costs about a tenth of the speed.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Lists pay up to this reach, in units of the range. It corresponds to a packing fraction of 0.36. Cells and
-/// lists are equally fast for hard spheres at a packing fraction of 0.35 with 11,000 particles, and at 0.38
-/// with ten times as many. For square wells, they are equally fast at a reach of 1.66.
+/// Largest reach of Verlet lists, in units of the interaction range, at which lists are faster than cells. It
+/// corresponds to a packing fraction of 0.36. Cells and lists are equally fast for hard spheres at a packing
+/// fraction of 0.35 with 11,000 particles, and at 0.38 with ten times as many. For square wells, they are equally
+/// fast at a reach of 1.66.
 const WORTHWHILE: f64 = 1.69;
 
-/// The limit with three or fewer cells along a period, where every particle is a candidate in several images.
-/// It corresponds to a packing fraction of 0.14. For ten hard spheres, cells and lists are equally fast
-/// between 0.1 and 0.15.
+/// The same limit as [`WORTHWHILE`], for boxes with three or fewer cells along a period. Every particle is a
+/// candidate in several images there. The limit corresponds to a packing fraction of 0.14. For ten hard spheres,
+/// cells and lists are equally fast between 0.1 and 0.15.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
-/// The method changes only if the limit is exceeded by this fraction.
+/// Hysteresis of the choice between cells and lists: the method changes only if the limit is passed by this
+/// fraction.
 const HYSTERESIS: f64 = 0.05;
 
-/// The skin changes only if the new one differs by this fraction.
+/// The half skin is replaced only if the new value differs from it by at least this fraction.
 const DIFFERENT: f64 = 0.3;
 
-/// Up to this number of particles, all particles can be listed at little cost.
+/// Up to this number of particles, Verlet lists are cheap even if they hold all particles.
 const FEW: usize = 32;
 
-/// Half skin, in units of the range, for a few particles in a box longer than [`LONG`] ranges along all axes.
-/// There, particles fly far before they meet. Contacts are predicted from at most three times this distance.
-/// The error of the overlap function there is about the square of that distance, roughly `1e5` units in the
-/// last place.
+/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges along
+/// all axes. Particles fly far there before they meet. A contact is predicted when the particles are at most
+/// three times the half skin apart. The error of the overlap function there is about the square of this distance,
+/// roughly `1e5` units in the last place.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
-/// Largest fraction of the available room that a skin takes.
+/// The half skin is at most this fraction of the largest half skin that the box allows.
 const WITHIN: f64 = 0.95;
 
-/// Smallest half skin as a fraction of the range, however dense the system is.
+/// Smallest half skin as a fraction of the interaction range, even in the densest systems.
 const THINNEST: f64 = 0.08;
 
 impl Search {
-    /// The method for the start of a scene.
+    /// Chooses the search method at the start of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         if !ImagePolicy::stay(scene) {
-            // Lists do not support sliding images.
+            // Verlet lists do not support the sliding images of sheared boxes.
             return Self::Cells;
         }
         let positions = || scene.particles.iter().map(|particle| particle.position);
@@ -207,13 +210,14 @@ impl Search {
         Self::choose_among(&scene.space, range, positions, None)
     }
 
-    /// Returns the method for particles at `positions` that interact up to `range`, given the current one.
+    /// Chooses the search method for particles at `positions` that interact up to a distance `range`. The
+    /// `current` method is kept if the density is close to the limit between the methods.
     #[must_use]
     pub fn choose(space: &Space, range: f64, positions: &[Vector], current: Option<Self>) -> Self {
         Self::choose_among(space, range, || positions.iter().copied(), current)
     }
 
-    /// Returns the method for positions from an iterator that can be restarted.
+    /// Chooses the search method like [`Self::choose`], with positions from an iterator that can be restarted.
     pub(super) fn choose_among<I: Iterator<Item = Vector>>(
         space: &Space,
         range: f64,
@@ -226,10 +230,10 @@ impl Search {
             return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
         }
         let reach = reach_of_lists(space, range, local_density(space, range, &positions));
-        // A small box has room for a thin skin only. A thin skin is still better than testing all images of
-        // all other particles.
+        // A small box allows only a thin skin, but even a thin skin is better than testing all images of all
+        // particles.
         let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
-        // The reach is NaN if there are no particles or no range. Then cells are selected.
+        // If there are no particles or no range, the reach is NaN, and cells are chosen.
         if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
         }
@@ -242,7 +246,7 @@ impl Search {
     }
 }
 
-/// Best reach of neighbour lists at a number density.
+/// Returns the reach `[length]` at which Verlet lists are fastest, for a given number density.
 fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     let dimensions = space.dimensions();
     let volume = LISTED[dimensions - 1] / density;
@@ -253,7 +257,7 @@ fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
     }
 }
 
-/// Largest reach, in ranges, at which lists are better than cells.
+/// Returns the largest reach, in units of the interaction range, at which lists are chosen instead of cells.
 fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
     let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
@@ -264,16 +268,16 @@ fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
     }
 }
 
-/// Mean number density around particles `[length^-dimensions]`.
-///
-/// If particles fill only part of the box, the density of that part counts.
+/// Mean number density in the surroundings of particles `[length^-dimensions]`. Empty parts of the box do not
+/// count.
 fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
-    /// Number of particles in a cell, large enough that one particle more or less makes no difference.
+    /// Mean number of particles per cell. It is large enough that a single particle hardly changes the density.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
     let mut density = positions().count() as f64 / volume;
-    // Cells for the mean density are too large for the density of the filled part.
+    // Cells for the mean density of the box are too large if only part of the box is filled. Each further pass
+    // uses the density that the pass before has found.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, &positions);
@@ -281,10 +285,10 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
     density
 }
 
-/// Number density around particles, from counts in cells of about a given side.
+/// Number density in the surroundings of particles, from counts in cells with sides of about `fair`.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
-    /// A dense array of cells is used if there are at most as many cells as particles, or at most this
-    /// number.
+    /// Counts are stored in a dense array if there are at most as many cells as particles, or at most this number
+    /// of cells.
     const SOME: usize = 4096;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
@@ -309,7 +313,7 @@ fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positi
     elsewhere.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
     let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
-    // Sums of integers, which are exact in any order of summation.
+    // The sums are exact for any order of the cells, because all terms are integers.
     let (mut squares, mut all) = (0.0, 0.0);
     for n in counts.into_iter().map(f64::from).chain(others) {
         (squares, all) = (squares + n * n, all + n);
@@ -349,7 +353,7 @@ mod tests {
         for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
             let mut space = Space::periodic_cube(size);
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
-            // A pipe keeps its shape.
+            // A change of the length along x alone does not change the half skin.
             space.size.x = 1e9;
             assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
         }
@@ -363,7 +367,7 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
-            // A search that does not fit is not kept, however similar it is.
+            // A skin that does not fit the box is replaced, even if it is close to the new skin.
             let wider = Search::Lists { half_skin: 1.1 * half_skin };
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }

@@ -5,11 +5,11 @@ use super::{EngineError, Reason, Simulation, Until};
 use std::iter::FusedIterator;
 use std::ops::ControlFlow;
 
-/// Optional observer of the event loop. It is called at each event. If it breaks, the loop ends after that
-/// event.
+/// An optional observer, which the event loop calls at each event. If the observer breaks, the loop ends after
+/// the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Calls the observer. The event is constructed only if there is an observer.
+/// Calls the observer with an event. Without an observer, the event is not even constructed.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -22,7 +22,7 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
 pub trait ObserverResult: sealed::Sealed {
-    /// Whether the run continues.
+    /// Returns whether the run continues after the event or ends.
     fn control(self) -> ControlFlow<()>;
 }
 
@@ -84,26 +84,28 @@ impl Simulation {
     }
 }
 
-/// Iterator over the events of a simulation: [`Simulation::events`].
+/// Iterator over the events of a simulation, created by [`Simulation::events`].
 #[derive(Debug)]
 #[must_use = "a simulation stands still until it is asked for the next event"]
 pub struct EventSequence<'s> {
     simulation: &'s mut Simulation,
     until: Until,
-    /// An arrest, returned after the event that reveals it.
+    /// An arrest that the last event has revealed. It is returned after this event.
     error: Option<EngineError>,
     reason: Option<Reason>,
     is_over: bool,
 }
 
 impl EventSequence<'_> {
-    /// The simulation at the event that was returned last, or at its end: energies, positions, pair states.
+    /// The simulation at the event that was returned last, or at the end of the iteration. It gives access to
+    /// energies, positions and pair states.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         self.simulation
     }
 
-    /// Returns the reason why there are no more events; `None` while there may be more, and after an error.
+    /// Returns the reason why there are no more events. `None` while there may be more events, and after an
+    /// error.
     #[must_use]
     pub fn reason(&self) -> Option<Reason> {
         self.reason
@@ -190,7 +192,8 @@ mod tests {
         loop {
             let reason = stopped.advance_with(until, |event| {
                 events.push(*event);
-                // Every seventh collision, and every second one with the bath.
+                // The observer breaks at every seventh collision, and at every second collision with the heat
+                // bath.
                 let of_kind = events.iter().filter(|other| is_bath(other.kind) == is_bath(event.kind)).count();
                 let period = if is_bath(event.kind) { 2 } else { 7 };
                 if of_kind % period == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -253,7 +256,7 @@ mod tests {
         assert_eq!(found, expected);
         assert_eq!(watched.snapshot(), plain.snapshot());
 
-        // Stopped first at an event, and then at a time.
+        // The simulation stops first at an event and then at a time.
         let mut stopped = fluid();
         let third = stopped.events(until).nth(2).unwrap().unwrap();
         assert_eq!((third, stopped.time()), (expected[2], expected[2].time));
@@ -266,7 +269,7 @@ mod tests {
 
     #[test]
     fn an_arrest_comes_after_the_event_that_shows_it_and_ends_the_events() {
-        // A ball that bounces on the floor until it would have to bounce infinitely often.
+        // A ball bounces on the floor until infinitely many bounces would follow in a finite time.
         let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
         let scene = SceneBuilder::new("bounces")
             .space(Space { boundary, ..Space::periodic_cube(10.0) })

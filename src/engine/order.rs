@@ -1,22 +1,23 @@
-//! Numbering of particles: particles close in space get close numbers, and are therefore close in memory.
+//! Numbers the particles along a curve. Particles close in space get close numbers, and are therefore close in
+//! memory.
 //!
-//! The ids of the scene are the user's names for particles. No output depends on the numbers.
+//! A user identifies particles by the ids of the scene, which do not change. No output depends on the numbers.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::Space;
 
-/// Number of cells per axis of the curve, as the exponent of a power of two.
+/// Number of bits of a cell index along one axis. The curve has `2^BITS` cells along each axis.
 const BITS: u32 = 10;
 
-/// The ids of particles along Morton's space-filling curve through the box.
+/// Returns the ids of the particles in the order of Morton's space-filling curve through the box.
 pub(super) fn along_curve(space: &Space, positions: &[Vector]) -> Vec<u32> {
     let (mut lower, mut upper) = (space.lower, space.upper());
     for position in positions {
         lower = lower.inf(position);
         upper = upper.sup(position);
     }
-    // The same scale along all axes, so that the curve's cells are cubes.
+    // The scale is the same along all axes, so that the cells of the curve are cubes.
     let per_cell = f64::from(1_u32 << BITS) / (upper - lower).max();
     let key = |position: &Vector| {
         let index = |k: usize| trunc_to_u32((position[k] - lower[k]) * per_cell).min((1 << BITS) - 1);

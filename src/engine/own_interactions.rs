@@ -1,8 +1,8 @@
-//! Pairs with an interaction of their own that does not hold them together. No neighbour search would find
-//! these pairs again.
+//! Bonded pairs outside their own interaction, if this interaction does not hold them together. The neighbour
+//! search does not find these pairs.
 //!
-//! Other uncaptured pairs meet in the cells or lists around a particle. A pair with its own interaction keeps
-//! its state wherever its particles are, and may meet again through any side of a periodic box.
+//! Other uncaptured pairs meet in the cells or lists around a particle. A bonded pair keeps its interaction at
+//! any distance, and may meet again through any side of a periodic box.
 
 use super::parts::Engine;
 use super::predict::{Streamed, is_out_of_reach};
@@ -10,7 +10,7 @@ use super::prediction::Prediction;
 use crate::physics::overlap::Side;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Whether a particle has partners outside all steps of their own interaction.
+    /// Whether a particle belongs to a bonded pair that is outside all steps of its own interaction.
     #[inline]
     pub(super) fn has_own_interactions(&self, particle: u32) -> bool {
         TABLE
@@ -18,8 +18,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// Predicts the first contact with a partner outside its own interaction, in any image. Only contacts
-    /// before the particle leaves its cell or skin count, because the particle is then predicted again.
+    /// Predicts the first contact of a particle with bonded partners for which the pair is outside its own
+    /// interaction, in any image. Contacts after the particle leaves its cell or skin do not matter, because the
+    /// particle is then predicted again.
     pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

@@ -1,5 +1,5 @@
-//! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC
-//! model.
+//! Data about pairs: the table of interactions by species, the states of captured pairs, and the contact times of
+//! the TC model.
 
 pub mod bias;
 pub mod contacts;
@@ -14,23 +14,24 @@ use rules::Rules;
 use serde::{Deserialize, Serialize};
 use states::CapturedPairs;
 
-/// All data about pairs.
+/// All data about pairs of particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pairs {
-    /// The table of interactions.
+    /// The interactions, by species.
     pub rules: Rules,
     /// The states of captured pairs.
     pub states: CapturedPairs,
-    /// When each particle last had a contact, for the TC model.
+    /// The time of the last contact of each particle, for the TC model.
     pub contact_times: Option<ContactTimes>,
-    /// Whether there are pairs with interactions of their own that do not hold them together.
+    /// Whether some bonded pairs have interactions that do not hold their particles together.
     pub has_own_interactions: bool,
-    /// Weights that replace the potential energy.
+    /// Multicanonical weights that replace the potential energy.
     pub bias: Option<Box<Bias>>,
 }
 
 impl Pairs {
-    /// Pairs of a scene, none of them captured yet; `has_states` tells whether pairs can be captured.
+    /// Creates the data about pairs of a scene, without any captured pairs. `has_states` tells whether pairs can
+    /// be captured.
     #[must_use]
     pub fn of(scene: &Scene, has_states: bool) -> Self {
         let count = scene.particles().len();

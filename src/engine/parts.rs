@@ -1,4 +1,4 @@
-//! The engine and its parts: state, clock, schedule, neighbours, pairs, sources.
+//! The engine and its parts: particle states, clock, event schedule, neighbours, pairs and event sources.
 
 use super::clock::Clock;
 use super::distances::Distances;
@@ -24,19 +24,19 @@ use std::ops::Range;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Counts {
     pub totals: EventCounts,
-    /// Events by species; empty without a table.
+    /// Event counts of each species; empty for an engine without an interaction table.
     pub by_species: EventCountsBySpecies,
     /// Number of physical events, the sum over their kinds.
     pub executed: u64,
-    /// Number of transitions at the last event. Only the difference from the present number matters, modulo
-    /// 2^64.
+    /// Number of transitions at the last event. A restart of the counts can wrap it below zero. Only its difference
+    /// from the present number of transitions has a meaning.
     pub transitions_at_event: u64,
     /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,
-    /// Number of transitions when the order in memory was last renewed.
+    /// Number of transitions at the time when the particles were last sorted in memory.
     pub transitions_at_order: u64,
-    /// The deepest overlap at an event that rounding since the previous event explains `[length]`. An
-    /// inelastic pair keeps this overlap.
+    /// The deepest overlap so far that round-off explains `[length]`. Later overlaps of this depth are not counted as
+    /// invalid, because an inelastic pair that hardly moves stays this deep.
     pub accepted_overlap: f64,
 }
 
@@ -53,7 +53,7 @@ impl Counts {
         }
     }
 
-    /// Adds the counts and sums of a part of the system.
+    /// Adds the counts and sums of another part of the system.
     pub fn merge(&mut self, part: &Self) {
         self.totals.merge(&part.totals);
         self.by_species.merge(&part.by_species);
@@ -61,7 +61,7 @@ impl Counts {
         self.accepted_overlap = self.accepted_overlap.max(part.accepted_overlap);
     }
 
-    /// Restarts the counts, for a run that continues from another one.
+    /// Sets all counts to zero, for a run that continues an earlier run.
     pub fn restart(&mut self, species: usize) {
         let done = self.totals.transition;
         *self = Self {
@@ -80,12 +80,13 @@ pub(super) struct Hardware {
     /// The SIMD instructions.
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
-    /// Whether the particles exceed the processor's inner caches, so that prefetching pays.
+    /// Whether the particle data are larger than the inner caches of the processor. Prefetching pays only then.
     pub looks_ahead: bool,
 }
 
-/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states. Otherwise
-/// there is one species of hard spheres, and no data about pairs are stored or looked up.
+/// The fast engine, compiled for several kinds of scenes. With `FALLING`, some particles accelerate. With `TABLE`,
+/// interactions are looked up in a table, because species differ or pairs have states. Without `TABLE`, all particles
+/// are hard spheres of one species, and no data about pairs are stored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub state: State,
@@ -97,15 +98,15 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub images: ImagePolicy,
     pub distances: Distances,
     pub sources: Sources,
-    /// Boxed, so that the counts of a part of the system can be exchanged by moving a pointer.
+    /// Boxed, so that exchanging two sets of counts is cheap.
     pub counts: Box<Counts>,
     pub hardware: Hardware,
-    /// The impossible state that the engine is in, if any.
+    /// The broken invariant that has ended the run, if any.
     pub broken: Option<InvariantBroken>,
-    /// The domains of a system on several cores. They are not part of the state.
+    /// The domains of a system that runs on several cores. They are not saved.
     #[serde(skip)]
     pub domains: Option<Box<Domains<FALLING, TABLE>>>,
-    /// Memory for predictions. It is not part of the state.
+    /// Working memory for predictions. It is not saved.
     #[serde(skip)]
     pub scratch: Option<Box<Scratch>>,
 }
@@ -116,13 +117,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.simulated(self.clock.now)
     }
 
-    /// The simulated time at a time since the epoch `[time]`.
+    /// Converts a time since the epoch to simulated time `[time]`.
     #[inline]
     pub fn simulated(&self, time: f64) -> f64 {
         self.clock.start + (self.clock.epoch + time)
     }
 
-    /// Ends the run in an impossible state.
+    /// Records that the state of the simulation is impossible, and returns the error that ends the run.
     #[cold]
     #[inline(never)]
     pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
@@ -135,13 +136,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         broken
     }
 
-    /// The user's id of a particle.
+    /// Returns the id of the particle at an index in memory.
     #[inline]
     pub(super) fn name(&self, particle: u32) -> ParticleId {
         ParticleId(self.state.bodies[particle as usize].name)
     }
 
-    /// The number of a particle with a given id.
+    /// Returns the index in memory of the particle with a given id.
     #[inline]
     pub(super) fn number(&self, id: ParticleId) -> u32 {
         let number = self.state.number(id.0);
@@ -149,7 +150,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         number.unwrap_or(0)
     }
 
-    /// Writes the state of a pair into the lists of both particles. Static ones have no list.
+    /// Stores the state of a pair with both particles. Static particles store no pair states.
     pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -161,7 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Removes the state of a pair, which is then uncaptured.
+    /// Removes the stored state of a pair that is no longer captured.
     pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -176,17 +177,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Empty counts for the same number of species.
+    /// Returns counts that are all zero. Only the deepest accepted overlap is kept.
     pub(super) fn no_counts(&self) -> Counts {
         Counts { accepted_overlap: self.counts.accepted_overlap, ..Counts::new(self.counted_species()) }
     }
 
-    /// Number of species whose events are counted separately.
+    /// Number of species with event counts of their own; 0 for an engine without an interaction table.
     pub(super) fn counted_species(&self) -> usize {
         if TABLE { self.pairs.rules.rows.species().len() } else { 0 }
     }
 
-    /// The row of a particle's species in the tables.
+    /// Row of a particle's species in the interaction table.
     #[inline]
     pub(super) fn row(&self, particle: u32) -> u16 {
         if TABLE { self.state.species[particle as usize] } else { 0 }
@@ -207,13 +208,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The memory for predictions, which has to be returned.
+    /// Takes the working memory for predictions out of the engine. The caller has to put it back.
     #[inline]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
         self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))
     }
 
-    /// The numbers of all particles.
+    /// Indices of all particles in memory.
     #[inline]
     pub(super) fn particles(&self) -> Range<u32> {
         #[expect(

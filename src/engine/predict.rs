@@ -17,20 +17,21 @@ use crate::physics::overlap::{Quadratic, Quartic, Side};
 /// Memory for intermediate results of predictions, reused from one to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
-    /// The particles in the cells around the present one.
+    /// Candidates for a contact, from the cells around the particle that is being predicted.
     pub near: Candidates,
-    /// By particle, whether the present particle has captured it; all false between predictions.
+    /// Marks the captured partners of the particle that is being predicted, by index. No particle is marked between
+    /// predictions.
     pub is_captured: Vec<bool>,
 }
 
 impl Scratch {
-    /// Memory for predictions of `particles` that can be captured.
+    /// Creates working memory. `particles` is the number of particles, or 0 if no pair can be captured.
     pub fn new(particles: usize) -> Self {
         Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
 }
 
-/// A particle streamed to the time of a prediction.
+/// State of a particle at the time of its prediction.
 pub(super) struct Streamed {
     pub id: u32,
     pub position: Vector,
@@ -51,7 +52,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
     }
 
-    /// Predicts the earliest contact of a particle, and when it leaves its cell or the skin of its list.
+    /// Predicts the earliest contact of a particle, and the time at which it leaves its cell or the skin of its list.
     pub(super) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
         let me = self.streamed(particle, time);
         let mut prediction = Prediction::NONE;
@@ -68,7 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction
     }
 
-    /// Predicts contacts with captured partners, on both sides of the pair's state.
+    /// Predicts contacts with captured partners, at the inner and the outer discontinuity of each pair's state.
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         let Pairs { states, rules, .. } = &self.pairs;
         let captured = states.of(me.id);
@@ -101,8 +102,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with any of the uncaptured candidates. `wraps` tells whether nearest images may be
-    /// periodic copies.
+    /// Predicts the first contact with any uncaptured candidate. `wraps` tells whether the nearest image of a candidate
+    /// may lie across a periodic side.
     #[inline(always)]
     pub(super) fn predict_nearest(
         &self,
@@ -117,7 +118,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_uncaptured(me, wraps, others, length, prediction);
     }
 
-    /// The first contact with any of several uncaptured partners at constant distances.
+    /// Predicts the first contact with any uncaptured candidate, at contact distances that do not change with time.
     #[inline(never)]
     fn predict_uncaptured(
         &self,
@@ -141,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The arrays of all bodies for a batch prediction, relative to one particle.
+    /// Returns the data that a batch prediction for the particle `me` reads.
     #[inline]
     pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);
@@ -156,7 +157,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The contact of an uncaptured pair, which can only come from outside.
+    /// Predicts the contact of an uncaptured pair. Such a pair can only reach its outermost discontinuity, from
+    /// outside.
     #[inline]
     pub(super) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
@@ -196,8 +198,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Returns the state of another particle relative to a particle, and whether the other particle's image
-    /// lies across the sides of a sheared box.
+    /// Returns position and velocity of the particle `me` relative to another particle in its nearest image, and
+    /// whether this image lies across the sliding sides of a sheared box.
     #[inline]
     pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
@@ -241,15 +243,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// A factor far above the rounding of a squared distance. With it, a pair that can meet just before the
-/// horizon is never omitted, in whatever order pairs are tested.
+/// Factor by which a squared reach is enlarged, far above the round-off of a squared distance. A pair that can meet
+/// just before the horizon is then always found, in whatever order pairs are tested.
 pub(super) const SLACK: f64 = 1.0 + 1e-9;
 
-/// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even at
-/// the sum of all speeds.
+/// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even if the
+/// particles fly straight at each other.
 ///
-/// The condition is `|r| > s + |v| T + |a| T^2 / 2`, by more than rounding. An infinite or NaN horizon
-/// rejects nothing.
+/// With the contact distance `s` and the horizon `T`, the condition is `|r| > s + |v| T + |a| T^2 / 2`, by more than
+/// round-off. If the horizon is infinite or NaN, the result is false.
 #[inline]
 pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
@@ -257,7 +259,7 @@ pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squa
     state.position.norm_squared() > reach * reach * SLACK
 }
 
-/// Position and velocity of a body at `time`.
+/// Position and velocity of a particle at `time`, from its stored state.
 #[inline]
 pub(super) fn streamed<const FALLING: bool>(body: &Body, acceleration: &Vector, time: f64) -> (Vector, Vector) {
     let dt = time - body.time;

@@ -1,4 +1,4 @@
-//! The prediction of a particle: its earliest contact, its transition, and the earlier of their two times.
+//! The prediction of a particle: its earliest contact and its transition.
 
 use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
@@ -11,14 +11,13 @@ use serde::{Deserialize, Serialize};
 /// Kind of a predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
-    /// A discontinuity of the particle's potential with the partner.
+    /// Contact with another particle, at a discontinuity of the pair potential that is reached from this side.
     Pair(Side),
-    /// A surface. Its index is stored instead of the partner's event count.
+    /// Contact with a surface. The index of the surface is stored in place of the partner's event count.
     Surface,
 }
 
-/// The pending prediction of a particle: its earliest contact and its transition. It fills half a cache line
-/// and is aligned to it.
+/// The pending prediction of a particle: its earliest contact and its transition. It fills half a cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(align(32))]
 pub(super) struct Prediction {
@@ -29,29 +28,30 @@ pub(super) struct Prediction {
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
-    /// The partner's event count at the time of prediction, or the index of a surface.
+    /// The partner's event count at the time of prediction. For a contact with a surface, this is the index of the
+    /// surface.
     pub partner_events: u32,
-    /// Orders simultaneous contacts. Pairs come before surfaces. Then the lower id of the pair or particle
-    /// decides, and then the prediction of the lower particle comes first.
+    /// Order of simultaneous contacts: contacts of pairs come before contacts with surfaces, and lower ids come before
+    /// higher ids. Of the two predictions of one pair, the one stored by the particle with the lower id comes first.
     pub tie_order: u32,
     pub contact: Contact,
-    /// The face of the cell through which the particle leaves; unused with lists.
+    /// The face through which the particle leaves its cell; unused with neighbour lists.
     pub exit: CellFace,
 }
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// In a part of a system, numbers from this number on denote absent partners: the number minus this number is
-/// the partner's id. Contacts with absent partners are void, because these partners have changed course.
-/// There are fewer than `2^29` particles.
+/// First number that denotes an absent partner: a particle that is not in memory, because only a part of the system is.
+/// The partner's id is its number minus this constant. A contact with an absent partner is void, because the partner
+/// has changed its motion since the prediction. Indices in memory are less than `2^29`.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
-/// The number that denotes an absent partner with the given id.
+/// Returns the number that denotes an absent partner with this id.
 pub(super) fn absent(id: u32) -> u32 {
     FIRST_ABSENT | id
 }
 
-/// The id of a particle, or of an absent partner.
+/// Returns the id of the particle, present or absent, that a number denotes.
 #[inline]
 pub(super) fn id_of(number: u32, bodies: &[Body]) -> u32 {
     number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].name)
@@ -79,8 +79,8 @@ impl Prediction {
         self.contact_time.min(self.transition_time)
     }
 
-    /// Returns whether a pair's event comes before the predicted event. If they are simultaneous, the event
-    /// with the lower ids comes first.
+    /// Returns whether the contact of a pair comes before the predicted contact. Of simultaneous contacts of pairs, the
+    /// one with the lower ids comes first.
     #[inline]
     pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
         let name = |particle: u32| id_of(particle, bodies);
@@ -91,7 +91,7 @@ impl Prediction {
                 && pair(other) < pair(self.partner))
     }
 
-    /// Replaces the predicted contact by a pair's event.
+    /// Replaces the predicted contact by a contact with another particle.
     #[inline]
     pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
         let partner = &bodies[other as usize];
@@ -103,7 +103,7 @@ impl Prediction {
         self.contact = Contact::Pair(side);
     }
 
-    /// Returns the partner, if the contact is a pair contact.
+    /// Returns the partner of a pair contact; `None` for a contact with a surface.
     #[inline]
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
@@ -112,27 +112,28 @@ impl Prediction {
         }
     }
 
-    /// Returns whether no contact is predicted, but the search for contacts with moving surfaces must
+    /// Whether the prediction is not a contact, but a time at which the search for contacts with moving surfaces must
     /// continue.
     #[inline]
     pub fn is_search(&self) -> bool {
         self.contact == Contact::Surface && self.partner_events == SEARCH
     }
 
-    /// Renumbers the particles in the prediction. A partner without a new number keeps its old one, marked as
-    /// absent.
+    /// Replaces the index of the partner after the particles were renumbered. A partner that is no longer in memory
+    /// keeps its old index, marked as absent.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
             self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
         }
     }
 
-    /// The id of the partner if it is absent, or its old number.
+    /// Returns the id of an absent partner, or its old index directly after [`Self::renumber`]; `None` if the partner
+    /// is present.
     pub fn absent_partner(&self) -> Option<u32> {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
 
-    /// Replaces the predicted contact by a contact with a surface.
+    /// Replaces the predicted event by a contact with a surface.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;
@@ -143,11 +144,11 @@ impl Prediction {
     }
 }
 
-/// Stored instead of the index of a surface: the search for contacts with moving surfaces is not complete.
+/// Stored in place of the index of a surface: the search for contacts with moving surfaces was interrupted.
 pub(super) const SEARCH: u32 = u32::MAX;
 
-/// Bits in the tie orders of surface contacts and transitions that are not used by pairs, because there are
-/// fewer than `2^29` particles.
+/// Bits of the tie order that are set for contacts with surfaces and for transitions. They are never set for contacts
+/// of pairs, because there are fewer than `2^29` particles.
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
@@ -158,7 +159,7 @@ pub(super) struct Schedule {
     pub queue: EventQueue,
 }
 
-/// Predictions and the particles that they belong to.
+/// Data from which the event queue reads when each particle is due.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Due<'a> {
     pub predictions: &'a [Prediction],
@@ -173,7 +174,8 @@ impl Pending for Due<'_> {
         QueueEntry { time: prediction.due_time(), particle, tie_order }
     }
 
-    /// The higher id of a pair, then the id of the particle.
+    /// Orders simultaneous contacts of pairs by the higher id, and then by the id of the particle that stores the
+    /// prediction. Other events are ordered by the particle's id only.
     fn rank(&self, particle: u32) -> u64 {
         let name = |particle: u32| u64::from(id_of(particle, self.bodies));
         let prediction = &self.predictions[particle as usize];

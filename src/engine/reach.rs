@@ -1,6 +1,5 @@
-//! SIMD filter for pairs that must be predicted one by one, because they accelerate relative to each other or
-//! meet in several images of a small box. The filter skips pairs that cannot meet before the earliest contact
-//! so far.
+//! SIMD filter for pairs that must be predicted one at a time, because they accelerate relative to each other or meet
+//! in several images of a small box. It skips pairs that cannot meet before the earliest contact found so far.
 
 use super::batch::{Batch, dot, minimum_image};
 use super::images::{FLOW, GRADIENT};
@@ -9,13 +8,12 @@ use super::predict::{SLACK, Streamed};
 use super::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// The search of [`Batch::within_reach`].
 struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// By species, the squared distance of contact `[length^2]`. It is infinite for species that are always
-    /// tested, and negative infinity for species that are not met in this way.
+    /// Squared contact distance for each species of the other particle `[length^2]`. Infinity means that pairs are
+    /// always tested. Negative infinity means that they are never tested.
     squared: &'a [f64],
     horizon: f64,
 }
@@ -30,8 +28,9 @@ impl Work for WithinReach<'_> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // This position is wrong for accelerating partners, but their range is infinite. The range of
-            // partners that are not met is NaN.
+            // Relative positions are wrong if the partner accelerates, but its contact distance is infinite then, so it
+            // is always tested. A partner that is never tested gets a NaN reach, for which the comparison below is
+            // false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
@@ -41,7 +40,6 @@ impl Work for WithinReach<'_> {
     }
 }
 
-/// The search of [`Batch::within_reach_of_another_image`].
 struct AnotherImage<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -60,7 +58,8 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
             let squared: [f64; MOST_LANES] =
                 std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
-            // The nearest of these other images is across one side: `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`.
+            // Other images are farther away by at least one period along one axis. For a separation `x` and a period
+            // `L`, the squared distance grows by `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`. The smallest growth counts.
             let mut further = F::all(f64::INFINITY);
             for (&apart, &period) in r.iter().zip(batch.periods).filter(|(_, period)| period.is_finite()) {
                 further = F::all(period * period).sub(size(apart).mul(F::all(2.0 * period))).least(further);
@@ -73,12 +72,12 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
     }
 }
 
-/// The search of [`Batch::half_a_period_away`].
 struct HalfAPeriodAway<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// Minimum separation along each axis; infinite along axes on which no candidate qualifies.
+    /// Smallest separation along each axis at which a candidate is selected `[length]`; infinite along axes on which
+    /// none is selected.
     least: [f64; 3],
 }
 
@@ -99,16 +98,15 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
     }
 }
 
-/// A sheared box, as seen by particles near its sliding sides.
+/// The motion of the periodic images across the sliding sides of a sheared box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// Present displacement of the next image above along the flow, without whole periods `[length]`.
+    /// Present offset along the flow of the image above the box, without whole periods `[length]`.
     pub displacement: f64,
-    /// Speed of the displacement `[length / time]`.
+    /// Rate of change of the offset `[length / time]`.
     pub speed: f64,
 }
 
-/// The search of [`Batch::within_reach_across`].
 struct AcrossSlidingSides<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -130,7 +128,7 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
             let squared: [f64; MOST_LANES] =
                 std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
             let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
-            // The same image as in `nearest_sheared`.
+            // Chooses the same image as `nearest_sheared`.
             let above = F::all(half).if_less(r[GRADIENT], F::all(1.0), zero);
             let up = r[GRADIENT].if_less(F::all(-half), F::all(-1.0), above);
             r[GRADIENT] = r[GRADIENT].sub(up.mul(F::all(2.0 * half)));
@@ -153,16 +151,15 @@ fn size<F: Lanes>(x: F) -> F {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask of the [`MOST_LANES`] candidates. It selects candidates with their nearest image at
-    /// least `least` away along any of the axes.
+    /// Returns a bit mask of the [`MOST_LANES`] candidates. It selects candidates whose nearest image is at least
+    /// `least` away along any axis.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })
     }
 
-    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in a
-    /// sheared box, from their stored positions. It may include candidates that cannot be met, but never
-    /// omits a candidate that can be met.
+    /// Returns a bit mask that selects the candidates that `me` can meet before a finite `horizon`, in a sheared box.
+    /// Some selected candidates may not meet `me`, but all candidates that meet it are selected.
     #[inline]
     fn within_reach_across<const FALLING: bool>(
         &self,
@@ -174,17 +171,16 @@ impl Batch<'_> {
         self.width.run(AcrossSlidingSides::<FALLING> { batch: self, me, others, sliding, horizon })
     }
 
-    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time in an
-    /// image other than the nearest. It may include candidates that cannot be met, but never omits a
-    /// candidate that can be met.
+    /// Returns a bit mask that selects the candidates that `me` can meet before a finite `horizon` in an image other
+    /// than the nearest. Some selected candidates may not meet `me`, but all candidates that meet it are selected.
     #[inline]
     fn within_reach_of_another_image<const FALLING: bool>(&self, me: &Streamed, others: &[u32], horizon: f64) -> u32 {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Returns the bit mask of the [`MOST_LANES`] candidates that `me` can meet within a finite time, at the
-    /// sum of all speeds: `|r| <= s + (|v| + |a| T / 2) T`. It may include candidates that cannot be met, but
-    /// never omits a candidate that can be met.
+    /// Returns a bit mask that selects the candidates that `me` could reach before a finite `horizon`, even if all
+    /// particles flew straight at it. Some selected candidates may not meet `me`, but all candidates that meet it are
+    /// selected.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -192,8 +188,8 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts the first contact with uncaptured candidates that must be tested one at a time. Only
-    /// candidates within reach before the earliest contact so far are tested.
+    /// Predicts the first contact with uncaptured candidates that must be tested one at a time. Candidates that cannot
+    /// be reached before the earliest contact so far are skipped.
     pub(super) fn predict_within_reach(
         &self,
         me: &Streamed,
@@ -213,9 +209,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact with uncaptured candidates for a particle near the sliding sides of a
-    /// sheared box. Only contacts before `leaves` count, when the particle leaves its cell and is predicted
-    /// again.
+    /// Predicts the first contact with uncaptured candidates for a particle near the sliding sides of a sheared box.
+    /// The particle leaves its cell at the time `leaves` and is then predicted again, so later contacts do not matter.
     pub(super) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
@@ -234,8 +229,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact with uncaptured candidates in images other than the nearest. Only contacts
-    /// before `leaves` count, when the particle leaves its cell and is predicted again.
+    /// Predicts the first contact with uncaptured candidates in images other than the nearest. The particle leaves its
+    /// cell at the time `leaves` and is then predicted again, so later contacts do not matter.
     pub(super) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -258,11 +253,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Bit mask of all [`MOST_LANES`] candidates.
+/// Bit mask that selects all [`MOST_LANES`] candidates.
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
-/// Predicts the candidates that `kept` selects for a horizon. The horizon is the time to the earliest contact
-/// so far, and at most the time to `last`.
+/// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is a horizon: the time from
+/// now to the earliest contact so far, but at most to `last`.
 #[inline]
 fn for_each_kept(
     others: &[u32],

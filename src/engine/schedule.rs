@@ -1,11 +1,11 @@
 //! The event queue: a calendar of unsorted time buckets and a small sorted front.
 //!
-//! Each particle has at most one entry, for its prediction. A bucket stores only the numbers of the particles
-//! that are due within its time. Entries are never removed from a bucket. When time reaches a bucket, the
-//! present predictions of its particles are read. Particles that are no longer due within the bucket are
-//! dropped, and all other particles are sorted and become the front. An entry of the front is stale if its
-//! time differs from the time of the particle's prediction; the event loop drops stale entries. (Alias:
-//! future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
+//! The queue has one valid entry per particle, for the particle's prediction. A bucket stores only which particles are
+//! due within its time. If a particle is due at a new time, its old entry stays in the bucket. When time reaches a
+//! bucket, the present predictions of its particles are read. Particles that are no longer due within the bucket are
+//! dropped, and all others are sorted and become the front. An entry of the front is stale if its time differs from the
+//! time of the particle's prediction; the event loop drops stale entries. (Alias: future event list, calendar queue;
+//! Paul, J. Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
 
@@ -13,100 +13,102 @@ use crate::base::numbers::trunc_to_usize;
 use buckets::Buckets;
 use serde::{Deserialize, Serialize};
 
-/// An entry of the queue: a particle with the time at which it is due.
+/// An entry of the event queue: a particle and the time of its next event.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct QueueEntry {
-    /// Time since the epoch.
+    /// Time at which the particle is due, counted from the epoch.
     pub time: f64,
-    /// Number of the particle.
+    /// Index of the particle in memory.
     pub particle: u32,
-    /// Orders entries of the same time, before [`Pending::rank`].
+    /// Order of simultaneous entries: the lowest value comes first. Entries with equal values are ordered by
+    /// [`Pending::rank`].
     pub tie_order: u32,
 }
 
 impl QueueEntry {
-    /// Whether two entries have the same time and tie order.
     #[inline]
     fn ties_with(&self, other: &Self) -> bool {
         self.time == other.time && self.tie_order == other.tie_order
     }
 
-    /// A number that orders entries by time and tie order, and then by particle.
+    /// Sort key: time, then tie order, then index of the particle.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
-        // Inverts all bits of a negative number, and the sign bit of a positive one.
+        // Maps the bits of a float to an integer of the same order: inverts all bits of a negative number, and the sign
+        // bit of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
         u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
 }
 
-/// The pending predictions that the queue orders.
+/// Gives the event queue access to the pending predictions of all particles.
 pub trait Pending {
-    /// The entry of a particle; its time is infinite if the particle is never due.
+    /// The entry of a particle. Its time is infinite if the particle has no predicted event.
     fn entry(&self, particle: u32) -> QueueEntry;
 
-    /// Orders entries of the same time and tie order, independently of the order in memory.
+    /// Order of entries with the same time and tie order: the lowest rank comes first. Ranks must not depend on the
+    /// order of particles in memory.
     fn rank(&self, particle: u32) -> u64;
 
     /// Prefetches the prediction of a particle.
     fn prefetch(&self, particle: u32);
 }
 
-/// Maximum initial length of a bucket, so that the length of an epoch is finite.
+/// Upper limit of the initial length of a bucket. It keeps the length of an epoch finite.
 const LONGEST: f64 = 1e290;
 
-/// Number of particles to which [`TARGET`] refers.
+/// Approximate number of particles per bucket in a large system.
 const PARTICLES: usize = 8;
 
-/// Number of steps per epoch of [`PARTICLES`] particles, to which the length of an epoch is tuned. Also the
-/// number of entries in a bucket at the default number of buckets.
+/// Target number of steps per epoch for each group of [`PARTICLES`] particles. The length of an epoch is tuned to it.
+/// In a large system, it is also the target number of steps per bucket.
 const TARGET: u32 = 64;
 
-/// An epoch ends early after this multiple of the steps to which its length is tuned. It may have been
-/// planned in a quiet time, such as a start at rest or with distant particles. If such an epoch did not end
-/// early, the times of a busy period would have too few digits.
+/// An epoch ends early if its steps exceed the target by this factor. The length of an epoch may have been chosen while
+/// few events happened, for example at a start from rest. Without an early end, the times of many later events would
+/// have too few digits.
 const CROWDED: u64 = 4;
 
-/// Number of parts of an epoch. An epoch may end early at the end of a part. The parts and the length of an
-/// epoch are independent of buckets, so that the queue's layout does not affect the results.
+/// Number of parts of an epoch. An epoch may end early only at the end of a part. Parts and epochs do not depend on the
+/// number of buckets, so this number does not affect the results.
 const TICKS: usize = 64;
 
-/// Number of entries by which prefetching runs ahead while a bucket is opened.
+/// Distance of prefetching while a bucket is opened, in entries.
 const AHEAD: usize = 8;
 
-/// Event queue: entries between the epoch and its horizon. Later entries are not stored.
+/// The event queue. It holds the entries from the epoch to the horizon. Later entries are not stored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
-    /// The bucket that time has reached, sorted with the latest first.
+    /// Entries of the bucket that time has reached, sorted from the latest to the earliest.
     front: Vec<QueueEntry>,
     buckets: Buckets,
-    /// Scratch: the particles of a bucket while it is opened.
+    /// Working memory: the particles of the bucket that is being opened.
     opened: Vec<u32>,
-    /// Index of the bucket in `front`.
+    /// Index of the bucket that has become the front.
     cursor: usize,
-    /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
+    /// Length of time that a bucket covers. It is a power of two, so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
-    /// Number of steps in this epoch: entries that were due.
+    /// Number of steps in this epoch. A step is the removal of an entry that was due.
     steps: u64,
     /// Number of steps to which the length of an epoch is tuned.
     target: u64,
 }
 
 impl EventQueue {
-    /// Returns a queue for `particles`. At present, `due` of them have an entry, and half of these entries
-    /// are within `median` of the epoch.
+    /// Returns a queue for `particles`, of which `due` have a predicted event at present. Half of these events are due
+    /// within the time `median` after the epoch.
     ///
-    /// The other particles may become due later. The cost of an epoch is proportional to the number of
-    /// particles. An epoch must be long enough to pay then, too.
+    /// The other particles may get predictions later. Because the cost of a new epoch is proportional to the number of
+    /// particles, epochs are made long enough for all particles.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
-        // At least eight steps per particle and epoch, even for few particles. A longer epoch counts times
-        // with fewer digits.
+        // An epoch has at least eight steps per particle, even if there are few particles. Longer epochs would be less
+        // accurate, because large times have fewer digits after the point.
         let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
         let span = if median.is_finite() && median > 0.0 {
-            // The rate of entries per unit time is about due / median.
+            // The expected number of due entries per unit of time is `due / median`.
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
             parts as f64
@@ -114,7 +116,7 @@ impl EventQueue {
         Self::with_buckets(parts.max(TICKS), parts, span)
     }
 
-    /// A queue with a given number of buckets, a power of two. It affects only speed.
+    /// Returns an empty queue with `buckets` buckets, a power of two. This number affects only speed.
     fn with_buckets(buckets: usize, parts: usize, span: f64) -> Self {
         let width = span / buckets as f64;
         Self {
@@ -129,27 +131,27 @@ impl EventQueue {
         }
     }
 
-    /// Time from the epoch to the end of the last bucket, the horizon of the queue.
+    /// Length of an epoch: time from the epoch to the end of the last bucket, which is the horizon of the queue.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.width * self.buckets.count() as f64
     }
 
-    /// Returns the time from the epoch to the end of the bucket that time has reached. The epoch moves there
-    /// next. This time is the span, unless there were too many entries.
+    /// Time from the epoch to the end of the bucket that time has reached. The next epoch begins there. Unless the
+    /// epoch ends early, this is the length of the epoch.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.width * (self.cursor + 1) as f64
     }
 
-    /// The bucket of a time; times before the epoch saturate at 0.
+    /// Index of the bucket that contains a time; 0 for times before the epoch.
     #[inline]
     fn bucket(&self, time: f64) -> usize {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// Adds an entry. An entry beyond the horizon is dropped, because every particle is entered again when
-    /// the epoch moves.
+    /// Adds an entry. An entry beyond the horizon is dropped, because all particles are entered again at the next
+    /// epoch.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
@@ -171,10 +173,9 @@ impl EventQueue {
 
     /// Returns the earliest entry.
     ///
-    /// Returns `None` if the epoch has ended, at the horizon or after too many entries. Also returns `None`
-    /// if nothing is due in the buckets up to the bucket of `limit`. Later buckets stay closed, because an
-    /// event at `limit` may add entries that are due before them. After too many entries, the epoch ends
-    /// early, at the next tick.
+    /// Returns `None` if the epoch has ended: at the horizon, or early, after too many steps. Also returns `None` if
+    /// nothing is due in the buckets up to the bucket of `limit`. Later buckets stay closed, because an event at
+    /// `limit` may add entries that are due before them.
     #[inline]
     pub fn peek(&mut self, limit: f64, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
@@ -194,20 +195,20 @@ impl EventQueue {
         }
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned and counts it as a step.
+    /// Removes the entry that [`Self::peek`] has just returned, and counts it as a step.
     #[inline]
     pub fn pop(&mut self) {
         self.steps += 1;
         self.front.pop();
     }
 
-    /// Removes the entry that [`Self::peek`] has just returned, without counting it.
+    /// Removes the entry that [`Self::peek`] has just returned, without counting it as a step.
     #[inline]
     pub fn discard(&mut self) {
         self.front.pop();
     }
 
-    /// Returns the particle whose entry comes after `ahead` other entries, if it is in the front.
+    /// Returns the particle whose entry comes after the next `ahead` entries; `None` if this entry is not in the front.
     #[inline]
     #[must_use]
     pub fn coming(&self, ahead: usize) -> Option<u32> {
@@ -215,7 +216,7 @@ impl EventQueue {
         Some(self.front[at].particle)
     }
 
-    /// Makes the bucket at the cursor the front.
+    /// Sorts the entries of the bucket at the cursor and moves them to the front.
     fn open(&mut self, pending: &impl Pending) {
         self.opened.clear();
         self.buckets.take(self.cursor, &mut self.opened);
@@ -233,7 +234,7 @@ impl EventQueue {
         }
         self.front.sort_unstable_by_key(|entry| !entry.key());
         let mut has_ties = false;
-        // A particle may have been entered in the same bucket more than once.
+        // The same particle may occur several times in a bucket.
         self.front.dedup_by(|entry, before| {
             has_ties |= entry.ties_with(before) && entry.particle != before.particle;
             entry.particle == before.particle
@@ -244,8 +245,8 @@ impl EventQueue {
         }
     }
 
-    /// Sorts the entries with the same time and tie order as the entry at index `first`, and keeps each
-    /// particle once. Returns the index after the last of these entries.
+    /// Sorts the entries that have the same time and tie order as the entry at index `first`, and removes duplicates.
+    /// Returns the index after the last of these entries.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
         let one = self.front[first];
@@ -254,7 +255,7 @@ impl EventQueue {
             return end;
         }
         let mut ties: Vec<QueueEntry> = self.front[first..end].to_vec();
-        // Entries of particles that are now due at another time are void.
+        // An entry is void if the particle is now due at another time.
         ties.retain(|entry| pending.entry(entry.particle) == *entry);
         ties.sort_unstable_by_key(|entry| (!pending.rank(entry.particle), entry.particle));
         ties.dedup();
@@ -263,10 +264,9 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// Returns an empty queue of the same epoch for a subset of the particles. It ends only at the epoch's
-    /// horizon.
+    /// Returns an empty queue for `some` of `all` particles, with the same epoch. This epoch never ends early.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
-        // As many entries per bucket as in the queue of all particles.
+        // The number of buckets is reduced, so that each has as many entries as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();
         let buckets = (self.buckets.count() / fewer).max(TICKS);
         let mut queue = Self { target: u64::MAX / CROWDED, ..Self::with_buckets(buckets, 1, self.span()) };
@@ -274,19 +274,19 @@ impl EventQueue {
         queue
     }
 
-    /// Empties the queue and continues from a time, after `steps` of the epoch.
+    /// Empties the queue, and continues the epoch at the time `now`, after `steps` steps.
     pub fn resume(&mut self, now: f64, steps: u64) {
         self.clear();
         (self.cursor, self.steps) = (self.cursor_at(now), steps);
     }
 
-    /// Index of the bucket of a time; the last bucket if the time is beyond the horizon, because nothing was
-    /// due before.
+    /// Index of the bucket that contains a time. Times beyond the horizon get the last bucket.
     fn cursor_at(&self, time: f64) -> usize {
         self.bucket(time).min(self.buckets.count() - 1)
     }
 
-    /// Returns to an earlier time of the epoch. Entries removed since then are not restored.
+    /// Moves the queue back to an earlier time of the same epoch. Entries that were removed since then are not
+    /// restored.
     pub fn rewind(&mut self, time: f64, pending: &impl Pending) {
         self.cursor = self.cursor_at(time);
         for entry in std::mem::take(&mut self.front) {
@@ -294,18 +294,19 @@ impl EventQueue {
         }
     }
 
-    /// The end of the part of an epoch that contains a time. Epochs end early only there.
+    /// Returns the end of the part of the epoch that contains the time `now`. An epoch can end early only at such
+    /// times.
     pub fn next_tick(&self, now: f64) -> f64 {
         let part = self.span() / TICKS as f64;
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at a tick after the given number of steps.
+    /// Whether the epoch ends at the end of a part, `tick`, after the given number of steps.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }
 
-    /// Steps of the epoch so far.
+    /// Number of steps in this epoch so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -321,15 +322,15 @@ impl EventQueue {
         self.buckets.clear();
     }
 
-    /// Empties the queue for a new epoch, and tunes the length of the epoch to the number of steps of the
-    /// last epoch.
+    /// Empties the queue for a new epoch, and adapts the length of the epoch to the number of steps in the previous
+    /// epoch.
     pub fn restart(&mut self) {
         self.clear();
         let expected = self.target as f64 * (self.reached() / self.span());
         let crowd = self.steps as f64 / expected;
         (self.cursor, self.steps) = (0, 0);
-        // The length does not change if the steps are within a factor of two of the target. An empty epoch is
-        // followed by a much longer epoch.
+        // The length stays the same if the number of steps was within a factor of two of the target. After an epoch
+        // without steps, the next epoch is much longer.
         let factor =
             if (0.5..=2.0).contains(&crowd) { 1.0 } else { power_of_two(crowd.recip().clamp(1.0 / 1024.0, 1024.0)) };
         let width = self.width * factor;
@@ -339,7 +340,7 @@ impl EventQueue {
         }
     }
 
-    /// Checks data that was read: whether all entries are valid particles, and all buckets exist.
+    /// Checks data that was read from a file: all entries must refer to existing particles and buckets.
     pub fn is_sound(&self, particles: usize) -> bool {
         let is_particle = |entry: &QueueEntry| (entry.particle as usize) < particles;
         let count = self.buckets.count();
@@ -348,7 +349,7 @@ impl EventQueue {
         has_ticks && has_times && self.front.iter().all(is_particle) && self.buckets.is_sound(particles)
     }
 
-    /// An empty queue with epochs of the same length and another number of buckets.
+    /// Returns an empty queue with epochs of the same length and another number of buckets.
     #[cfg(test)]
     pub fn rebuilt(&self, buckets: usize) -> Self {
         assert_eq!((self.cursor, self.steps), (0, 0), "at the beginning of an epoch");
@@ -356,7 +357,7 @@ impl EventQueue {
     }
 }
 
-/// The largest power of two that does not exceed a positive, normal `x`.
+/// Returns the largest power of two that does not exceed `x`, which must be positive.
 fn power_of_two(x: f64) -> f64 {
     let x = x.clamp(f64::MIN_POSITIVE * 1024.0, f64::MAX / 1024.0);
     f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)

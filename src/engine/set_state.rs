@@ -1,4 +1,4 @@
-//! Positions and velocities set from outside.
+//! Methods that set the positions and velocities of a simulation.
 
 use super::parts::Engine;
 use super::{Chosen, Overlap, Simulation};
@@ -9,17 +9,17 @@ use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene};
 use thiserror::Error;
 
-/// States of captured pairs after positions are set.
+/// How the states of captured pairs change when positions are set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PairStates {
-    /// The states are kept. Positions that contradict them are rejected as overlaps.
+    /// Pairs keep their states. Positions that contradict a state are rejected as overlaps.
     Keep,
-    /// The states follow from the distances, as at the start of a scene.
+    /// Pairs get the states that follow from their distances, as at the start of a scene.
     FromDistances,
 }
 
-/// Why a simulation rejects positions or velocities. A rejection leaves the simulation unchanged.
+/// Reasons to reject positions or velocities. A rejection leaves the simulation unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetStateError {
@@ -28,30 +28,30 @@ pub enum SetStateError {
     Count {
         /// The number of particles.
         expected: usize,
-        /// Number of vectors given.
+        /// The number of vectors in the call.
         found: usize,
     },
-    /// A component is not finite, or so large that its powers are not finite.
+    /// A component is not finite, or its magnitude is so large that its powers would not be finite.
     #[error("a component of particle {} is not a number from -1e50 to 1e50", particle.0)]
     NotFinite {
         /// The particle.
         particle: ParticleId,
     },
-    /// A component along a flat axis, or of a static particle, differs from the present one.
+    /// A vector would move a static particle, or any particle along a flat axis.
     #[error("particle {} cannot move along axis {axis}", particle.0)]
     Fixed {
         /// The particle.
         particle: ParticleId,
-        /// The axis: 0, 1 or 2.
+        /// The axis of the wrong component: 0, 1 or 2.
         axis: usize,
     },
-    /// A position is outside the sheared box along its gradient, where velocities are different.
+    /// A position is beyond the sliding sides of a sheared box, where the particle would need another velocity.
     #[error("particle {} is outside of the sheared box along y", particle.0)]
     OutsideOfShearedBox {
         /// The particle.
         particle: ParticleId,
     },
-    /// A pair, or a particle and a wall, is in an invalid state.
+    /// Two particles, or a particle and a wall, overlap or are otherwise in an invalid state.
     #[error(
         "particle {} overlaps with {} by {:e} of the distance that it needs",
         .0.particle.0,
@@ -59,7 +59,7 @@ pub enum SetStateError {
         .0.depth
     )]
     Overlap(Overlap),
-    /// The diameters are growing.
+    /// Positions cannot be set while the diameters are growing.
     #[error("the diameters are growing, expected positions when they have grown")]
     Growing,
 }
@@ -118,8 +118,8 @@ impl Simulation {
         }
     }
 
-    /// Rejects invalid vectors. Vectors of static particles must equal `fixed`, and components along flat
-    /// axes must equal `flat`.
+    /// Checks the number and the components of vectors. Vectors of static particles must equal `fixed`. Components
+    /// along flat axes must equal the components of `flat`.
     fn check_vectors(
         &self,
         vectors: &[Vector],
@@ -150,7 +150,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Gives all particles that move new velocities, by id.
+    /// Sets the velocities of all mobile particles, in the order of their ids.
     fn set_velocities(&mut self, velocities: &[Vector]) {
         self.join();
         for (particle, velocity) in self.state.numbers.clone().into_iter().zip(velocities) {
@@ -162,7 +162,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// Sets the positions of all moving particles, by id. The box of the scene may be a new one.
+    /// Sets the positions of all mobile particles, in the order of their ids. The box of `scene` replaces the present
+    /// box if it differs.
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();
@@ -210,12 +211,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.state.images.add(particle, axis, images);
             }
         }
-        // Rounding can leave the particle one period outside.
+        // Because of round-off, the particle may still be just outside the box.
         let position = self.state.bodies[particle as usize].position;
         self.wrap(particle, &position);
     }
 
-    /// Continues from a state that was set. A former standstill is over.
+    /// Predicts all events again after the state was set. Time is no longer assumed to stand still.
     fn move_again(&mut self) {
         self.clock.standstill.lost_speed = None;
         (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);

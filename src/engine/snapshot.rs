@@ -10,7 +10,8 @@ use crate::base::sum::Sum;
 use crate::model::{ParticleId, SpeciesId};
 use std::convert::Infallible;
 
-/// Number of particles to prefetch. About ten are processed while one is loaded from memory.
+/// The particle this many places ahead is prefetched. About ten particles are processed while one is loaded from
+/// memory.
 const AHEAD: usize = 16;
 
 /// All particles at one time, in the order of their ids.
@@ -23,33 +24,34 @@ pub struct Snapshot {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
-    /// Periods travelled along each axis since the start. The position without wrapping is `position +
-    /// image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
+    /// Number of periods that each particle has travelled along each axis since the start. With the edge lengths `L` of
+    /// the box, the unwrapped position is
+    /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
     pub images: Vec<[i32; 3]>,
-    /// Displacement along x of the next image above, minus whole periods `[length]`. It lies in
-    /// `(-L_x / 2, L_x / 2]`, and is 0 in a box at rest.
+    /// Displacement along x of the next periodic image above a sheared box, without whole periods `[length]`. It lies
+    /// in `(-L_x / 2, L_x / 2]`, and is 0 without shear.
     pub displacement: f64,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,
-    /// Factor by which diameters have grown since the start of the scene.
+    /// Factor by which the diameters have grown since the start of the scene.
     pub scale: f64,
-    /// For each surface of the scene, whether it is present now; empty if all are always present.
+    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
     pub surfaces: Vec<bool>,
 }
 
-/// A particle at one time.
+/// State of one particle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ParticleNow {
-    /// Its id, as in every output.
+    /// Id of the particle, as in every output.
     pub id: ParticleId,
-    /// Its species.
+    /// Species of the particle.
     pub species: SpeciesId,
-    /// Position `[length]`, as in a [`Snapshot`].
+    /// Position `[length]`, inside the box along periodic axes.
     pub position: Vector,
     /// Velocity `[length / time]`.
     pub velocity: Vector,
-    /// Periods travelled, as in a [`Snapshot`].
+    /// Number of periods travelled along each axis, as in [`Snapshot::images`].
     pub image: [i32; 3],
 }
 
@@ -57,41 +59,43 @@ pub struct ParticleNow {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Energy {
-    /// `sum m/2 |v|^2`.
+    /// Kinetic energy, `sum m/2 |v|^2`.
     pub kinetic: f64,
-    /// `sum m/2 |v - u|^2`, with the streaming velocity `u` of a sheared box; otherwise the kinetic energy.
+    /// Kinetic energy relative to the streaming velocity `u` of a sheared box, `sum m/2 |v - u|^2`. Without shear, it
+    /// equals `kinetic`.
     pub thermal: f64,
-    /// Pair energies by pair state, plus `- m a . r` of accelerated particles (unwrapped positions).
+    /// Energy of all pairs, plus `- m a . r` of each accelerated particle, at its unwrapped position `r`.
     pub potential: f64,
-    /// The contribution of pairs to `potential`.
+    /// The part of `potential` that is due to pairs.
     pub pair: f64,
-    /// `sum m v^2 / V` along each axis between two walls; 0 along other axes `[energy / length^D]`. `V` is
-    /// the volume that the centres of each species can reach.
+    /// For each axis between two walls, `sum m v^2 / V` with velocities `v` along this axis `[energy / length^D]`; 0
+    /// for other axes. `V` is the volume that the centres of the particle's species can reach.
     pub confined: Vector,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
-    /// `sum m (v - u)`, with the streaming velocity `u` of a sheared box; otherwise the total momentum.
+    /// Momentum relative to the streaming velocity `u` of a sheared box, `sum m (v - u)`. Without shear, it equals
+    /// `momentum`.
     pub peculiar_momentum: Vector,
 }
 
 impl Simulation {
-    /// The present state of all particles.
+    /// Returns the present positions and velocities of all particles.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
         Snapshot { scale: self.scale(), ..snapshot }
     }
 
-    /// Calls `visit` for every particle in its present state, in the order of ids. Unlike a snapshot, it
-    /// needs no memory.
+    /// Calls `visit` with the present state of each particle, in the order of their ids. Unlike a snapshot, this
+    /// allocates no memory.
     ///
     /// # Errors
-    /// The error of `visit`, which ends the iteration.
+    /// Returns the first error of `visit`, which ends the iteration.
     pub fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         with_engine!(&self.engine, engine => engine.for_each_now(visit))
     }
 
-    /// Displacement of the next image above, as in a [`Snapshot`] `[length]`.
+    /// Displacement of the next image above, as in [`Snapshot::displacement`] `[length]`.
     #[must_use]
     pub fn displacement(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.displacement().0)
@@ -126,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         snapshot
     }
 
-    /// Calls `visit` for every particle in its present state, in the order of ids.
+    /// Calls `visit` with the present state of each particle, in the order of their ids.
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
@@ -139,8 +143,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// The numbers of all particles in the order of their ids. This differs from the order in memory, so
-    /// upcoming particles are prefetched.
+    /// Indices of all particles in memory, in the order of their ids. Upcoming particles are prefetched, because they
+    /// are scattered in memory.
     pub(super) fn by_id(&self) -> impl Iterator<Item = u32> + '_ {
         let State { numbers, bodies, .. } = &self.state;
         numbers.iter().enumerate().map(move |(id, &particle)| {
@@ -174,7 +178,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
                     let image = self.state.images.of(particle)[axis];
-                    // Along an axis that is not periodic, the period is infinite and the image number is 0.
+                    // Along an axis that is not periodic, the image number is 0, and its product with the infinite
+                    // period would be NaN.
                     let unwrapped =
                         position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
                     external.add(-mass * species.acceleration[axis] * unwrapped);
@@ -182,7 +187,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if TABLE {
                 for captured in self.pairs.states.of(particle) {
-                    // Two moving particles both store the pair's state, so each counts half of the energy.
+                    // If both particles are mobile, both store the state of the pair, and each counts half of the
+                    // energy.
                     let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
                     pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
                 }

@@ -41,7 +41,6 @@ const PER_STEP: u64 = 16;
 /// The data of the sources of a scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
-    /// Surfaces that particles meet.
     pub surfaces: Surfaces,
     /// Geometry for the pressure between walls; `None` without walls.
     pub confinement: Option<Confinement>,
@@ -49,11 +48,11 @@ pub(super) struct Sources {
     pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
-    /// A distance that is held in a window.
+    /// A restraint that keeps a distance within a window.
     pub restraint: Option<Box<Restraint>>,
-    /// Whether velocity changes are needed for the pressure between walls or for a restraint.
+    /// Whether all velocity changes are recorded. This is needed for the pressure between walls and for a restraint.
     pub is_watched: bool,
-    /// Time of the next global event since the epoch; infinite if there is none.
+    /// Time of the next global event, counted from the epoch; infinite if there is none.
     pub next_global: f64,
 }
 
@@ -74,7 +73,7 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Sources of a scene at its start. Heat baths are added with the stages of a run.
+    /// Creates the sources of a scene. Heat baths are added later, by the stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
         let confinement = Confinement::of(scene, rows);
@@ -91,7 +90,8 @@ impl Sources {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Global events and the time of each since the epoch; infinite if there is none.
+    /// The next event of each global source and its time since the epoch. The time is infinite if no such event will
+    /// happen.
     fn global_events(&self) -> [(GlobalEvent, f64); 4] {
         [
             (
@@ -107,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ]
     }
 
-    /// Finds the time of the next global event.
+    /// Updates the time of the next global event.
     pub(super) fn schedule_global(&mut self) {
         let events = self.global_events();
         self.sources.next_global = events.iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
@@ -117,8 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Returns whether there are global events, besides contacts of pairs and surfaces. With global events,
-    /// the dynamics never end.
+    /// Whether the scene has global events. Its dynamics then never end.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()
@@ -126,8 +125,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             || self.images.slide()
     }
 
-    /// Executes the predicted contact of a particle. Returns whether the observer continues; `None` if the
-    /// partner has had an event since the prediction, which is then void.
+    /// Executes the predicted contact of a particle, and returns whether the observer continues. Returns `None` if
+    /// nothing was executed: the partner has had another event since the prediction, or the prediction only marks a
+    /// time at which the search for contacts with moving surfaces continues.
     #[inline]
     pub(super) fn execute(
         &mut self,
@@ -159,7 +159,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the due global event. Returns its cost in steps and whether the observer continues.
+    /// Executes the global event that is due. Returns its cost, in steps of the event loop, and whether the observer
+    /// continues.
     pub(super) fn execute_global(&mut self, observe: &mut Observe<'_>) -> Result<(u64, ControlFlow<()>), EngineError> {
         let silent = ControlFlow::Continue(());
         let (repredict, flow) = match self.due_global() {
@@ -184,7 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((steps, flow))
     }
 
-    /// Shifts all times of the sources to an epoch that is later by `shift`.
+    /// Converts all times of the sources to a new epoch, which is later by `shift`.
     pub(super) fn shift_sources(&mut self, shift: f64) {
         if let Some(andersen) = &mut self.sources.andersen {
             andersen.shift(shift);
@@ -197,7 +198,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// The cost of predicting all particles again, in steps.
+    /// The cost of predicting all particles again, as a number of steps of the event loop.
     pub(super) fn steps_of_all(&self) -> u64 {
         self.state.bodies.len() as u64 / PER_STEP
     }

@@ -1,4 +1,4 @@
-//! A simulation at the start of a scene.
+//! Creation of a simulation from a scene.
 
 use super::parts::Engine;
 use super::{Chosen, EngineChoice, Simulation};
@@ -6,11 +6,11 @@ use crate::model::predecessor::LastState;
 use crate::model::{Limit, Scene, Thermostat};
 use thiserror::Error;
 
-/// A part of a scene's plan that only a run can execute.
+/// The part of a scene's plan that only a run can execute.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NeedsRun {
-    /// A stage of preparation.
+    /// A stage that prepares the system.
     #[error(
         "only a run carries out stage `{name}` of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
@@ -43,12 +43,13 @@ pub enum NeedsRun {
 impl Simulation {
     /// Starts the dynamics of a scene: chooses the engine and predicts the first events.
     ///
-    /// Includes gravity, walls, shear and an Andersen thermostat, with the same bits as in a
-    /// [`Run`](crate::run::Run). Does not include the length of the run, measurements and output.
+    /// The dynamics include gravity, walls, shear and an Andersen thermostat. The trajectory equals the trajectory of a
+    /// [`Run`](crate::run::Run), bit for bit. The length of the run, measurements and output are not part of the
+    /// simulation.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a
-    /// barostat, or replicas.
+    /// [`NeedsRun`] if the scene has stages, an equilibration, a thermostat that rescales velocities, a barostat, or
+    /// replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;
         if scene.exchange.is_some() {
@@ -67,7 +68,7 @@ impl Simulation {
         if plan.barostat.is_some() {
             return Err(NeedsRun::Barostat);
         }
-        // The index of the measurement among the stages of a run, so that the random numbers are the same.
+        // The random stream of the measurement in a run. With the same stream, the heat bath acts as in a run.
         let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
@@ -83,8 +84,8 @@ impl Simulation {
         Self::begin(scene, true)
     }
 
-    /// The dynamics of a scene alone. Unless `keeps_start`, the scene's particles are freed before memory for
-    /// neighbours and predictions is allocated.
+    /// Creates a simulation of the dynamics of a scene alone. Unless `keeps_start` is set, the particles of the scene
+    /// are freed before memory for neighbours and predictions is allocated.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let last = scene.last_state().and_then(Self::last_of);
         if !keeps_start && last.is_some() {
@@ -115,12 +116,13 @@ impl Simulation {
         simulation
     }
 
-    /// The final simulation of a run, for a scene with the same dynamics. Event counts start at zero.
+    /// Restores the simulation at the end of an earlier run, for a scene with the same dynamics. Event counts start at
+    /// zero.
     fn last_of(state: &LastState) -> Option<Self> {
-        // These bytes were written by this program.
+        // The bytes can be trusted, because this program has written them.
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
-        // The heat bath ends with the last stage of the run.
+        // The heat bath of the earlier run has ended with its last stage.
         simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)

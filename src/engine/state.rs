@@ -8,7 +8,7 @@ use crate::model::Scene;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// A particle at its last event: a *delayed state* of one cache line.
+/// State of a particle at its last event, called a *delayed state*. It fills one cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(super) struct Body {
@@ -16,32 +16,33 @@ pub(super) struct Body {
     pub position: Vector,
     /// Velocity at the local time.
     pub velocity: Vector,
-    /// Local time, since the epoch.
+    /// The local time: the time of this state, counted from the epoch.
     pub time: f64,
-    /// Number of events that changed the particle's motion. Predictions with an earlier number are void.
+    /// Number of events that have changed the particle's motion. A prediction is void if this number has changed since.
     pub events: u32,
-    /// Id of the particle.
+    /// Returns the discontinuity on one side of a pair, its restitution, and the speed at which it moves outwards while
+    /// diameters grow. Returns `None` if the pair's state has no discontinuity on that side.
     pub name: u32,
 }
 
 impl Body {
-    /// Position, velocity and time as one array; the last number is padding.
+    /// Returns position, velocity and time as one array. The last number has no meaning.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
-        // SAFETY: the array is as large, its alignment is no stricter, there is no padding, and any bits are
-        // a valid number.
+        // SAFETY: the array has the same size, its alignment is no stricter, `Self` has no padding, and any bits are a
+        // valid `f64`.
         unsafe { &*std::ptr::from_ref(self).cast() }
     }
 }
 
-/// All particles, by number in memory, and the box.
+/// The states of all particles, in the order in which they are stored in memory, and the box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct State {
     pub bodies: Vec<Body>,
-    /// The number of each particle, in the order of ids.
+    /// Index in memory of each particle, in the order of their ids.
     pub numbers: Vec<u32>,
-    /// The row of each particle's species; empty if there is only one.
+    /// Table row of each particle's species; empty without an interaction table.
     pub species: Vec<u16>,
     /// Number of periods that each particle has travelled along each axis.
     pub images: Travelled,
@@ -51,7 +52,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// The particles of a scene at its start. Neighbours in space have adjacent numbers.
+    /// Returns the particles of a scene at its start, sorted so that neighbours in space are close in memory.
     pub fn of(scene: &Scene, rows: &Rows, has_table: bool) -> Self {
         let names = {
             let positions: Vec<Vector> = scene.particles().iter().map(|p| p.position).collect();
@@ -78,8 +79,8 @@ impl State {
 }
 
 impl State {
-    /// Returns the number in memory of an id, if the particle exists. Ids increase with every insertion and
-    /// are never reused. Until a particle is removed, they equal the ids of the scene.
+    /// Returns the index in memory of the particle with an id, if it exists. Ids increase with every insertion and are
+    /// never reused. Until a particle is removed, an id is also an index into `numbers`.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
         let of = |number: u32| self.bodies[number as usize].name;
@@ -90,13 +91,13 @@ impl State {
         })
     }
 
-    /// Lists the numbers in the order of ids again, after particles were added at the end of memory.
+    /// Updates `numbers` after particles were added at the end of `bodies`.
     pub fn number_anew(&mut self) {
         self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
     }
 
-    /// Number of particles of each species.
+    /// Returns the number of particles of each species.
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];
         if self.species.is_empty() && !self.bodies.is_empty() {

@@ -1,30 +1,30 @@
-//! All states at one time, exactly as the engine stores them, for proofs.
+//! Positions and velocities at one time, exactly as the engine computes them. They are needed to verify trajectories.
 
 use super::parts::Engine;
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// Simulated time since the start, in the two parts that the engine keeps.
+/// Simulated time since the start, in two parts that the engine stores separately.
 ///
-/// The sum of the parts has the precision of the total time. The difference of two such times has the higher
-/// precision of the short time between them.
+/// The sum of the parts is rounded like the total time. The difference of two such times is more accurate: it is
+/// rounded like the short time between them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Elapsed {
-    /// From the start to the epoch `[time]`.
+    /// Simulated time from the start of the simulation to the epoch `[time]`.
     pub epoch: f64,
     /// Time from the epoch to now `[time]`.
     pub since_epoch: f64,
-    /// Number of epochs so far. The state of a particle that had no event for two epochs is rounded once more
-    /// in each epoch.
+    /// Number of epochs that have ended. If a particle has no event for two epochs, its stored state is brought forward
+    /// at the end of each epoch, which rounds it once more.
     pub epochs: u64,
 }
 
 impl Elapsed {
-    /// Returns the time from `earlier` to `self` `[time]`.
+    /// Returns the time from `earlier` to this time `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        // Epochs are multiples of a power of two. The first two terms are close to each other, or small, so
-        // that no digits are lost.
+        // Epochs are multiples of a power of two, so their difference is exact. This difference and
+        // `earlier.since_epoch` are close to each other or small, so that their subtraction loses no digits.
         ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 
@@ -38,7 +38,7 @@ impl Elapsed {
 /// Positions and velocities of all particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct States {
-    /// The time of the states.
+    /// The time at which the particles are in these states.
     pub elapsed: Elapsed,
     /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: Vec<Vector>,
@@ -62,7 +62,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pairs = Vec::new();
         for particle in self.particles().filter(|_| TABLE) {
             for captured in self.pairs.states.of(particle).iter().filter(|captured| captured.state > 0) {
-                // Two moving particles both store the pair's state. A static particle stores none.
+                // If both particles are mobile, both store the state of the pair. A static particle stores none.
                 if particle < captured.partner || self.is_static(captured.partner) {
                     let [a, b] = [particle, captured.partner].map(|number| self.name(number));
                     pairs.push(([a.min(b), a.max(b)], captured.state));

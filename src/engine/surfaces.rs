@@ -1,11 +1,10 @@
-//! Surfaces that particles meet: the walls of the box, and the features of a scene's surfaces.
+//! Surfaces that particles meet: the walls of the box, and the surfaces of a scene.
 //!
-//! A surface is a shape ([`Surface`]) with a law of contact ([`Law`]), or several such shapes: the faces,
-//! edges and corners of a mesh ([`features`]). A shape provides data to several users. Prediction gets the
-//! time of a particle's next contact, and execution gets the normal. The audit, the proof that the dynamics
-//! have ended, and the checks of a start get gaps. A new shape is a file next to [`wall`] and [`plane`], and
-//! a variant of [`Shape`]. [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of
-//! limited extent.
+//! A surface has a shape ([`Surface`]) and a law of contact ([`Law`]). A mesh consists of several shapes: its faces,
+//! edges and corners ([`features`]). From a shape, prediction gets the time of a particle's next contact, and execution
+//! gets the normal. The audit, the proof that the dynamics have ended, and the checks of initial positions get the gap.
+//! To add a shape, write a file like [`wall`] or [`plane`], and add a variant to [`Shape`]. [`set`] holds the surfaces
+//! of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
@@ -43,10 +42,10 @@ impl Flight<'_> {
     /// Corners of a box that contains the sphere for the given duration `[length]`.
     #[inline]
     pub fn swept(&self, duration: f64) -> [Vector; 2] {
-        // Contact is at the radius, within the precision of coordinates.
+        // The box is larger than the sphere by a margin for the round-off of coordinates.
         let around = self.radius * (1.0 + 1e-6) + 1e-12 * self.position.amax();
         let along = |k: usize| {
-            // Avoids 0 times infinity for a particle at rest.
+            // A zero rate times an infinite duration would be NaN.
             let path = |rate: f64| if rate == 0.0 { 0.0 } else { rate * duration };
             let (by_speed, by_fall) = (path(self.velocity[k]), path(0.5 * path(self.acceleration[k])));
             [by_speed.min(0.0) + by_fall.min(0.0) - around, by_speed.max(0.0) + by_fall.max(0.0) + around]
@@ -56,7 +55,7 @@ impl Flight<'_> {
     }
 }
 
-/// The shape of a surface, with particles on one side.
+/// The shape of a surface that spheres meet.
 pub(crate) trait Surface {
     /// Distance between the surface and the surface of a sphere; negative if they overlap `[length]`.
     fn gap(&self, position: &Vector, radius: f64) -> f64;
@@ -64,26 +63,26 @@ pub(crate) trait Surface {
     /// Unit vector from the surface to a sphere in contact.
     fn normal(&self, position: &Vector) -> Vector;
 
-    /// The velocity with its normal component replaced.
+    /// Returns the velocity with its component along the normal replaced by `speed`.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector;
 
-    /// Returns the time until the gap closes with the sphere approaching, by the rule of
-    /// [`crate::physics::detection`] `[time]`.
+    /// Returns the time until the approaching sphere reaches the surface, by the rule of [`crate::physics::detection`]
+    /// `[time]`.
     fn next_contact(&self, flight: &Flight<'_>) -> Option<f64>;
 
     /// Whether a sphere provably never reaches the surface, given the uncertainty `doubt` of position and
     /// velocity.
     fn is_never_met(&self, flight: &Flight<'_>, doubt: Doubt) -> bool;
 
-    /// Returns the sum of the absolute values of the terms of the gap `[length]`. The gap is rounded at units
-    /// in the last place of this sum.
+    /// Returns the sum of the magnitudes of all terms of the gap `[length]`. The round-off of the gap is a few units in
+    /// the last place of this sum.
     fn terms(&self, position: &Vector) -> f64;
 
-    /// Whether a particle in a cell may meet the surface before it leaves the cell.
+    /// Whether a sphere with its centre in a cell may meet the surface before the centre leaves the cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Returns whether a velocity moves a sphere in contact further into the surface, in the same rounded
-    /// numbers that prediction will use. Walls reflect without rounding.
+    /// Whether a velocity moves a sphere in contact further into the surface, in the rounded numbers of the next
+    /// prediction. Walls reflect without rounding and need no such test.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
@@ -94,20 +93,20 @@ pub(crate) trait Surface {
         0.0
     }
 
-    /// A smooth overlap function, positive outside contact, and its rate of change: the gap, or the
-    /// difference of squared distances.
+    /// Returns a smooth overlap function, which is positive outside contact, and its rate of change. The function is
+    /// the gap or a difference of squared distances.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         (self.gap(position, radius), self.normal(position).dot(velocity))
     }
 
-    /// Bound of the second derivative of the overlap function within a distance of a place, from bounds of
-    /// speed and acceleration.
+    /// Returns an upper bound of the second time derivative of the overlap function. The bound holds for positions
+    /// within the distance `within` of `position`, and for the given largest speed and acceleration.
     fn second_rate_bound(&self, _position: &Vector, _within: f64, _speed: f64, acceleration: f64) -> f64 {
         acceleration
     }
 
-    /// Returns how far the foot of the perpendicular from a position lies beyond the ends of the surface
-    /// `[length]`; zero or negative within the ends.
+    /// Returns how far the projection of a position onto the surface lies beyond the ends of the surface `[length]`;
+    /// zero or negative within the ends.
     fn beyond(&self, _position: &Vector) -> f64 {
         0.0
     }
@@ -130,13 +129,13 @@ pub(crate) enum Shape {
     Wall(Wall),
     /// A plane in any direction.
     Plane(Plane),
-    /// A sphere, a cylinder, an edge, a corner.
+    /// A sphere, a cylinder, an edge or a corner.
     Round(Round),
     /// A flat triangular face.
     Face(Face),
 }
 
-/// Evaluates an expression for a shape of any type.
+/// Evaluates the same expression for a shape of any kind.
 macro_rules! with_shape {
     ($shape:expr, $surface:ident => $body:expr) => {
         match $shape {
@@ -214,12 +213,12 @@ impl Surface for Shape {
     }
 }
 
-/// The law of contact of a surface.
+/// How a surface changes the velocity of a particle at a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Law {
-    /// Reflection, with the ratio of the normal speeds after and before.
+    /// Reflection. The restitution is the ratio of the normal speeds after and before the contact.
     Reflecting { restitution: f64 },
-    /// Velocities from the flux of a gas at this temperature `[energy]`.
+    /// Particles leave with velocities from the flux of a gas at this temperature `[energy]`.
     Thermal { temperature: f64 },
 }
 

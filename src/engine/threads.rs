@@ -1,4 +1,5 @@
-//! A simulation on several threads. The state is in its domains until it is collected.
+//! Simulations on several threads. The box is cut into domains, which are simulated in parallel. The states of the
+//! particles are in the domains until they are collected in the engine.
 
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
@@ -8,24 +9,25 @@ use crate::model::Threads;
 use std::num::NonZero;
 use std::sync::Arc;
 
-/// With fewer particles than this, domains run one after the other.
+/// Smallest number of particles for which domains run on several threads.
 const FEW: usize = 4_000;
 
 /// Whether this platform has threads. A WebAssembly module leaves out the code for several cores.
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
-    /// Collects the state from the domains, for reading.
+    /// Copies the states of all particles from the domains to the engine, so that they can be read.
     pub(crate) fn settle(&mut self) {
         with_engine!(&mut self.engine, engine => engine.settle());
     }
 
-    /// Collects everything from the domains, for saving.
+    /// Copies everything from the domains to the engine, so that the simulation can be saved.
     pub(crate) fn complete(&mut self) {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// The arrest caused by an event storm, at the next predicted contact; `None` if no contact is predicted.
+    /// Returns the arrest that reports an event storm. It names the particles of the next predicted contact; `None`
+    /// if no contact is predicted.
     pub(crate) fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         with_engine!(&self.engine, engine => engine.storm(events, advance))
     }
@@ -44,7 +46,7 @@ impl Simulation {
         self.transport.as_ref().map_or(1, |transport| transport.size())
     }
 
-    /// The value of the first process, for results that may differ between processes.
+    /// Returns the value of the first process, so that all processes use the same value.
     pub(crate) fn agreed(&self, found: u64) -> u64 {
         let Some(transport) = &self.transport else { return found };
         let all = transport.share(found.to_le_bytes().to_vec());
@@ -59,7 +61,7 @@ impl Simulation {
         self.threads == Threads::Auto
     }
 
-    /// Statistics of the work in domains; `None` on one core.
+    /// Statistics of the work in domains; `None` if the system is not cut into domains.
     #[must_use]
     pub fn domain_work(&self) -> Option<DomainWork> {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
@@ -105,12 +107,12 @@ impl Simulation {
         self.spread();
     }
 
-    /// Spreads the system over processes from now on. Each process must have the same simulation and number
-    /// of threads, and gets its share of the domains: one per thread, at most 64 in all. Systems that cannot
-    /// be cut run whole on every process. The same holds with more than 64 processes.
+    /// Spreads the system over processes from now on. Each process must have the same simulation and number of
+    /// threads, and gets its share of the domains: one per thread, at most 64 in all. Systems that cannot be cut run
+    /// whole on every process, and so do all systems with more than 64 processes.
     ///
-    /// From now on all processes have to make the same calls. Calls that change or advance the simulation
-    /// wait for the other processes; calls that only read it do not.
+    /// From now on all processes have to make the same calls. Calls that change or advance the simulation wait for
+    /// the other processes; calls that only read it do not.
     #[doc(alias = "mpi")]
     #[doc(alias = "machines")]
     pub fn set_transport(&mut self, transport: Arc<dyn Transport>) {
@@ -136,15 +138,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets the number of domains and threads of each process. A single domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
-        // For few particles, starting a thread takes longer than a window.
+        // With few particles, starting the threads takes longer than simulating a time window.
         let threads = if self.state.bodies.len() < FEW { 1 } else { threads };
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let has_domains = HAS_DOMAINS && (domains > 1 || transport.is_some()) && processes <= Threads::MOST;
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 
-    /// Continues as [`Self::advance_for`] does, in domains if there are any. The engine's own state is then
-    /// out of date until [`Self::settle`].
+    /// Continues as [`Self::advance_for`] does, but in the domains if there are any. The states in the engine itself
+    /// are then outdated until [`Self::settle`].
     pub(super) fn advance_on_cores(
         &mut self,
         steps: u64,
@@ -155,22 +157,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         in_domains.unwrap_or_else(|| self.advance_for(steps, until, observe))
     }
 
-    /// Collects the state from the domains, for reading.
+    /// Copies the states of all particles from the domains to the engine, so that they can be read.
     pub(super) fn settle(&mut self) {
         self.with_domains(Domains::settle);
     }
 
-    /// Collects everything from the domains, to save the state or to continue from it.
+    /// Copies everything from the domains to the engine, so that it can be saved or continue.
     pub(super) fn complete(&mut self) {
         self.with_domains(Domains::complete);
     }
 
-    /// Collects everything from the domains before a change from outside.
+    /// Returns all particles from the domains to the engine, so that the state can be changed from outside.
     pub(super) fn join(&mut self) {
         self.with_domains(Domains::join);
     }
 
-    /// Calls `work` with the domains and the single engine, if there are domains.
+    /// Calls `work` with the domains and this engine; returns `None` without domains.
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
         if !HAS_DOMAINS {
             return None;

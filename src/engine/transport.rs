@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-/// Transport of messages between processes that simulate a system together: MPI, or any other means to send
-/// bytes between any two processes.
+/// Transport of messages between processes that simulate a system together: MPI, or any other means to send bytes
+/// between any two processes.
 ///
-/// All processes do the same in the same order: they start from the same scene, have the same instruments,
+/// All processes make the same calls in the same order: they start from the same scene, have the same instruments,
 /// and advance to the same times. Each process then holds a share of the domains. All results of a
 /// [`Simulation`](super::Simulation) are equal in all processes.
 pub trait Transport: fmt::Debug + Send + Sync {
@@ -34,7 +34,7 @@ pub mod tests {
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::sync::{Arc, Mutex};
 
-    /// Threads that act as processes.
+    /// Transport for tests, in which threads act as processes.
     #[derive(Debug)]
     struct Channels {
         rank: usize,
@@ -61,7 +61,7 @@ pub mod tests {
         }
     }
 
-    /// Runs a function in `count` processes. Returns the result of each.
+    /// Runs a function in `count` threads that act as processes. Returns the result of each.
     pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Transport>) -> R + Send + Sync) -> Vec<R> {
         let mut processes: Vec<Channels> =
             (0..count).map(|rank| Channels { rank, to: Vec::new(), from: Vec::new() }).collect();

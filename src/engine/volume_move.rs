@@ -22,22 +22,23 @@ pub(crate) struct Scaling {
     bonded: HashSet<[u32; 2]>,
     /// Longest range of pairs without a bond `[length]`.
     range: f64,
-    /// Shortest period of a box in which no pair can meet in two images: twice the longest range `[length]`.
+    /// Shortest allowed period of the box: twice the longest range, so that no pair interacts through two images
+    /// `[length]`.
     shortest: f64,
 }
 
-/// The state that a volume move proposes, in another box.
+/// State proposed by a volume move: a box of another size, and the positions in it.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaled {
     pub space: Space,
     /// Change of the potential energy of pairs `[energy]`.
     pub energy_change: f64,
-    /// Positions by id. The image numbers are unchanged.
+    /// New positions, in the order of the particles' ids. Image numbers do not change.
     positions: Vec<Vector>,
 }
 
 impl Scaling {
-    /// Constants for the present state of a simulation.
+    /// Collects the constants of volume moves from the present state of a simulation.
     pub fn of(simulation: &Simulation) -> Self {
         let scene = &simulation.scene;
         let mut species = Vec::new();
@@ -75,9 +76,9 @@ impl Simulation {
         self.scene.space.volume()
     }
 
-    /// Returns the box with the logarithm of its volume changed by `change`. Returns `None` below the
-    /// smallest box in which every pair meets in one image only. That limit is part of the ensemble, like a
-    /// stop for a piston: volume moves across it are rejected in both directions.
+    /// Returns the box with the logarithm of its volume changed by `change`. Returns `None` below the smallest box in
+    /// which no pair interacts through two images. That limit is part of the ensemble, like a stop for a piston:
+    /// volume moves across it are rejected in both directions.
     pub(crate) fn scaled_box(&self, scaling: &Scaling, change: f64) -> Option<Space> {
         let from = &self.scene.space;
         let factor = libm::exp(change / from.dimensions() as f64);
@@ -88,7 +89,8 @@ impl Simulation {
         fits.then_some(space)
     }
 
-    /// The state in another box of the same shape; `None` if particles overlap in it.
+    /// Scales the positions of all molecules to another box of the same shape. Returns `None` if particles then
+    /// overlap.
     pub(crate) fn scaled(&self, scaling: &Scaling, space: Space) -> Option<Scaled> {
         let snapshot = self.snapshot();
         let positions = scaling.molecules.scaled(&snapshot.positions, &self.scene.space, &space);
@@ -96,7 +98,7 @@ impl Simulation {
         Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
     }
 
-    /// Returns the potential energy of pairs at other positions; `None` if any pair overlaps.
+    /// Returns the potential energy of all pairs at the given positions; `None` if any pair overlaps.
     fn energy_in(&self, scaling: &Scaling, space: &Space, positions: &[Vector]) -> Option<f64> {
         let scene = &self.scene;
         let inside: Vec<Vector> = positions.iter().map(|position| space.wrapped(*position)).collect();
@@ -122,14 +124,14 @@ impl Simulation {
             let [a, b] = bond.pair.map(|id| inside[id.0 as usize]);
             add(potential(bond.interaction), minimum_image(a - b, &periods).norm());
         }
-        // Bonds keep their lengths.
+        // A volume move does not change the lengths of bonds, so bonded pairs keep their states.
         let state = |bond: &Bond| usize::from(self.pair_state(bond.pair[0], bond.pair[1]));
         energy += held.iter().map(|bond| potential(bond.interaction).energies()[state(bond)]).sum::<f64>();
         (!overlap).then_some(energy)
     }
 
-    /// Accepts the proposed state of a volume move. Velocities, times and counts are unchanged, and the
-    /// energy change counts as supplied.
+    /// Accepts the proposed state of a volume move. Velocities, times and event counts are unchanged, and the energy
+    /// change counts as supplied energy.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

@@ -30,7 +30,7 @@ impl Exchange {
         self.check_windows()
     }
 
-    /// Records the positions of the replicas on their walks through the energies.
+    /// Records the positions of the replicas on their walks through the energies in a multicanonical exchange.
     fn see_energies(&mut self) {
         let is_measured = self.is_measured();
         let Some(weights) = self.multicanonical.as_ref().and_then(Multicanonical::weights) else { return };
@@ -45,10 +45,11 @@ impl Exchange {
     /// Swaps neighbouring temperatures or windows, and updates the averages.
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
-        // Two places form a single pair.
+        // Two replicas form a single pair, which is tried at every attempt.
         let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
         for lower in (first..self.places.len() - 1).step_by(2) {
-            // Always drawn, so that later random numbers do not depend on this decision.
+            // A random number is drawn for every pair, even if it is not needed. Later random numbers thus do not
+            // depend on the outcome.
             let number = self.random.uniform();
             let is_swapped = match &self.plan.umbrella {
                 Some(umbrella) => self.are_in_both(&umbrella.windows, lower),
@@ -70,7 +71,8 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Gives all replicas new weights of the energy, if new weights are due.
+    /// Records the energies of a multicanonical exchange. When they determine new weights, all replicas get these
+    /// weights and the heat bath of the highest temperature.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();
@@ -91,7 +93,7 @@ impl Exchange {
         Ok(())
     }
 
-    /// The place of the highest temperature.
+    /// Index of the highest temperature.
     fn highest(&self) -> usize {
         let temperatures = &self.temperatures;
         if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
@@ -99,18 +101,19 @@ impl Exchange {
 
     /// Gives a replica the heat bath of a temperature, with random numbers of its own.
     pub(super) fn heat(&mut self, replica: usize, place: usize) {
-        // One stream for each replica and attempt: at most 1000 times 1e12, far below the 2^61 available.
+        // Each replica gets a new stream at each attempt. At most 1000 replicas and 1e12 attempts need far fewer
+        // streams than the 2^61 available.
         let attempt = crate::base::numbers::index(self.attempts);
         let stream = self.first_stream + attempt * self.places.len() + replica;
         let bath = bath(&self.plan, self.temperatures[place]);
         self.replicas[replica].simulation.set_planned_thermostat(Some(&bath), self.seed, stream);
     }
 
-    /// Probability to swap a temperature with the next one.
+    /// Probability of swapping the replica at a temperature with the replica at the next one.
     fn acceptance(&self, lower: usize) -> f64 {
         let [beta, other] = [lower, lower + 1].map(|place| self.temperatures[place].recip());
         let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
-        // A random number below 1 is always smaller than a probability above 1.
+        // A value above 1 means that the swap is always accepted.
         libm::exp(exponent)
     }
 
@@ -128,7 +131,8 @@ impl Exchange {
         }
     }
 
-    /// Begins the intervals of the averages. Intervals of unchanged replicas continue.
+    /// Begins a new averaging interval at each temperature whose replica has changed. Begins one at all temperatures
+    /// when the equilibration ends or if `changed` is `None`.
     pub(super) fn begin_intervals(&mut self, changed: Option<&[bool]>) {
         if self.attempts < self.equilibration || self.multicanonical.is_some() {
             return;

@@ -11,18 +11,19 @@ use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
 use crate::model::{ExchangePlan, Scene};
 
-/// The observable that is sampled at the attempts. Other observables are integrated between the attempts.
+/// Observable that is sampled at the attempts to swap. The other observables are averaged over the time between
+/// attempts.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
 /// Averages at a temperature.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct AtTemperature {
     observer: Observer,
-    /// Potential energy relative to the first sample, and its square.
+    /// Averages of the potential energy relative to its first sample, and of the square of this difference.
     energy: BlockAverage,
     square: BlockAverage,
     first: Option<f64>,
-    /// Averages of other measured values.
+    /// Averages of the other quantities sampled at the attempts.
     others: Vec<BlockAverage>,
 }
 
@@ -32,13 +33,13 @@ impl AtTemperature {
         Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None, others: Vec::new() }
     }
 
-    /// Begins an interval with the present replica.
+    /// Begins to average over the replica that is now at this temperature.
     pub fn begin(&mut self, simulation: &Simulation) {
         self.observer.interrupt();
         self.observer.row(simulation);
     }
 
-    /// Ends the interval, before replicas are swapped.
+    /// Ends the averaging interval. This is necessary before each swap.
     pub fn end(&mut self, simulation: &Simulation) {
         self.observer.row(simulation);
     }
@@ -78,9 +79,9 @@ impl AtTemperature {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
-    /// `None` for windows, where the distance is measured instead.
+    /// Populations of the energy levels; `None` for an exchange between windows, which measures the distance instead.
     populations: Option<Populations>,
-    /// For each pair of neighbours, 1 for a swap and 0 for a rejected attempt.
+    /// Average for each pair of neighbours, in which a swap counts 1 and a rejected attempt counts 0.
     swaps: Vec<BlockAverage>,
     /// Number of attempts and number of swaps of each pair of neighbours.
     counts: Vec<[u64; 2]>,
@@ -102,7 +103,7 @@ impl Averages {
         self.temperatures[0].observer.applicable()
     }
 
-    /// Adds an attempt to swap a temperature with the next one.
+    /// Adds an attempt to swap the replica at a temperature with the replica at the next one.
     pub fn attempt(&mut self, pair: usize, is_swapped: bool) {
         self.swaps[pair].add(if is_swapped { 1.0 } else { 0.0 }, 1.0);
         self.counts[pair][0] += 1;

@@ -14,11 +14,11 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Number of temperatures of a curve. Each interval between neighbours has about the same number, at
-/// constant ratios.
+/// Approximate number of temperatures of a curve. Each interval between two simulated temperatures gets the same
+/// number, at constant ratios.
 const POINTS: usize = 120;
 
-/// Quantities given relative to the highest temperature.
+/// Names of the quantities that are given relative to their values at the highest temperature.
 const RELATIVE: [&str; 2] = ["entropy_per_particle", "reduced_free_energy_per_particle"];
 
 /// Number of refinement steps for the position of a peak.
@@ -30,18 +30,18 @@ const HALVINGS: u32 = 30;
 pub struct ThermalPoint {
     /// The temperature `T` `[energy]`.
     pub temperature: f64,
-    /// `<U> / N` `[energy]`.
+    /// Mean potential energy per particle, `<U> / N` `[energy]`.
     pub potential_energy_per_particle: Estimate,
-    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the kinetic and
-    /// the configurational part.
+    /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the sum of a kinetic and
+    /// a configurational part.
     pub heat_capacity_per_particle: Estimate,
-    /// Entropy in units of k_B, relative to the highest temperature, kinetic and configurational.
+    /// Entropy in units of k_B, relative to its value at the highest temperature. It includes the kinetic and the
+    /// configurational part.
     pub entropy_per_particle: Estimate,
-    /// Free energy over the temperature, `A / (N T)`, relative to the highest temperature, kinetic and
-    /// configurational, with `A = E - T S`.
+    /// Free energy divided by the temperature, `A / (N T)` with `A = E - T S`, relative to its value at the highest
+    /// temperature. It includes the kinetic and the configurational part.
     pub reduced_free_energy_per_particle: Estimate,
-    /// Means of the quantities sampled with the energies, by name. With bonded particles these are the
-    /// quantities of [`Exchange::measured_names`].
+    /// Means of the quantities of [`Exchange::measured_names`], by name.
     pub others: BTreeMap<String, Estimate>,
 }
 
@@ -49,9 +49,9 @@ pub struct ThermalPoint {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HeatCapacityPeak {
-    /// Its temperature `[energy]`.
+    /// Temperature of the maximum `[energy]`.
     pub temperature: Estimate,
-    /// The heat capacity there, in units of k_B.
+    /// Heat capacity per particle at the maximum, in units of k_B.
     pub heat_capacity_per_particle: Estimate,
 }
 
@@ -66,7 +66,7 @@ pub struct ThermalCurves {
     pub points: Vec<ThermalPoint>,
     /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether the temperatures fall into groups whose energies do not overlap.
+    /// Whether the temperatures fall into groups whose energies do not overlap. There are no curves then.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,
@@ -118,13 +118,13 @@ impl ExchangeRecorder for PotentialEnergies {
 }
 
 impl PotentialEnergies {
-    /// The energies at all temperatures at each attempt `[energy]`.
+    /// Potential energies at all temperatures, for each recorded attempt `[energy]`.
     #[must_use]
     pub fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }
 
-    /// Curves of the exchange that recorded these energies.
+    /// Computes the thermal curves of the exchange that recorded these energies.
     #[must_use]
     pub fn curves(&self, exchange: &Exchange) -> ThermalCurves {
         let visit = |see: &mut dyn FnMut(&[f64], &[f64])| {
@@ -135,7 +135,7 @@ impl PotentialEnergies {
     }
 }
 
-/// Data of a system that normalize the curves per particle.
+/// Properties of the system that are needed for values per particle.
 struct System<'n> {
     particles: f64,
     dimensions: f64,
@@ -145,6 +145,7 @@ struct System<'n> {
 }
 
 impl System<'_> {
+    /// Kinetic part of the heat capacity plus the fluctuations of the potential energy:
     /// `D / 2 + <(U - <U>)^2> / (N T^2)`.
     fn heat_capacity(&self, temperature: f64, moments: &Moments) -> f64 {
         0.5 * self.dimensions + moments.variance / (self.particles * temperature * temperature)
@@ -189,7 +190,8 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Computes the curves from the energies of an exchange. The energies are visited twice.
+    /// Computes the curves from the energies of an exchange. `visit` passes the energies of all attempts, and is
+    /// called twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -209,7 +211,7 @@ impl ThermalCurves {
     }
 
     fn made(histograms: &EnergyHistograms, exchange: &Exchange, system: &System<'_>) -> Self {
-        // For hard bodies, nothing depends on the temperature.
+        // With a single energy level, as for hard bodies, nothing depends on the temperature.
         if histograms.levels() < 2 {
             return Self::default();
         }
@@ -227,7 +229,8 @@ impl ThermalCurves {
     }
 }
 
-/// The points of the curves at the given temperatures, and the peak of the heat capacity if there is one.
+/// Computes the points of the curves at the given temperatures, and the peak of the heat capacity if there is a
+/// maximum between the lowest and the highest temperature.
 fn curve(
     reweighting: &Reweighting,
     grid: &[f64],
@@ -275,14 +278,14 @@ impl ThermalPoint {
         }
     }
 
-    /// Means at the temperature, by name.
+    /// Returns the quantities that do not refer to the highest temperature, by name.
     pub(super) fn means(&self) -> BTreeMap<String, Estimate> {
         let all = self.quantities().into_iter();
         let of = |(name, it): (&str, Estimate)| (name.to_owned(), it);
         all.filter(|(name, _)| !RELATIVE.contains(name)).map(of).collect()
     }
 
-    /// Its quantities by name, in the order of the columns of `curves.csv`.
+    /// Returns all quantities except the temperature, by name, in the order of the columns of `curves.csv`.
     #[must_use]
     pub fn quantities(&self) -> Vec<(&str, Estimate)> {
         let always = [

@@ -1,4 +1,4 @@
-//! Whether an exchange is in equilibrium, judged by the walks of its replicas.
+//! Warnings about an exchange that may not be in equilibrium.
 
 use super::results::{ExchangeResults, TemperatureResult};
 use crate::base::text::{digits, plural};
@@ -8,10 +8,10 @@ use crate::model::ExchangeEnsemble;
 /// initial state is still too strong for reliable errors.
 const FEWEST_TRIPS: u64 = 10;
 
-/// Reason why there are no curves.
+/// Warning that there are no curves.
 pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
 
-/// Reason why there is no potential of mean force.
+/// Warning that there is no potential of mean force.
 pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the distances in some windows do not overlap with those in the others; let the windows overlap more";
 
 impl ExchangeResults {
@@ -66,7 +66,7 @@ impl ExchangeResults {
         warnings
     }
 
-    /// Whether no replica at a place was ever swapped.
+    /// Whether swaps with the replica at a temperature or in a window were tried, but none was accepted.
     fn is_alone(&self, place: usize) -> bool {
         let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
         let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();
@@ -74,7 +74,7 @@ impl ExchangeResults {
     }
 }
 
-/// The energy of all samples at a temperature, if they are equal.
+/// Returns the potential energy at a temperature if it is the same in all samples.
 fn constant(at: &TemperatureResult) -> Option<f64> {
     let all = at.populations.iter().find(|it| it.population.mean >= 1.0)?;
     (all.width == 0.0).then_some(all.energy)

@@ -12,12 +12,12 @@ use crate::run::checkpoint::CheckpointError;
 
 use super::multicanonical::Torn;
 
-/// Why the equilibration of an exchange has failed to prepare the measurement.
+/// Reasons why the averages of an exchange cannot begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
-    /// The weights do not follow from the energies.
+    /// The energies do not overlap sufficiently to determine multicanonical weights.
     Torn,
-    /// A replica is not in its window.
+    /// A replica has not reached its window.
     Outside { window: usize, ends: [f64; 2], distance: f64 },
 }
 
@@ -52,15 +52,15 @@ pub enum StartError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExchangeError<E> {
-    /// Something could not be recorded.
+    /// The recorder could not record a row, a frame or a checkpoint.
     #[error(transparent)]
     Recorder(E),
-    /// A multicanonical exchange found no weights.
+    /// The energies of a multicanonical exchange do not overlap sufficiently to determine weights.
     #[error(
         "no multicanonical weights: in the equilibration, the energies at some temperatures did not overlap with those at the others"
     )]
     NoOverlap,
-    /// After half of the equilibration, a replica has not reached its window.
+    /// A replica has not reached its window after half of the equilibration.
     #[error(
         "window {}, from {} to {}: the distance has only reached {} in half of the equilibration",
         window + 1,
@@ -69,19 +69,19 @@ pub enum ExchangeError<E> {
         digits(*distance)
     )]
     OutsideOfWindow {
-        /// Its number, from 0.
+        /// Index of the window, from 0.
         window: usize,
-        /// Its ends `[length]`.
+        /// Lower and upper end of the window `[length]`.
         ends: [f64; 2],
-        /// The distance that was reached `[length]`.
+        /// The distance that the replica has reached `[length]`.
         distance: f64,
     },
     /// A replica could not continue.
     #[error("replica {}, at temperature {temperature}: {source}", replica + 1)]
     Engine {
-        /// Its number, from 0.
+        /// Index of the replica, from 0.
         replica: usize,
-        /// Its temperature at that time `[energy]`.
+        /// Temperature of the replica when it stopped `[energy]`.
         temperature: f64,
         /// Why.
         source: EngineError,
@@ -89,9 +89,9 @@ pub enum ExchangeError<E> {
 }
 
 impl<E> ExchangeError<E> {
-    /// Cure of [`Self::NoOverlap`]: advice to the user.
+    /// Advice to the user for [`Self::NoOverlap`].
     pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
-    /// Cure of [`Self::OutsideOfWindow`]: advice to the user.
+    /// Advice to the user for [`Self::OutsideOfWindow`].
     pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can reach, or a start closer to them";
 }
 
@@ -99,7 +99,7 @@ impl<E> ExchangeError<E> {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ExchangeFolderError {
-    /// The folder holds something else.
+    /// The folder holds something other than a replica exchange.
     #[error("{} exists and holds something that is not a replica exchange", .0.display())]
     Occupied(PathBuf),
     /// The folder holds an exchange of another scene.
@@ -110,9 +110,9 @@ pub enum ExchangeFolderError {
     Passed {
         /// The folder.
         path: PathBuf,
-        /// Simulated time that has been measured `[time]`.
+        /// Duration of the averages so far `[time]`.
         measured: f64,
-        /// The requested time `[time]`.
+        /// The requested duration of the averages `[time]`.
         asked: f64,
     },
     /// The exchange in the folder has no results yet.
@@ -126,26 +126,26 @@ pub enum ExchangeFolderError {
         /// Why.
         source: io::Error,
     },
-    /// A table does not belong to the results.
+    /// The checksum of a table differs from the one in the results.
     #[error("{} is not the table that the exchange wrote: its checksum is {found}, expected {expected} of summary.json", path.display())]
     Table {
         /// The file.
         path: PathBuf,
-        /// The checksum of its content.
+        /// The checksum of the present content.
         found: String,
-        /// The checksum of the content that was written.
+        /// The checksum of the content that the exchange wrote.
         expected: String,
     },
     /// No exchange can be made from the scene.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// A file or the folder cannot be used.
+    /// The folder or one of its files cannot be used.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
 
 impl ExchangeFolderError {
-    /// Cure: advice to the user.
+    /// Returns a suggestion for the user.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
@@ -170,7 +170,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// Cure if an exchange cannot continue from its only checkpoint.
+/// Suggestion for an exchange whose checkpoint cannot be used. An exchange keeps no older checkpoint.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

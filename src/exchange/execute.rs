@@ -14,12 +14,12 @@ use super::replica::Replica;
 use super::replicas::{Exchange, ExchangeRow};
 use crate::engine::{EngineError, Simulation};
 
-/// Wall time between two calls of `watch`.
+/// Shortest wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Recorder of an exchange: receives its rows, frames and checkpoints. `()` keeps nothing.
+/// Recorder of an exchange: receives its rows, frames and checkpoints. The recorder `()` discards everything.
 pub trait ExchangeRecorder {
-    /// Error of the recorder, which ends the exchange.
+    /// Error of the recorder. It ends the exchange.
     type Error;
 
     /// Called after each attempt to swap, once the equilibration is over.
@@ -30,7 +30,8 @@ pub trait ExchangeRecorder {
         Ok(())
     }
 
-    /// Called when a frame of a temperature is due; `place` is its index in the scene.
+    /// Called for each temperature or window when a frame is due. `place` is the index of the temperature or window
+    /// in the scene.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -43,8 +44,8 @@ pub trait ExchangeRecorder {
         false
     }
 
-    /// Receives the complete state between two attempts, on the way to an attempt, and at the end. The
-    /// exchange can continue from this state with bitwise the same results.
+    /// Called when a checkpoint is due, which may be between two attempts, and at the end. The exchange can continue
+    /// from this state with bitwise the same results.
     ///
     /// # Errors
     /// If the checkpoint cannot be recorded.
@@ -53,27 +54,27 @@ pub trait ExchangeRecorder {
     }
 }
 
-/// Keeps nothing.
+/// Discards everything.
 impl ExchangeRecorder for () {
     type Error = Infallible;
 }
 
-/// A replica to advance to a time.
+/// A task for a thread: advance a replica to a time.
 struct Task {
     number: usize,
     replica: Box<Replica>,
     time: f64,
 }
 
-/// A replica that has been advanced.
+/// A replica that a thread has advanced.
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// The panic of the thread, if it panicked.
+    /// Whether the replica has reached the time; if the thread panicked, its panic.
     result: thread::Result<Result<bool, EngineError>>,
 }
 
-/// External control of an exchange, called at intervals of wall time.
+/// The caller's function `watch`, which is called at intervals of wall time and may end the exchange.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,
@@ -81,7 +82,7 @@ struct Watch<'w> {
 }
 
 impl Watch<'_> {
-    /// Calls `watch` if it is time for a call. `watch` decides whether to continue.
+    /// Calls `watch` if enough wall time has passed since the last call.
     fn look(&mut self, attempts: [u64; 2]) {
         if self.asked.elapsed() >= PAUSE {
             self.asked = Instant::now();
@@ -123,7 +124,7 @@ impl Exchange {
                 let results = results.clone();
                 scope.spawn(|| work(&queue, results, &pauses));
             }
-            // Dropping it ends the queue of tasks and thereby the threads.
+            // Dropping the crew closes the queue of tasks, which ends the threads.
             let crew = Crew { tasks, done, pauses: &pauses };
             self.drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch))
         })?;
@@ -139,8 +140,8 @@ impl Exchange {
         self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
     }
 
-    /// Runs from attempt to attempt. `advance` moves all replicas towards the next attempt, and returns
-    /// whether they have reached it.
+    /// Alternately advances the replicas and attempts swaps, until the end. `advance` moves all replicas towards the
+    /// time of the next attempt, and returns whether they have reached it.
     fn drive<R: ExchangeRecorder>(
         &mut self,
         recorder: &mut R,
@@ -181,8 +182,8 @@ struct Failed {
     source: EngineError,
 }
 
-/// Advances all replicas to the next attempt, one after the other. Advances only some of them if there is
-/// a reason to pause.
+/// Advances one replica after the other to the next attempt, on this thread. Stops early if there is a reason to
+/// pause.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -201,20 +202,20 @@ fn advance_here<R: ExchangeRecorder>(
     Ok(true)
 }
 
-/// Threads that take replicas from a queue.
+/// Threads that take replicas from a queue and advance them.
 struct Crew<'p> {
     tasks: Sender<Task>,
     done: Receiver<Done>,
     pauses: &'p AtomicBool,
 }
 
-/// Takes replicas from the queue and advances them, until the queue ends.
+/// Takes replicas from the queue and advances them, until the queue is closed.
 fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
     loop {
-        // No thread panics while it holds the lock.
+        // A poisoned lock does no harm, because no thread panics while it holds the lock.
         let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok(Task { number, mut replica, time }) = task else { return };
-        // After a panic, the replica is not used again.
+        // Unwinding is safe, because a replica is not used again after a panic.
         let result = catch_unwind(AssertUnwindSafe(|| replica.go(time, || pauses.load(Ordering::Relaxed))));
         if results.send(Done { number, replica, result }).is_err() {
             return;
@@ -223,7 +224,7 @@ fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBoo
 }
 
 impl Crew<'_> {
-    /// Advances all replicas to the next attempt, or not quite so far if there is a reason to pause.
+    /// Advances all replicas to the next attempt, or less far if there is a reason to pause.
     fn advance<R: ExchangeRecorder>(
         &self,
         exchange: &mut Exchange,
@@ -234,7 +235,7 @@ impl Crew<'_> {
         self.pauses.store(false, Ordering::Relaxed);
         let mut all: Vec<Option<Done>> = exchange.replicas.iter().map(|_| None).collect();
         for (number, replica) in exchange.replicas.drain(..).enumerate() {
-            // The threads wait for tasks as long as the crew exists.
+            // Sending cannot fail, because the queue exists as long as the crew.
             let _ = self.tasks.send(Task { number, replica: Box::new(replica), time });
         }
         let mut left = all.len();
@@ -254,7 +255,7 @@ impl Crew<'_> {
             exchange.replicas.push(*replica);
             match result.unwrap_or_else(|panic| resume_unwind(panic)) {
                 Ok(is_done) => is_there &= is_done,
-                // Keeps the first error that arrives.
+                // If several replicas fail, the error of the replica with the lowest index is returned.
                 Err(source) => failed = failed.or(Some(Failed { number, source })),
             }
         }

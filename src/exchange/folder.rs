@@ -37,14 +37,14 @@ const CURVES: &str = "curves.csv";
 const DENSITY: &str = "density_of_states.csv";
 const MEAN_FORCE: &str = "potential_of_mean_force.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
-/// The HTML page, which is outdated if an exchange continues to a later end.
+/// The HTML page. It is removed if the exchange continues to a later end, because it is then outdated.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// All files except for trajectories and surfaces.
+/// Names of all files except for trajectories, surfaces and tables of instruments.
 const FILES: [&str; 10] = [SCENE, ROWS, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, CHECKPOINT, PAGE, SUMMARY];
 
-/// Content of a checkpoint: the exchange, and the sizes of its files.
+/// Content of a checkpoint: the exchange, and the sizes and checksums of its files.
 type Content = (Exchange, Vec<ManifestEntry>);
 
 /// Folder of an exchange: a recorder that writes rows, frames, checkpoints and results.
@@ -77,7 +77,7 @@ type Content = (Exchange, Vec<ManifestEntry>);
 #[derive(Debug)]
 pub struct ExchangeFolder {
     path: PathBuf,
-    /// Locked until it is dropped.
+    /// Keeps the folder locked until this value is dropped.
     _mark: File,
     rows: PartialFile,
     trajectories: Vec<PartialFile>,
@@ -85,13 +85,13 @@ pub struct ExchangeFolder {
     checkpoints: Checkpoints,
 }
 
-/// State of an exchange's folder when it is opened.
+/// Result of opening the folder of an exchange.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Opened {
     /// A complete exchange.
     Complete,
-    /// An exchange to be run, from its start or from its last checkpoint.
+    /// An exchange that is not complete, at its start or at its last checkpoint.
     UnderWay(Box<(ExchangeFolder, Exchange)>),
 }
 
@@ -119,7 +119,8 @@ impl ExchangeFolder {
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
-            // An exchange without results, which failed or was ended early, may be replaced by any other.
+            // Without a checkpoint and results, the folder holds nothing of value, so any other exchange may replace
+            // this one.
             Ok(text) if !has_begun || without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -130,7 +131,7 @@ impl ExchangeFolder {
         if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
-        // Written once, because all temperatures have the same surfaces.
+        // Surfaces are written once, because they are the same at all temperatures.
         surfaces::write(path, &scene, |file| !has_begun || !file.exists())?;
         if !has_begun {
             if has_other_end {
@@ -143,8 +144,8 @@ impl ExchangeFolder {
             return Ok(Opened::Complete);
         }
         if has_other_end {
-            // From here on, the results are outdated. If the process is killed before it has written the new
-            // scene, the exchange continues to the old end.
+            // From here on, the results in the folder are outdated. If the process is killed before it has written
+            // the new scene, the exchange continues to the old end.
             [SUMMARY, ENERGIES, CURVES, DENSITY, MEAN_FORCE, MEASUREMENTS, PAGE]
                 .iter()
                 .try_for_each(|name| remove(&path.join(name)))?;
@@ -171,8 +172,8 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Returns the exchange of the last checkpoint, with the end given in the present scene. Also returns
-    /// its files, truncated to their sizes at the checkpoint.
+    /// Returns the exchange of the last checkpoint, with the end given in the present scene. Also returns the entries
+    /// of its files in the checkpoint, after checking that the files still have this content.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -218,7 +219,7 @@ impl ExchangeFolder {
         self
     }
 
-    /// Whether a folder belongs to an exchange.
+    /// Whether a folder is the folder of an exchange.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
         mark::is_there(path)
@@ -230,8 +231,8 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// The files that the page of an exchange is made from, and the files that the exchange needs to
-    /// continue, whether they exist or not.
+    /// Returns the paths of the files from which the HTML page is made or the exchange continues, whether they exist
+    /// or not.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()
@@ -295,8 +296,8 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // An exchange between windows has other tables. An exchange of an older version is complete
-        // without tables.
+        // Only tables listed in the summary are read: an exchange between windows has other tables, and older
+        // versions of Carom list none.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;
@@ -330,8 +331,8 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, counted from 0, by simulated time. Reads every N-th of the first
-    /// rows of a complete exchange.
+    /// Reads every N-th of the first `rows` rows in `exchange.csv` of a complete exchange, where N is `every`.
+    /// Returns the simulated time and the replica at each temperature, counted from 0.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

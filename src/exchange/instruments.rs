@@ -1,4 +1,4 @@
-//! Instruments at each temperature of an exchange, whichever replica is there.
+//! Instruments at each temperature of an exchange. They follow the temperature, not the replica.
 
 use std::sync::OnceLock;
 
@@ -13,13 +13,13 @@ use crate::model::{ExchangePlan, MeasurementPlan};
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct InstrumentsAtTemperatures {
     each: Vec<Instruments>,
-    /// Follows from the scene.
+    /// This value is not saved, because it follows from the scene.
     #[serde(skip)]
     system: OnceLock<SystemDescription>,
 }
 
 impl InstrumentsAtTemperatures {
-    /// Begins to measure. The simulations are in the order of the temperatures.
+    /// Begins to measure. `simulations` are in the order of the temperatures.
     pub fn begin<'s>(
         &mut self,
         plan: &ExchangePlan,
@@ -33,13 +33,13 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // Independent of the duration, because an exchange may be extended.
+            // The instruments take the interval as their duration, because the exchange may be extended later.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }
     }
 
-    /// Passes each instrument the simulation at its temperature after an attempt.
+    /// Passes the simulation at each temperature to its instruments after an attempt.
     pub fn sample<'s>(
         &mut self,
         simulations: impl Iterator<Item = &'s Simulation>,
@@ -47,12 +47,12 @@ impl InstrumentsAtTemperatures {
     ) {
         for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
             let system = description(&self.system, simulation, applicable);
-            // The sample counts as the end of a run, where equal times may differ by rounding.
+            // Passed with `end`, which takes the sample even if its time differs from the due time by rounding.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
     }
 
-    /// Results at each temperature so far; empty if nothing is measured.
+    /// Results of the instruments at each temperature so far; empty if the scene requests none.
     pub fn report(&self, example: &Simulation, applicable: &ApplicableObservables) -> Vec<Measured> {
         let report = |it: &Instruments| it.report(description(&self.system, example, applicable));
         self.each.iter().map(report).collect()
@@ -68,7 +68,7 @@ fn description<'c>(
     known.get_or_init(|| SystemDescription::of_simulation(simulation, applicable))
 }
 
-/// A plan that samples at each attempt unless it specifies an interval.
+/// Returns the plan with the given interval for all instruments that have none of their own.
 fn at_attempts(plan: &MeasurementPlan, interval: f64) -> MeasurementPlan {
     let mut plan = plan.clone();
     let of_scene = [

@@ -22,7 +22,7 @@ impl LevelDensity {
         Self { energy, log_density_of_states }
     }
 
-    /// Of all levels with samples.
+    /// Returns the density of states of all levels that have samples.
     pub(super) fn all(reweighting: &Reweighting, highest: f64) -> Vec<Self> {
         let density = reweighting.density();
         let relative = |density: &DensityOfStates| -> Vec<f64> {
@@ -34,8 +34,8 @@ impl LevelDensity {
     }
 }
 
-/// Populations of the levels at the given temperatures by reweighting. More than a hundred levels are
-/// binned.
+/// Computes the populations of the levels at the given temperatures by reweighting. If there are more than a hundred
+/// levels, they are merged into bins.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

@@ -6,13 +6,13 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::analysis::statistics::Estimate;
 use std::convert::Infallible;
 
-/// Free energies of a bin of the distance.
+/// A bin of the distance, with its free energies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForcePoint {
     /// Middle of the bin `[length]`.
     pub distance: f64,
-    /// Its width `[length]`.
+    /// Width of the bin `[length]`.
     pub width: f64,
     /// `F(r) = -T ln p(r)`, with the probability density `p(r)` of the distance, relative to the mean density
     /// in the last window `[energy]`.
@@ -24,7 +24,8 @@ pub struct MeanForcePoint {
 }
 
 impl MeanForcePoint {
-    /// The point at which one of the free energies is lowest. Points with an error are preferred.
+    /// Returns the point at which the free energy selected by `of` is lowest. Points with an error estimate are
+    /// preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
@@ -45,13 +46,14 @@ impl MeanForcePoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForce {
-    /// Points of all visited bins, by ascending distance; empty if some windows share too few samples with the others.
+    /// Points of all visited bins, by ascending distance; empty if some windows share too few samples with the
+    /// others.
     pub points: Vec<MeanForcePoint>,
     /// Whether some windows share too few samples with the others.
     pub is_torn: bool,
 }
 
-/// Distances of an exchange between windows, kept in memory. A recorder for exchanges without a folder.
+/// Distances in the windows of an exchange, kept in memory. This is a recorder for exchanges without a folder.
 #[derive(Debug, Clone, Default)]
 pub struct Distances {
     rows: Vec<Vec<f64>>,
@@ -67,13 +69,13 @@ impl ExchangeRecorder for Distances {
 }
 
 impl Distances {
-    /// The distances in all windows at each attempt `[length]`.
+    /// Distances in all windows, for each recorded attempt `[length]`.
     #[must_use]
     pub fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }
 
-    /// The potential of mean force of the exchange that recorded these distances.
+    /// Computes the potential of mean force of the exchange that recorded these distances.
     #[must_use]
     pub fn mean_force(&self, exchange: &Exchange) -> MeanForce {
         let visit = |see: &mut dyn FnMut(&[f64])| {
@@ -85,7 +87,8 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Computes the potential from the distances in all windows of an exchange, which are visited twice.
+    /// Computes the potential of mean force. `visit` passes the distances in all windows at each attempt, and is
+    /// called twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -105,8 +108,8 @@ impl MeanForce {
     }
 }
 
-/// Index of the lowest free energy. Estimates with an error are preferred. A bin has no error if it is
-/// empty in any resample.
+/// Index of the lowest free energy. Estimates with an error are preferred. A bin has no error if it is empty in any
+/// of the resamples.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();
@@ -115,16 +118,16 @@ fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     all.enumerate().min_by(|(_, a), (_, b)| by(a, b)).map(|(place, _)| place)
 }
 
-/// Free energies of all bins with samples, relative to the free energy of the whole last window. Single
-/// bins are noisy, and the lowest bin would be biased.
+/// Free energies of all bins with samples, relative to the free energy of the whole last window. A single bin is too
+/// noisy as a reference, and the lowest bin would be biased.
 fn points(
     reweighting: &Reweighting,
     (edges, last): (&[f64], [f64; 2]),
     temperature: f64,
     dimensions: f64,
 ) -> Vec<MeanForcePoint> {
-    // The exact volume of each bin. A constant density then has a constant potential for bins of any
-    // width.
+    // Exact volume of each bin's spherical shell, up to a constant factor. A constant density thus has a constant
+    // potential, whatever the widths of the bins.
     let volume = |pair: &[f64]| (libm::pow(pair[1], dimensions) - libm::pow(pair[0], dimensions)) / dimensions;
     let is_last = |pair: &[f64]| last[0] <= pair[0] && pair[1] <= last[1];
     let of_bins = |size: &dyn Fn(&[f64]) -> f64| -> Vec<Estimate> {
@@ -156,7 +159,7 @@ mod tests {
     use crate::analysis::reweighting::Ensemble;
     use crate::model::random::{Purpose, Random};
 
-    /// Random points in a ball of constant density. Bins differ only by noise of mean zero.
+    /// The points have a constant density in a ball, so the potentials of the bins differ only by noise.
     #[test]
     fn a_flat_tail_is_at_zero() {
         let edges: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
@@ -174,7 +177,8 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // Bins of about 300 samples have errors of 0.05. The lowest of ten bins would be at -0.07.
+        // Bins of about 300 samples have errors of 0.05. The lowest of ten bins is near -0.07, and would be a biased
+        // reference.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "errors are those of the scatter: {squares}");
     }
@@ -191,7 +195,8 @@ mod tests {
         distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
         let all = points(&Reweighting::new(&histograms, 1).unwrap(), (&edges, [0.0, 1.0]), 0.8, 3.0);
         let potential = |place: usize| all[place].potential_of_mean_force;
-        // In such a small shell the potential is lowest by chance, and its error is unknown.
+        // The first bin holds one sample in a very small shell. Its potential is lowest by chance, and its error is
+        // unknown.
         assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
         assert!(
             (1..6)

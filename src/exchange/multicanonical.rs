@@ -1,5 +1,5 @@
-//! The common weights of the energy in a multicanonical exchange, and how they are determined in its
-//! equilibration.
+//! The weights of the energy that all replicas share in a multicanonical exchange, and how the equilibration
+//! determines them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use crate::analysis::reweighting::{DensityOfStates, EnergyHistograms, EnergyLeve
 use crate::model::EnergyWeights;
 use crate::model::exchange_plan::ends;
 
-/// Maximum number of rows of energies from which weights are made.
+/// Maximum number of rows of energies that are kept in a quarter of the equilibration.
 const MOST_ROWS: u64 = 10_000;
 
 /// The weights of a multicanonical exchange, and the energies that determine them.
@@ -20,13 +20,13 @@ const MOST_ROWS: u64 = 10_000;
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Multicanonical {
-    /// Attempts at the ends of the first three quarters.
+    /// Numbers of attempts at the ends of the first three quarters of the equilibration.
     ends: [u64; 3],
-    /// Attempts between two rows that are kept.
+    /// Number of attempts between two rows of energies that are kept.
     every: u64,
-    /// Energies in the second and in the third quarter.
+    /// Rows of energies of the second quarter, and rows of the third quarter.
     rows: [Vec<Vec<f64>>; 2],
-    /// Present weights; `None` before the third quarter.
+    /// Present weights of the energy; `None` before the third quarter of the equilibration.
     weights: Option<EnergyWeights>,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct Multicanonical {
 pub(super) struct Torn;
 
 impl Multicanonical {
-    /// For an equilibration with the given number of attempts.
+    /// `equilibration` is the length of the equilibration, as a number of attempts.
     pub fn new(equilibration: u64) -> Self {
         let ends = [1, 2, 3].map(|quarter| quarter * (equilibration / 4));
         Self {
@@ -46,7 +46,6 @@ impl Multicanonical {
         }
     }
 
-    /// Weights of the energy, once they exist.
     pub fn weights(&self) -> Option<&EnergyWeights> {
         self.weights.as_ref()
     }
@@ -73,14 +72,16 @@ impl Multicanonical {
         Ok(true)
     }
 
-    /// Weights from the density of states of the second quarter, or of both quarters.
+    /// Determines the weights from the energies of the second quarter or, at the end of the third, from those of both
+    /// quarters.
     fn learned(&self, quarter: usize, temperatures: &[f64]) -> Result<EnergyWeights, Torn> {
         let mut ensembles = Ensemble::canonical(temperatures);
         let [canonical, weighted] = &self.rows;
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // A row without energies of the third quarter is incomplete and is not used.
+            // A row of the second quarter without a counterpart in the third is incomplete, and the histograms skip
+            // it.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();
@@ -97,7 +98,7 @@ fn flat(density: &DensityOfStates, temperatures: &[f64]) -> EnergyWeights {
     let ends = ends(temperatures);
     let [lowest, highest] = ends.map(|temperature| density.at(temperature).mean);
     let levels: Vec<(f64, f64)> = density.levels().filter(|(_, logarithm)| logarithm.is_finite()).collect();
-    // Includes one more level on either side of the means, if there is one.
+    // Includes one more level on either side of the mean energies, if there is one.
     let from = levels.partition_point(|level| level.0 <= lowest).saturating_sub(1);
     let to = (levels.partition_point(|level| level.0 < highest) + 1).clamp(from + 1, levels.len());
     EnergyWeights::new(levels[from..to].to_vec(), ends)
@@ -111,7 +112,7 @@ mod tests {
     const STATES: [f64; 4] = [1.0, 9.0, 44.0, 130.0];
     const TEMPERATURES: [f64; 3] = [1.4, 0.5, 0.2];
 
-    /// A level drawn from the states, with their weights in an ensemble.
+    /// Draws a level at random, in proportion to its number of states and its weight in the ensemble.
     fn level(random: &mut Random, ensemble: &Ensemble) -> f64 {
         let energies = [-3.0, -2.0, -1.0, 0.0];
         let weights: Vec<f64> = (0..4).map(|k| STATES[k] * (-ensemble.reduced_energy(energies[k])).exp()).collect();
@@ -140,11 +141,12 @@ mod tests {
         }
         assert_eq!(changes, [2000, 3000]);
         let weights = learning.weights().unwrap();
-        // The lowest mean is near -3, and the highest between -1 and 0.
+        // The mean energy is near -3 at the lowest temperature, and between -1 and 0 at the highest.
         assert_eq!(weights.nodes().iter().map(|node| node.0).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
         let differences: Vec<f64> = weights.nodes().iter().zip(STATES).map(|(node, n)| node.1 - n.ln()).collect();
         assert!(differences.iter().all(|it| (it - differences[0]).abs() < 0.2), "{differences:?}");
-        // Beyond these levels, the weights are canonical, with the temperatures of the ends.
+        // Outside these levels, the weights are those of the canonical ensembles at the lowest and the highest
+        // temperature.
         assert!((weights.at(-4.0) - weights.at(-3.0) + 1.0 / 0.2).abs() < 1e-12);
         assert!((weights.at(1.0) - weights.at(0.0) - 1.0 / 1.4).abs() < 1e-12);
     }

@@ -6,41 +6,41 @@ use super::results::Population;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::model::Scene;
 
-/// Above this number, levels are merged into bins of equal width.
+/// Largest number of levels. If there are more, they are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// Number of bins at first. It may double before bins are merged.
+/// Largest number of bins when bins replace levels. Bins are merged in pairs when there are more than [`MOST_BINS`].
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
-/// Maximum length of a series for estimating its error. It is smaller than usual, because there are many
-/// series.
+/// Maximum length of the series from which an error is estimated. It is shorter than usual, because each level has a
+/// series for each temperature.
 const MOST_VALUES: usize = 128;
 
-/// Energies belong to the same level if they differ by less than this fraction of the largest step of the
-/// potentials: the rounding of their sums.
+/// Energies belong to the same level if they differ by less than this fraction of the largest energy of the
+/// potentials. This allows for round-off in their sums.
 const SAME: f64 = 1e-9;
 
 /// A level of the potential energy, or a bin of levels, and its populations.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
-    /// The energy, or the index of the bin.
+    /// The energy of an exact level, or the index of a bin.
     at: f64,
-    /// By temperature, the average of 1 while the system is in the level, and of 0 otherwise.
+    /// Average for each temperature, in which a sample counts 1 if it is in this level and 0 otherwise.
     occupied: Vec<BlockAverage>,
 }
 
-/// Populations of the exact levels of the potential energy. If there are too many levels, populations of
-/// equal bins `[k w, (k + 1) w)` that widen as needed.
+/// Populations of the exact levels of the potential energy. If there are too many levels, populations of bins of
+/// equal width `w`, `[k w, (k + 1) w)`. The width doubles as needed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Populations {
-    /// In ascending order.
+    /// The levels or bins in ascending order.
     levels: Vec<Level>,
     /// Width of the bins; `None` for exact levels.
     width: Option<f64>,
-    /// Largest difference of two energies of one level.
+    /// Largest difference between two energies of the same level `[energy]`.
     tolerance: f64,
-    /// Averages of a level without visits.
+    /// Average of a level that no sample has visited. New levels begin as copies of it.
     empty: BlockAverage,
     temperatures: usize,
 }
@@ -58,13 +58,13 @@ impl Populations {
         }
     }
 
-    /// Adds a sample of all temperatures.
+    /// Adds the energies of one attempt, one for each temperature.
     pub fn add(&mut self, energies: &[f64]) {
         let levels: Vec<usize> = {
             for energy in energies {
                 self.make_room(*energy);
             }
-            // Levels may have been inserted or merged, so the indices are determined only now.
+            // Levels may have been inserted or merged above, so the indices are looked up only now.
             energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
         };
         self.empty.add(0.0, 1.0);
@@ -75,7 +75,7 @@ impl Populations {
         }
     }
 
-    /// The index of the level of an energy, or the index at which to insert it.
+    /// Returns the index of the level of an energy, or the index at which to insert a new level.
     fn find(&self, energy: f64) -> Result<usize, usize> {
         match self.width {
             Some(width) => {
@@ -90,7 +90,7 @@ impl Populations {
         }
     }
 
-    /// Ensures that an energy has a level.
+    /// Inserts a level for an energy if it has none.
     fn make_room(&mut self, energy: f64) {
         let Err(place) = self.find(energy) else { return };
         // Adding zero removes the sign of a negative zero.
@@ -111,7 +111,7 @@ impl Populations {
         }
     }
 
-    /// Moves levels to new positions in the same order, and merges levels with the same position.
+    /// Assigns new positions to the levels without changing their order, and merges levels with the same position.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {
@@ -138,7 +138,8 @@ impl Populations {
     }
 }
 
-/// Levels, or bins of levels, from ascending energies: energy, width, and range of indices of each.
+/// Returns the energy, the width and the range of indices of each level, in ascending order. If there are too many
+/// levels, returns the same for bins of levels.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
@@ -155,7 +156,7 @@ pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> 
     bins
 }
 
-/// The smallest power of two not below a positive number, so that edges of bins are exact.
+/// Returns the smallest power of two not below a positive number. With such widths, the edges of bins are exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
 }
@@ -213,7 +214,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // The number of integers in the bin and in the range.
+            // The energies were the integers from -3000 to 7006. Counts those in this bin.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

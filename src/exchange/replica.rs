@@ -12,7 +12,7 @@ use crate::run::audit::Ledger;
 /// Steps of the engine between two checks for a pause: a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
-/// A replica with the ledger of its energy.
+/// A simulation, and the ledger that audits its energy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Replica {
     pub simulation: Simulation,
@@ -20,7 +20,7 @@ pub(super) struct Replica {
 }
 
 impl Replica {
-    /// Creates a replica of a scene. `number` is also the index of its first temperature.
+    /// Creates the replica with this number. It begins at the temperature with the same index.
     pub fn new(scene: &Scene, plan: &ExchangePlan, seed: u64, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;
@@ -41,7 +41,7 @@ impl Replica {
         Ok(Self { simulation, ledger })
     }
 
-    /// Records its energies, and returns the potential energy.
+    /// Enters the energy of the replica in its ledger, and returns the potential energy `[energy]`.
     pub fn note(&mut self) -> f64 {
         let energy = self.simulation.energy();
         self.ledger.note(&self.simulation, &energy);
@@ -54,12 +54,12 @@ impl Replica {
         self.note();
     }
 
-    /// Faults that its audit finds, in words.
+    /// Returns the faults found by the audit of the energy, in words.
     pub fn faults(&self) -> Vec<String> {
         self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
     }
 
-    /// Advances to a time, unless it is told to pause on the way. Returns whether it has reached the time.
+    /// Advances to a time, unless `pauses` returns true on the way. Returns whether the time has been reached.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
             if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {

@@ -19,38 +19,37 @@ use crate::model::state_point::StatePoint;
 use crate::model::{EnergyWeights, ExchangeEnsemble, ExchangePlan, Scene};
 use crate::run::FrameLimit;
 
-/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between
-/// neighbours at regular times.
+/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at
+/// regular times.
 ///
-/// Each replica is a canonical ensemble: an Andersen thermostat controls its temperature. After each
-/// interval, neighbouring temperatures `T_i`, `T_j` swap their replicas with the probability `min(1,
-/// exp((1/T_i - 1/T_j) (U_i - U_j)))`. Pairs that begin with the first temperature and pairs that begin with
-/// the second alternate. `U` is the exact potential energy of pairs and gravity. Velocities are scaled by the
-/// square root of the ratio of the new and the old temperature, so that the states at each temperature remain
-/// a canonical ensemble.
+/// Each replica samples a canonical ensemble: an Andersen thermostat controls its temperature. After each interval,
+/// neighbouring temperatures `T_i` and `T_j` swap their replicas with a probability of
+/// `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`. `U` is the exact potential energy of pairs and gravity. Attempts
+/// alternate between the pairs 1-2, 3-4, ... and the pairs 2-3, 4-5, ... of temperatures. Velocities are scaled by
+/// the square root of the ratio of the new and the old temperature, so that the states at each temperature remain a
+/// canonical ensemble.
 ///
-/// All random numbers follow from the seed of the scene. Each replica, each swap and each heat bath has its
-/// own stream, so that results are the same bits for any number of threads and regardless of pauses.
+/// All random numbers follow from the seed of the scene. The start of each replica, the swaps and each heat bath have
+/// their own streams. Results are therefore bitwise the same for any number of threads and regardless of pauses.
 ///
-/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration.
-/// The energies of this half determine weights `exp(-w(U))`. With these weights, all replicas visit the
-/// energies between the means at the lowest and the highest temperature equally often. Each replica then
-/// moves as if its potential energy were `T w(U)`, in a heat bath of the highest temperature `T`, and
-/// nothing is swapped. Means at the temperatures follow by reweighting,
-/// [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after three quarters of the
-/// equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329,
-/// 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
+/// With [`ExchangeEnsemble::Multicanonical`], swaps happen only in the first half of the equilibration. The energies
+/// of the second quarter determine weights `exp(-w(U))`. With these weights, all replicas visit the energies between
+/// the means at the lowest and the highest temperature equally often. Each replica then moves as if its potential
+/// energy were `T w(U)`, in a heat bath of the highest temperature `T`, and nothing is swapped. Means at the
+/// temperatures follow by reweighting, [`ThermalCurves`](super::ThermalCurves). Weights are improved once, after
+/// three quarters of the equilibration: Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000),
+/// [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 ///
-/// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986), [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607);
-/// K. Hukushima and K. Nemoto, J. Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in
-/// molecular dynamics Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
+/// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986),
+/// [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607); K. Hukushima and K. Nemoto, J.
+/// Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in molecular
+/// dynamics Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
 /// [doi:10.1016/S0009-2614(99)01123-9](https://doi.org/10.1016/S0009-2614(99)01123-9).
 #[doc(alias = "parallel tempering")]
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[must_use = "an exchange does nothing until `execute` or `finish`"]
 pub struct Exchange {
     pub(super) plan: ExchangePlan,
-    /// Temperature at each place `[energy]`.
     pub(super) temperatures: Vec<f64>,
     /// Seed of the random numbers of this state point.
     pub(super) seed: u64,
@@ -58,25 +57,25 @@ pub struct Exchange {
     pub(super) first_stream: usize,
     /// Simulated time at the start `[time]`.
     start: f64,
-    /// Attempts before averages begin, attempts in all, and attempts between two frames.
+    /// Numbers of attempts: before averages begin, in all, and between two frames.
     pub(super) equilibration: u64,
     total: u64,
     frame_every: u64,
     /// Attempts so far.
     pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
-    /// The replica at each temperature.
+    /// Index of the replica at each temperature or in each window.
     pub(super) places: Vec<usize>,
-    /// Potential energy at each place at the last attempt.
+    /// Potential energy at each temperature or in each window, at the last attempt `[energy]`.
     pub(super) energies: Vec<f64>,
-    /// For windows, the distance in each at the last attempt `[length]`.
+    /// Distance in each window at the last attempt; empty without windows `[length]`.
     pub(super) distances: Vec<f64>,
-    /// Whether each replica is still on its way into its window.
+    /// Whether the replica of each window is still on its way into the window; empty without windows.
     pub(super) is_outside: Vec<bool>,
-    /// Other quantities at the last attempt: all quantities of the first temperature, then of the second,
-    /// and so on.
+    /// Values of the other quantities at the last attempt: all quantities of the first temperature, then of the
+    /// second, and so on.
     pub(super) measured: Vec<f64>,
-    /// Derived from the scene.
+    /// This value is not saved, because it follows from the scene.
     #[serde(skip)]
     chains: OnceLock<ChainSizes>,
     pub(super) random: Random,
@@ -87,39 +86,40 @@ pub struct Exchange {
     pub(super) multicanonical: Option<Multicanonical>,
 }
 
-/// State after an attempt to swap.
+/// State of an exchange after an attempt to swap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ExchangeRow<'e> {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// The replica at each temperature from now on, counted from 0.
+    /// The replica at each temperature after the swaps of this attempt, counted from 0.
     pub replicas: &'e [usize],
-    /// The potential energy of the replica at each temperature `[energy]`.
+    /// The potential energy at each temperature after the swaps `[energy]`.
     pub potential: &'e [f64],
-    /// The quantities of [`Exchange::measured_names`]: all quantities of the first temperature, then of
-    /// the second, and so on.
+    /// Values of the quantities of [`Exchange::measured_names`]: all quantities of the first temperature, then of the
+    /// second, and so on.
     pub measured: &'e [f64],
 }
 
-/// Name and unit of the distance that windows restrain. It is the first quantity of each replica.
+/// Name and unit of the distance that windows restrain. The distance is the first of the quantities sampled in each
+/// window.
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// For windows, the distance in each `[length]`.
+    /// Returns the distance in each window `[length]`. The result has a meaning only for exchanges between windows.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))
     }
 }
 
-/// The simulations of replicas in the order of the places.
+/// Returns the simulations of the replicas, in the order of the temperatures or windows.
 pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl Iterator<Item = &'e Simulation> {
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Number of attempts between two frames. It follows from the frame interval of the scene. Without one, it keeps
-/// the frames of all temperatures within the size limit.
+/// Number of attempts between two frames. It follows from the frame interval of the scene. If the scene has none, the
+/// number keeps the frames of all temperatures within the size limit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {
@@ -129,8 +129,8 @@ pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> 
 }
 
 impl Exchange {
-    /// Replicas of a scene with the table `[exchange]`, at its positions and with velocities from the Maxwell
-    /// distributions of their temperatures.
+    /// Creates the replicas of a scene with the table `[exchange]`. They begin at the positions of the scene, with
+    /// velocities from the Maxwell distributions of their temperatures.
     ///
     /// # Errors
     /// [`StartError::NoPlan`] if the scene has no plan, [`StartError::Velocities`] if a velocity of these
@@ -183,18 +183,20 @@ impl Exchange {
         &self.plan
     }
 
-    /// Asks for large pages, after reading a checkpoint.
+    /// Asks the operating system for large memory pages. Called after a checkpoint has been read.
     pub(super) fn enlarge(&self) {
         self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
     }
 
-    /// The temperatures, in the order of the places; equal for all windows `[energy]`.
+    /// Temperatures in the order of the scene `[energy]`. For windows, their common temperature is repeated for each
+    /// window.
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
     }
 
-    /// The ensemble at each place. Its samples are energies or, for windows, distances.
+    /// The ensemble at each temperature or in each window. It describes samples of the energy or, for windows, of the
+    /// distance.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -221,7 +223,7 @@ impl Exchange {
         in_order(&self.places, &self.replicas)
     }
 
-    /// Any of the simulations, for properties that all share.
+    /// Returns one of the simulations, for properties that are the same in all.
     pub(super) fn example(&self) -> &Simulation {
         &self.replicas[0].simulation
     }
@@ -232,16 +234,15 @@ impl Exchange {
         self.replicas[0].simulation.scene()
     }
 
-    /// Attempts to swap so far, and in all. Both numbers include attempts during the equilibration.
+    /// Number of attempts to swap so far, and their total number. Both include the attempts of the equilibration.
     #[must_use]
     pub fn attempts(&self) -> [u64; 2] {
         [self.attempts, self.total]
     }
 
-    /// Changes the end of the exchange: averages cover this simulated time `[time]`, counted as in the
-    /// scene. Returns false, without a change, if the duration is not a whole number of intervals or has
-    /// already passed. An extended exchange gives the same results as an exchange that was planned with
-    /// the longer duration.
+    /// Changes the end of the exchange, so that the averages cover this simulated time `[time]`. Returns false,
+    /// without a change, if the duration is not a whole number of intervals or has already passed. An extended
+    /// exchange gives the same results as an exchange that was planned with the longer duration.
     #[must_use]
     pub fn end_after(&mut self, duration: f64) -> bool {
         let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);
@@ -250,7 +251,7 @@ impl Exchange {
         total.is_some()
     }
 
-    /// Number of moving particles, and of axes along which they move.
+    /// Number of moving particles, and number of axes along which they move.
     pub(super) fn size(&self) -> [f64; 2] {
         let applicable = self.averages.applicable();
         [applicable.moving as f64, applicable.dimensions]
@@ -268,7 +269,7 @@ impl Exchange {
         self.attempts == self.total
     }
 
-    /// The state after the last attempt.
+    /// State of the exchange after the last attempt.
     #[must_use]
     pub fn row(&self) -> ExchangeRow<'_> {
         ExchangeRow {
@@ -284,12 +285,11 @@ impl Exchange {
         self.attempts > self.equilibration
     }
 
-    /// Whether frames are due after the last attempt.
+    /// Whether frames are due at the last attempt.
     pub(super) fn has_frame(&self) -> bool {
         self.is_measured() && (self.attempts - self.equilibration).is_multiple_of(self.frame_every)
     }
 
-    /// Simulated time of an attempt.
     fn time_of(&self, attempt: u64) -> f64 {
         self.start + attempt as f64 * self.plan.interval
     }
@@ -299,9 +299,10 @@ impl Exchange {
         self.time_of(self.attempts + 1)
     }
 
-    /// Names of the quantities sampled at each attempt besides the energies: `mean_square_radius_of_gyration`
-    /// for a scene with bonded particles, and `mean_square_end_to_end_distance` if there are linear chains,
-    /// `[length^2]`, averaged over all of them. For windows, the held `distance` comes first `[length]`.
+    /// Names of the quantities sampled at each attempt besides the energies. For windows, the first is the held
+    /// `distance` `[length]`. Scenes with bonded particles have `mean_square_radius_of_gyration`, an average over all
+    /// bonded molecules. Scenes with linear chains also have `mean_square_end_to_end_distance`, an average over these
+    /// chains `[length^2]`.
     #[must_use]
     pub fn measured_names(&self) -> Vec<&'static str> {
         let distance = self.plan.umbrella.as_ref().map(|_| DISTANCE.0);

@@ -14,25 +14,24 @@ use crate::model::ExchangeEnsemble;
 pub struct Population {
     /// The energy of the level, or the middle of a bin `[energy]`.
     pub energy: f64,
-    /// Width of the bin; 0 for an exact level `[energy]`.
+    /// Width of a bin; 0 for an exact level `[energy]`.
     pub width: f64,
-    /// The fraction of all samples in it.
+    /// Fraction of all samples in this level or bin.
     pub population: Estimate,
 }
 
-/// Results at a temperature, or in a window of a distance, over all replicas that visited it.
+/// Results at a temperature or in a window, from all replicas that visited it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TemperatureResult {
     /// The temperature `[energy]`.
     pub temperature: f64,
-    /// Ends of the window of the held distance, for an exchange between windows `[length]`.
+    /// Lower and upper end of the window of the distance `[length]`; `None` without windows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<[f64; 2]>,
-    /// Means by name. The names are the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that
-    /// apply to the scene, `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 +
-    /// <(U - <U>)^2> / (N T^2)`, and the names of
-    /// [`Exchange::measured_names`](super::Exchange::measured_names).
+    /// Means by name: the [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that apply to the scene, the
+    /// quantities of [`Exchange::measured_names`](super::Exchange::measured_names), and `heat_capacity_per_particle`.
+    /// This heat capacity is at constant volume, in units of k_B: `D / 2 + <(U - <U>)^2> / (N T^2)`.
     pub observables: BTreeMap<String, Estimate>,
     /// Populations of the levels of the potential energy, in ascending order. They are in `energies.csv`, not
     /// in `summary.json`.
@@ -44,7 +43,7 @@ pub struct TemperatureResult {
 }
 
 impl TemperatureResult {
-    /// The temperature, or the window, in words.
+    /// Returns the temperature as text or, for a window, its lower and upper end.
     #[must_use]
     pub fn place(&self) -> String {
         self.window.map_or_else(
@@ -58,7 +57,7 @@ impl TemperatureResult {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct NeighbouringTemperatures {
-    /// The two temperatures `[energy]`.
+    /// Temperatures of the two neighbours `[energy]`.
     pub temperatures: [f64; 2],
     /// Number of attempts during the measurement.
     pub attempts: u64,
@@ -80,15 +79,16 @@ pub struct ExchangeResults {
     pub start: f64,
     /// Duration of the averages `[time]`.
     pub duration: f64,
-    /// Attempts in that time, each with a sample of all temperatures.
+    /// Number of attempts during the averages. Each attempt samples all temperatures.
     pub attempts: u64,
-    /// By temperature, or by window, in the order of the scene.
+    /// Results at each temperature or in each window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,
-    /// Each temperature or window with the next one; empty for a multicanonical exchange, which has no swaps.
+    /// Swaps of each temperature or window with the next one; empty for a multicanonical exchange, in which nothing
+    /// is swapped during the measurement.
     pub neighbours: Vec<NeighbouringTemperatures>,
-    /// Round trips of each replica from the highest temperature to the lowest and back. In a
-    /// multicanonical exchange, a round trip leads between the mean potential energies of these
-    /// temperatures. Between windows, it leads from the last window to the first and back.
+    /// Number of round trips of each replica from the highest temperature to the lowest and back. In a multicanonical
+    /// exchange, they lead from the mean potential energy of the highest temperature to that of the lowest and back.
+    /// Between windows, they lead from the last window to the first and back.
     pub round_trips: Vec<u64>,
     /// Faults found by the audits of the replicas, in words; empty for a sound exchange.
     pub faults: Vec<String>,

@@ -24,11 +24,11 @@ pub struct ExchangeSummary {
     pub version: String,
     /// Name of the scene.
     pub scene: String,
-    /// Its seed.
+    /// Seed of the scene.
     pub seed: u64,
     /// The files that the scene read, with their checksums.
     pub inputs: Vec<InputFile>,
-    /// Checksums of its tables, by name; empty for an incomplete exchange.
+    /// Checksums of the tables, by name; empty for an incomplete exchange.
     #[serde(default)]
     pub tables: BTreeMap<String, String>,
     /// The engine of the replicas, in words.
@@ -54,7 +54,7 @@ pub struct ExchangeSummary {
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// Curves between the temperatures, from `curves.csv`; empty before the exchange is complete.
+    /// Points of the thermal curves, from `curves.csv`; empty before the exchange is complete.
     #[serde(skip)]
     pub curves: Vec<ThermalPoint>,
     /// The density of states, from `density_of_states.csv`; empty before the exchange is complete.
@@ -92,7 +92,7 @@ impl ExchangeSummary {
         }
     }
 
-    /// Adds the curves of the exchange.
+    /// Adds the thermal curves to the summary.
     #[must_use]
     pub(super) fn with_curves(mut self, mut curves: ThermalCurves) -> Self {
         self.warnings.extend(curves.is_torn.then(|| equilibrium::TORN.to_owned()));
@@ -105,7 +105,7 @@ impl ExchangeSummary {
         Self { heat_capacity_peak: peak, curves: points, density_of_states, ..self }
     }
 
-    /// Adds the potential of mean force of the exchange.
+    /// Adds the potential of mean force to the summary.
     #[must_use]
     pub(super) fn with_mean_force(mut self, found: MeanForce) -> Self {
         self.warnings.extend(found.is_torn.then(|| equilibrium::TORN_WINDOWS.to_owned()));
@@ -125,9 +125,9 @@ impl ExchangeSummary {
         DensityOfStates::of_levels(levels).temperatures_for(ends(&temperatures), acceptance)
     }
 
-    /// The text of the file.
+    /// Text of `summary.json`.
     pub(super) fn text(&self) -> String {
-        // JSON can represent all these numbers and words.
+        // Serialization cannot fail, because JSON can represent all these types.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }

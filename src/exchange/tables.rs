@@ -27,7 +27,7 @@ pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     line + "\n"
 }
 
-/// A line of `exchange.csv`.
+/// Returns the line of `exchange.csv` for an attempt.
 pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     let mut line = Cell(Some(row.time)).to_string();
     for (replica, energy) in row.replicas.iter().zip(row.potential) {
@@ -39,12 +39,12 @@ pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     line + "\n"
 }
 
-/// Number of temperatures in a table, from its header.
+/// Number of temperatures in `exchange.csv`, from its header.
 pub(super) fn temperatures(heads: &str) -> usize {
     heads.split(',').filter(|head| head.starts_with("replica_")).count()
 }
 
-/// The time of a line, and the replica at each temperature, counted from 0.
+/// Returns the time of a line of `exchange.csv`, and the replica at each temperature, counted from 0.
 pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>)> {
     let mut cells = line.split(',');
     let time = cells.next()?.parse().ok()?;
@@ -53,15 +53,15 @@ pub(super) fn places(line: &str, temperatures: usize) -> Option<(f64, Vec<usize>
     (replicas.len() == temperatures).then_some((time, replicas))
 }
 
-/// Reads the potential energies of a line at all temperatures, and the other quantities. Returns whether the
-/// line is complete.
+/// Reads the potential energies at all temperatures and the other quantities from a line of `exchange.csv`. Returns
+/// whether the line is complete.
 pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, measured: &mut Vec<f64>) -> bool {
     energies.clear();
     measured.clear();
     let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
     let are_numbers = cells.all(|(at, cell)| {
         let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
-        // Replicas and energies alternate.
+        // Numbers of replicas and energies alternate, so every second cell is an energy.
         cell.map(|number| {
             if at % 2 == 1 || at >= 2 * temperatures {
                 list.push(number)
@@ -72,7 +72,7 @@ pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, 
     are_numbers && energies.len() == temperatures
 }
 
-/// Column names of a point: columns without errors first, then columns with errors.
+/// Returns the header of `curves.csv`: the temperature, then each quantity followed by its error.
 fn heads_of(point: &ThermalPoint) -> String {
     let names = point.quantities().into_iter().map(|(name, _)| format!(",{name},{name}_error"));
     format!("temperature{}", names.collect::<String>())
@@ -92,13 +92,13 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
     text
 }
 
-/// Reads the curves back, or describes the fault in the text.
+/// Reads the points of `curves.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
         return Err(format!("line 1: expected `{heads}` and others"));
     };
-    // An empty cell before the first comma, then alternating names and errors.
+    // The rest of the header begins with a comma. Then names of quantities and names of their errors alternate.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();
     read_lines(lines, "a temperature, and numbers with their errors", |cells| {
         let all = (0..4 + names.len()).map(|at| cells.estimate(2 * at + 1)).collect::<Option<Vec<_>>>()?;
@@ -118,7 +118,7 @@ pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
     text
 }
 
-/// Reads the density of states back, or describes the fault in the text.
+/// Reads the levels of `density_of_states.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
     read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
         Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
@@ -142,7 +142,7 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
     text
 }
 
-/// Reads the potential of mean force back, or describes the fault in the text.
+/// Reads the points of `potential_of_mean_force.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
     let expected = "a distance and a width, and two numbers with their errors";
     read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
@@ -171,7 +171,7 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
     text
 }
 
-/// Reads the populations back, or describes the fault in the text.
+/// Adds the populations of `energies.csv` to the results. If the text is damaged, returns a description of the fault.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let temperatures = &mut results.temperatures;
     read_lines(behind(text, HEADS)?, "four numbers, and a fifth number or an empty cell", |cells| {
@@ -192,7 +192,7 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// A mean and the error in the next cell, which may be missing.
+    /// Returns a mean with the error in the next cell, which may be empty.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }
@@ -204,7 +204,7 @@ fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
     if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
 }
 
-/// Parses each line after the header of a table, or describes the expected text.
+/// Converts each line after the header with `made`. If this fails, returns a message with the text `expected`.
 fn read_lines<T>(
     lines: Lines<'_>,
     expected: &str,

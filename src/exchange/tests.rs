@@ -1,4 +1,4 @@
-//! Exchanges that are interrupted, on any number of threads.
+//! Tests of exchanges, including interrupted ones and several threads.
 
 mod windows;
 
@@ -35,12 +35,13 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Keeps rows and frames as text, and a checkpoint after every `every` requests.
+/// Recorder that keeps rows and frames as text. It requests a checkpoint at every N-th call of `is_checkpoint_due`,
+/// where N is `every`.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
     lines: Vec<String>,
-    /// The checkpoints, and the number of lines at each.
+    /// Checkpoints, each with the number of lines recorded before it.
     kept: Vec<(Vec<u8>, usize)>,
 }
 
@@ -82,7 +83,8 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
     (exchange, keeper)
 }
 
-/// `g(r) exp(U / T)` of a pair is constant, and all its separations within the cutoff are counted.
+/// For a single pair, the product of `g(r)` and the Boltzmann factor `exp(U / T)` is the same at all distances
+/// outside the core.
 #[test]
 fn instruments_see_the_replica_that_is_at_their_temperature() {
     let (edge, cutoff) = (4.2, 2.1);
@@ -135,11 +137,12 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
             }
         }
     }
-    // Of 33 bins.
+    // Largest deviation of 33 bins, in standard errors.
     assert!(worst < 4.0, "{worst}");
 }
 
-/// Intervals of a few events, and intervals with more events than fit between two checks for a pause.
+/// Covers short intervals of a few events, and long intervals with more events than fit between two checks for a
+/// pause.
 #[test]
 fn what_is_interrupted_goes_on_to_the_same_bits() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
@@ -155,7 +158,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
         for jobs in [1, 2] {
             let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
             assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-            // With several threads, the number of calls depends on the clock.
+            // With several threads, the number of checkpoints depends on how fast the threads are.
             let fewest = if jobs == 1 { 3 } else { 1 };
             assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
             for (bytes, lines) in keeper.kept.iter().rev().take(3) {
@@ -167,7 +170,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
     }
 }
 
-/// Includes the phase that learns the weights, and the phase with fixed weights.
+/// Some checkpoints are taken while the weights are learned, others while they are fixed.
 #[test]
 fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     let mut parts = fluid(0.2, 10).into_parts();
@@ -191,14 +194,14 @@ fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
     }
 }
 
-/// When weights begin, the velocities of all replicas match their new heat bath.
+/// When the first weights are set, the velocities of all replicas are scaled to the highest temperature.
 #[test]
 fn replicas_have_the_highest_temperature_when_weights_begin() {
     let mut parts = fluid(0.2, 10).into_parts();
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
     parts.run.equilibration = Limit::time(8.0);
     let mut exchange = Exchange::new(Scene::new(parts).unwrap()).unwrap();
-    // By replica, in the heat bath of the highest temperature, which is 2.
+    // Kinetic energy of each replica, scaled from its own temperature to the highest one, 2.
     let kinetic = |exchange: &Exchange, temperature: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let of = |(place, number): (usize, &usize)| {
             (*number, exchange.replicas[*number].simulation.energy().kinetic * 2.0 / temperature(place))
@@ -244,7 +247,7 @@ fn an_exchange_stops_where_it_is_told_to() {
 fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
     let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
     let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
-    // The relative standard deviation is sqrt(2 / 81).
+    // The kinetic energy has 81 degrees of freedom, so its relative standard deviation is sqrt(2 / 81).
     for (place, temperature) in exchange.temperatures().iter().enumerate() {
         let relative = kinetic(place) / (1.5 * 27.0 * temperature);
         assert!((relative - 1.0).abs() < 4.0 * (2.0_f64 / 81.0).sqrt(), "{place}: {relative}");
@@ -304,7 +307,7 @@ fn one_falling_particle_has_the_barometric_energy() {
     let results = Exchange::new(scene).unwrap().finish().unwrap().results();
     assert_eq!(results.faults, [""; 0]);
     for at in &results.temperatures {
-        // Heights from 0.5 to 4.5, with the weight exp(- m g h / T).
+        // The height of the centre is between 0.5 and 4.5, with the Boltzmann factor exp(-m g h / T).
         let (weight, room) = (1.3 * 0.7, 4.0);
         let x = weight * room / at.temperature;
         let expected = weight * 0.5 + at.temperature * (1.0 - x / x.exp_m1());
@@ -315,7 +318,7 @@ fn one_falling_particle_has_the_barometric_energy() {
         let expected = 1.5 + 1.0 - x * x * x.exp() / x.exp_m1().powi(2);
         let deviation = (heat_capacity.mean - expected) / heat_capacity.standard_error.unwrap();
         assert!(deviation.abs() < 3.0, "{}: {heat_capacity:?}, expected {expected}", at.temperature);
-        // A continuous energy has bins.
+        // A continuous energy has no exact levels, so its populations are those of bins.
         assert!(at.populations.iter().all(|it| it.width > 0.0));
         let all: f64 = at.populations.iter().map(|it| it.population.mean).sum();
         assert!((all - 1.0).abs() < 1e-9);

@@ -3,29 +3,29 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The end that a replica visited last.
+/// Direction in which a replica walks. It follows from the end that the replica visited last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Heading {
-    /// The replica has not visited an end yet.
+    /// The replica has not visited the upper end yet.
     Nowhere,
-    /// From the upper end.
+    /// The replica last visited the upper end.
     Down,
-    /// From the lower end, reached from the upper one.
+    /// The replica has visited the lower end after the upper one.
     Up,
 }
 
 /// Round trips of all replicas between the ends of the temperatures, of the windows, or of the energies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
-    /// Indices of the highest and the lowest temperature, or of the last and the first window.
+    /// Indices of the two ends: the highest and the lowest temperature, or the last and the first window.
     ends: [usize; 2],
-    /// By replica.
+    /// Direction of each replica.
     headings: Vec<Heading>,
     trips: Vec<u64>,
 }
 
 impl Walk {
-    /// For ascending or descending temperatures. Windows at one temperature are in ascending order.
+    /// `temperatures` ascend or descend. Equal temperatures stand for windows in ascending order.
     pub fn new(temperatures: &[f64]) -> Self {
         let count = temperatures.len();
         let last = count - 1;
@@ -33,14 +33,15 @@ impl Walk {
         Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
     }
 
-    /// Records the replica at each temperature now. Trips that end before the measurement are not counted.
+    /// Records which replicas are now at the highest and at the lowest temperature. Round trips that end before the
+    /// measurement are not counted.
     pub fn see(&mut self, places: &[usize], is_measured: bool) {
         let [highest, lowest] = self.ends.map(|end| places[end]);
         self.visit(highest, [false, true], is_measured);
         self.visit(lowest, [true, false], is_measured);
     }
 
-    /// Records whether a replica is at the lower end or at the upper one.
+    /// Records that a replica is at the lower end, at the upper end or at neither.
     pub fn visit(&mut self, replica: usize, [is_low, is_high]: [bool; 2], is_measured: bool) {
         let heading = &mut self.headings[replica];
         if is_high {
@@ -51,7 +52,7 @@ impl Walk {
         }
     }
 
-    /// Round trips so far, by replica.
+    /// Number of round trips of each replica so far.
     pub fn trips(&self) -> &[u64] {
         &self.trips
     }
@@ -64,7 +65,7 @@ mod tests {
     #[test]
     fn a_trip_begins_and_ends_at_the_highest_temperature() {
         let mut walk = Walk::new(&[1.0, 2.0, 3.0]);
-        // Replica 0 goes from the lowest temperature to the highest, down, and up again.
+        // Replica 0 goes from the lowest temperature to the highest, back to the lowest, and up again.
         for places in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [1, 0, 2], [0, 1, 2], [1, 0, 2]] {
             walk.see(&places, true);
         }

@@ -5,22 +5,21 @@ use super::replicas::Exchange;
 use crate::model::UmbrellaPlan;
 use crate::model::space::Space;
 
-/// Whether a distance is in a window.
 fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&distance)
 }
 
-/// Fraction of a window by which a replica on its way to the window may move back. Without this margin, a
-/// distance between its nearest value so far and an obstacle would be reflected more and more often.
+/// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin, a
+/// distance caught between the temporary window's end and an obstacle would be reflected ever more often.
 const BACK: f64 = 0.1;
 
-/// The temporary window of a replica on its way to its final window. It includes the distance reached so
-/// far, and is no wider than the previous temporary window.
+/// Returns the temporary window of a replica on its way to its final window. The temporary window includes the
+/// distance reached so far, and is no wider than the previous one.
 fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f64; 2] {
     if is_within(distance, window) {
         return window;
     }
-    // Beyond half a period, the nearest image changes from time to time, and the distance is not held.
+    // Beyond half a period, the nearest image can change, so the distance cannot be held there.
     let half = 0.5 * space.periods().min();
     if distance >= half {
         return had;
@@ -31,8 +30,8 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Holds the distance of each replica in the window of its place, or in this window extended to the
-    /// present distance.
+    /// Begins to hold the distance of each replica in its window. If the distance is outside, the window is first
+    /// extended to the distance.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {
@@ -62,12 +61,13 @@ impl Exchange {
         }
     }
 
-    /// Whether the distances of the replicas in two neighbouring windows lie in both windows.
+    /// Whether two neighbouring windows may swap their replicas: the distance in each window must also lie in the
+    /// other window.
     pub(super) fn are_in_both(&self, windows: &[[f64; 2]], lower: usize) -> bool {
         is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
     }
 
-    /// Exchanges the windows of the replicas in two neighbouring windows.
+    /// Completes a swap between two neighbouring windows: each replica gets the window of the other one.
     pub(super) fn swap_windows(&mut self, lower: usize) {
         self.distances.swap(lower, lower + 1);
         let Some(umbrella) = &self.plan.umbrella else { return };
@@ -77,7 +77,7 @@ impl Exchange {
         }
     }
 
-    /// Rejects a replica that is outside its window after half of the equilibration.
+    /// Returns an error if a replica is still outside its window after half of the equilibration.
     pub(super) fn check_windows(&self) -> Result<(), Unprepared> {
         let Some(umbrella) = self.plan.umbrella.as_ref().filter(|_| self.attempts >= self.equilibration / 2) else {
             return Ok(());

@@ -12,19 +12,19 @@ use crate::base::durability;
 /// Policy for an existing file or folder at the path of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Existing {
-    /// It is kept, and the output is rejected.
+    /// Keeps the existing file or folder and rejects the output.
     #[default]
     Keep,
-    /// It is replaced once the new one is complete.
+    /// Replaces the existing file or folder once the new one is complete.
     Replace,
 }
 
-/// Writes a file under a temporary name, syncs it to disk and renames it. Writing the same bytes again is not
-/// a replacement. Devices and pipes are written directly.
+/// Writes a file under a temporary name, syncs it to disk and renames it. If an existing file has the same content,
+/// this does not count as a replacement. Devices and pipes are written directly.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors. Then no new file
-/// is left, and an existing one is unchanged.
+/// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors. In these cases, no new
+/// file is left, and an existing file is unchanged.
 pub(crate) fn write_atomically(
     path: &Path,
     existing: Existing,
@@ -80,7 +80,7 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
         result => return result,
     }
-    // A hard link fails if the name exists. Folders cannot have one, nor files on some disks.
+    // A hard link fails if the name exists. Some disks have no hard links, and folders never have them.
     match fs::hard_link(from, to) {
         Ok(()) => return fs::remove_file(from),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(error),
@@ -92,10 +92,10 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)
 }
 
-/// Replaces a folder by another, and then deletes the old one.
+/// Replaces a folder by another one, and then deletes the old folder.
 fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, EXCHANGE) {
-        // Now the old folder is deleted. Remains of it do no harm.
+        // The old folder now has the temporary name and is deleted. If some of it remains, this does no harm.
         Ok(()) => {
             sync_folder(folder_of(to));
             let _ = fs::remove_dir_all(from);
@@ -124,7 +124,7 @@ pub(crate) fn sync_folder(folder: &Path) {
     }
 }
 
-/// The folder in which a file is.
+/// Returns the folder that contains a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -1,4 +1,5 @@
-//! The last two checkpoints of a run in its folder, and when and how checkpoints are written.
+//! Checkpoints in the folder of a run or an exchange: when they are written, and how the last one replaces the
+//! previous one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,15 +23,13 @@ pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
 /// Interval between two checkpoints unless one is given.
 const INTERVAL: Duration = Duration::from_secs(300);
 
-/// Shorter runs write no intermediate checkpoint.
+/// Time from the start of a new run to the first checkpoint. Shorter runs write no intermediate checkpoint.
 const FIRST: Duration = Duration::from_secs(1);
 
-/// Path of the last checkpoint.
 pub(super) fn last(folder: &Path) -> PathBuf {
     folder.join(LAST)
 }
 
-/// Path of the previous checkpoint.
 pub(super) fn previous(folder: &Path) -> PathBuf {
     folder.join(PREVIOUS)
 }
@@ -46,11 +45,11 @@ pub(super) fn has_any(folder: &Path) -> bool {
     NAMES.iter().any(|name| folder.join(name).exists())
 }
 
-/// Times and paths of checkpoints.
+/// Paths of the checkpoints, and when the next one is due.
 #[derive(Debug)]
 pub(crate) struct Checkpoints {
     last: PathBuf,
-    /// Path of the previous checkpoint.
+    /// Path of the previous checkpoint; `None` if it is not kept.
     previous: Option<PathBuf>,
     pub interval: Duration,
     since: Instant,
@@ -58,17 +57,17 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// For a new run.
+    /// Begins the checkpoints of a new run. The first one is written early.
     pub fn begin(last: PathBuf) -> Self {
         Self { is_first: true, ..Self::go_on(last) }
     }
 
-    /// For a resumed run.
+    /// Continues the checkpoints of a resumed run.
     pub fn go_on(last: PathBuf) -> Self {
         Self { last, previous: None, interval: INTERVAL, since: Instant::now(), is_first: false }
     }
 
-    /// Also keeps the previous checkpoint.
+    /// Also keeps the previous checkpoint, under the given path.
     pub fn keeping(self, previous: PathBuf) -> Self {
         Self { previous: Some(previous), ..self }
     }
@@ -85,13 +84,13 @@ impl Checkpoints {
         let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write(&file, content) {
-            // An incomplete checkpoint is useless, and its space on a full disk may be needed.
+            // An incomplete checkpoint is useless, and a full disk may need its space.
             drop(file);
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A hard link is created first, so that the name of the last checkpoint always exists. On a disk
-        // without hard links there is a short gap.
+        // A hard link is created first, so that the name of the last checkpoint always exists. On a disk without hard
+        // links, the name is missing for a short time.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {
@@ -99,7 +98,7 @@ impl Checkpoints {
             }
         }
         fs::rename(&partial, last).map_err(OutputError::write(last))?;
-        // The new names must survive a power failure as well.
+        // Syncs the folder, because the new names must survive a power failure as well.
         sync_folder(folder_of(last));
         (self.since, self.is_first) = (Instant::now(), false);
         Ok(())

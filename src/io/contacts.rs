@@ -5,21 +5,21 @@ use crate::base::shortest::Shortest;
 use crate::engine::event::{Event, EventKind};
 use crate::physics::response::Outcome;
 
-/// The first line.
+/// The header of `contacts.csv`.
 pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
 
-/// The units of its columns.
+/// Units of the columns of `contacts.csv`, in their order.
 const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
 
-/// Its columns.
+/// Names and units of the columns.
 pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// A line for an event. For a contact with a wall, the partner is the side of the box, such as `-z` for the
+/// Returns the line for an event. For a contact with a wall, the partner is the side of the box, such as `-z` for the
 /// lower z wall.
 pub(super) fn line(event: &Event) -> Vec<u8> {
-    // Enough for most lines.
+    // This capacity is enough for most lines.
     let mut text = Vec::with_capacity(128);
     let line = &mut text;
     let kind: &[u8] = match event.kind {

@@ -58,8 +58,8 @@ impl Format {
         source.with_file_name(name)
     }
 
-    /// The format for the ending of a name: `.lammpstrj`, `.gsd`, `.csv` or `.xyz` of a file, `-vtk` or
-    /// `-npy` of a folder.
+    /// Returns the format for the ending of a file or folder name, such as GSD for `.gsd`. [`Self::ENDINGS`] lists
+    /// all endings.
     #[must_use]
     pub fn of_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -89,18 +89,19 @@ impl Format {
         self.folder_of().is_some()
     }
 
-    /// Name of a converted trajectory in the list of a run's files, at its default path.
+    /// Returns the entry for a converted trajectory at its default path in the list of a run's files.
     pub(super) fn listed(self) -> String {
         let name = self.target_beside(Path::new(TRAJECTORY));
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// The format of the files in a folder, from the folder's name in the list of a run's files.
+    /// Returns the format of a converted trajectory from its entry in the list of a run's files; `None` for a format
+    /// that is a single file.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
-    /// The endings of the files in a folder of this format.
+    /// Endings of the files in a folder of this format; `None` if the format is a single file.
     fn folder_of(self) -> Option<&'static [&'static str]> {
         match self {
             Self::Vtk => Some(&["vtp", "pvd"]),
@@ -113,9 +114,9 @@ impl Format {
 /// Options of a conversion: which frames, and what may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
-    /// The first frame, counted from 0.
+    /// Index of the first frame to convert, from 0.
     pub first: u64,
-    /// The last frame, inclusive; `None` for all.
+    /// Index of the last frame to convert; `None` for all later frames.
     pub last: Option<u64>,
     /// Whether an existing file may be replaced, or a folder that holds only files of the format.
     pub replace: bool,
@@ -130,21 +131,21 @@ pub struct Converted {
     pub is_truncated: bool,
 }
 
-/// A frame with information from its file.
+/// A frame, its index, and whether its velocities are known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment<'a> {
     /// Index of the frame in its file, from 0.
     pub index: u64,
     pub frame: &'a Frame,
-    /// Whether the file contains velocities.
+    /// Whether the source contains velocities.
     pub has_velocities: bool,
 }
 
-/// Writes frames one after the other in a format.
+/// Writes frames in a format, one after the other.
 pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
-    /// Writes data known only at the end, and syncs all files to disk.
+    /// Writes the data that are known only at the end, and syncs all files to disk.
     fn finish(self: Box<Self>) -> Result<(), FrameError>;
 }
 
@@ -167,10 +168,11 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     convert_watched((source, format, target), options, &mut || ControlFlow::Continue(()))
 }
 
-/// As [`convert`], from a source to a format in a target; `watch` is called after each frame, and may end it.
+/// Converts a trajectory as [`convert`] does, from a source to a format at a target. `watch` is called after each
+/// frame, and may end the conversion.
 ///
 /// # Errors
-/// As [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is removed then.
+/// The errors of [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is then removed.
 pub fn convert_watched(
     (source, format, target): (&Path, Format, &Path),
     options: &Options,
@@ -222,7 +224,7 @@ fn go_on(watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), ConvertError>
     if watch().is_break() { Err(ConvertError::Interrupted) } else { Ok(()) }
 }
 
-/// Whether a converted trajectory of a run is at its default path.
+/// Whether the source is the trajectory of a run, and the target is the default path for its conversion.
 fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     let expected = format.target_beside(source);
     let [one, other] = [source, target].map(|path| std::fs::canonicalize(folder_of(path)).ok());
@@ -230,7 +232,6 @@ fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     source.file_name() == Some(TRAJECTORY.as_ref()) && expected.file_name() == target.file_name() && is_beside
 }
 
-/// Progress of reading the source.
 struct Reading {
     /// Number of frames read.
     index: u64,
@@ -238,7 +239,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// The next frame. A truncated frame ends the file, unless it is the first.
+    /// Returns the next frame. A truncated frame counts as the end of the file, unless it is the first frame.
     fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
@@ -263,7 +264,7 @@ impl Reading {
     }
 }
 
-/// Writer of a format, with the surfaces beside the source.
+/// Creates the writer of a format. Surfaces are read from the files beside the source.
 fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dyn Writer>, ConvertError> {
     let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {
@@ -280,7 +281,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
     })
 }
 
-/// An extract of a trajectory in its own format. Velocities missing in the source are written as zero.
+/// Writer for a part of a trajectory in extended XYZ. Velocities missing in the source are written as zero.
 struct Piece(Text);
 
 impl Writer for Piece {

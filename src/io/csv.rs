@@ -1,11 +1,11 @@
 //! A trajectory as a single table with a line per particle and frame, for spreadsheets, pandas and R.
 //!
-//! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`,
-//! `vy`, `vz` and `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame
-//! has them. Cells of missing values are empty. Numbers have the fewest digits that read back as the same. A
-//! species name with a comma or a quote is quoted (RFC 4180); a name that a spreadsheet would interpret as a
-//! formula is preceded by an apostrophe. Names in scenes need neither, because they begin with a letter or a
-//! digit.
+//! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`,
+//! `vz` and `radius`. If the first frame has image numbers, the periods travelled follow as `ix`, `iy`, `iz`. The
+//! scalars of the first frame come last. Cells of missing values are empty. Numbers are written with the fewest
+//! digits that restore the same value. A species name with a comma or a quote is quoted (RFC 4180). A name that a
+//! spreadsheet would interpret as a formula is preceded by an apostrophe. Names in scenes need neither, because they
+//! begin with a letter or a digit.
 
 use std::io::Write;
 
@@ -16,11 +16,11 @@ use crate::trajectory::Frame;
 
 const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 
-/// The table being written.
+/// The table that is being written.
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,
-    /// Whether there are images, and the names of the scalars; known once the header is written.
+    /// Whether the first frame has images, and the names of its scalars; `None` before the header is written.
     columns: Option<(bool, Vec<String>)>,
 }
 

@@ -10,24 +10,25 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::atomic::{Existing, folder_of, holds_same, publish};
 use super::plain;
 
-/// Beginning of the name of a draft, followed by the number of its process and its own number, as in
+/// Beginning of a draft's name. The id of the process, the number of the draft and the suffix follow, as in
 /// `.carom-4711-0.partial`.
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
-/// A file under a temporary name. Dropping this value removes the file, unless it has been published.
+/// A file under a temporary name until it is published. Dropping this value removes the file, unless it has been
+/// published.
 pub(crate) struct UnnamedFile {
     temporary: TemporaryFile,
     target: PathBuf,
 }
 
 impl UnnamedFile {
-    /// An empty file.
+    /// Creates an empty file under a temporary name, in the folder of its final path.
     ///
     /// # Errors
     /// System errors.
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
-        // The target of a link is replaced, not the link.
+        // If the path is a link, the file that it points to is replaced, not the link.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
         remove_abandoned(folder_of(&target));
         let (temporary, file) = TemporaryFile::beside(&target)?;
@@ -39,7 +40,7 @@ impl UnnamedFile {
         &self.temporary.path
     }
 
-    /// Gives the file its final name. Writing the same bytes again is not a replacement.
+    /// Gives the file its final name. If an existing file has the same content, this does not count as a replacement.
     ///
     /// # Errors
     /// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors.
@@ -52,10 +53,10 @@ impl UnnamedFile {
     }
 }
 
-/// A file without a final name. Remains of it are removed.
+/// A file with a temporary name. Dropping this value removes the file if it still has this name.
 struct TemporaryFile {
     path: PathBuf,
-    /// Locked until it is dropped, whichever process writes to the file.
+    /// Keeps the file locked until this value is dropped, also if another program writes to the file.
     _lock: File,
 }
 
@@ -67,10 +68,11 @@ impl TemporaryFile {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Another process may consider it abandoned before it is locked, and remove it.
+                // Another process has treated this file as abandoned before it was locked, so the next number is
+                // tried.
                 Ok(file) if is_lost(&file) => {}
                 Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
-                // Left by a killed process of the same number.
+                // A killed process with the same id has left this file, so the next number is tried.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -84,14 +86,14 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Removes the drafts in a folder that are no longer locked. On systems without locks, they stay.
+/// Removes all drafts in a folder that no process has locked. On systems without locks, drafts are not removed.
 pub(crate) fn remove_abandoned(folder: &Path) {
-    // If the folder cannot be read, the command itself reports it.
+    // An unreadable folder is ignored here, because the command itself reports it.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // The draft stays locked until it is removed. Otherwise a process that is just creating it could use
-        // it.
+        // The lock is held until the draft is removed. Otherwise, the process that has just created the draft could
+        // lock it and use it.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }
@@ -105,13 +107,13 @@ pub(crate) fn is_draft(name: &OsStr) -> bool {
     inner.and_then(|inner| inner.split_once('-')).is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
-/// Locks a new draft. Returns whether another process has removed it as abandoned.
+/// Locks a new draft. Returns whether another process treats it as abandoned and has locked or removed it.
 #[cfg(unix)]
 fn is_lost(file: &File) -> bool {
     matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !has_name(file)
 }
 
-/// Locks a draft if no process is writing it. It may have got its final name meanwhile.
+/// Locks a draft if no other process has locked it. Returns whether the draft is locked now and has not been removed.
 #[cfg(unix)]
 fn is_abandoned(file: &File) -> bool {
     file.try_lock().is_ok() && has_name(file)
@@ -122,7 +124,7 @@ fn has_name(file: &File) -> bool {
     file.metadata().is_ok_and(|metadata| std::os::unix::fs::MetadataExt::nlink(&metadata) > 0)
 }
 
-/// On other systems, a lock would block ffmpeg.
+/// On other systems, drafts are not locked, because a lock would keep ffmpeg from writing to the file.
 #[cfg(not(unix))]
 fn is_lost(_file: &File) -> bool {
     false

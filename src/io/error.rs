@@ -11,14 +11,14 @@ use crate::base::text::size;
 use crate::run::checkpoint::CheckpointError;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Error of the folder of a run.
+/// Error of writing the folder of a run or another output.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The folder holds something other than a run.
     #[error("{} exists and holds something that is not a run of carom", .0.display())]
     Occupied(PathBuf),
-    /// The target is an input file, or contains one.
+    /// The output would overwrite an input file.
     #[error("{} would overwrite {}, which is read", target.display(), input.display())]
     Input {
         /// Path of the output.
@@ -45,7 +45,7 @@ pub enum OutputError {
         /// Why.
         source: io::Error,
     },
-    /// A frame cannot be written.
+    /// A frame of a trajectory cannot be written.
     #[error("cannot write a frame to {}", path.display())]
     Frame {
         /// The file.
@@ -61,7 +61,7 @@ pub enum OutputError {
     TooMuch {
         /// The folder.
         path: PathBuf,
-        /// Size of the files `[bytes]`.
+        /// Total size of the files `[bytes]`.
         bytes: f64,
         /// Largest allowed size `[bytes]`.
         most: f64,
@@ -72,41 +72,41 @@ pub enum OutputError {
     /// A file not written by Carom has the name of one of Carom's files.
     #[error("{} exists and was not written by carom", .0.display())]
     Foreign(PathBuf),
-    /// Something other than a plain file has the name of one of Carom's files, such as a link. Nothing is
-    /// written through it.
+    /// Something other than a plain file, such as a link, has the name of one of Carom's files. Nothing is written
+    /// through it.
     #[error("{} is {found}, expected {expected} of carom", path.display())]
     NotPlain {
-        /// Its path.
+        /// The path.
         path: PathBuf,
-        /// Its kind, in words.
+        /// What exists at the path, in words.
         found: &'static str,
-        /// Expected kind, in words.
+        /// What was expected at the path, in words.
         expected: &'static str,
     },
     /// The folder holds an unfinished run that can be resumed.
     #[error("{} holds an unfinished run", .0.display())]
     Unfinished(PathBuf),
-    /// The folder holds a run, and an unfinished or unsound run that was to replace it.
+    /// The folder holds a run and its replacement, which is unfinished or unsound.
     #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
-    /// Something else is at the path of a run that replaces another one.
+    /// The new run would replace an existing one, but something else exists at the path that it needs.
     #[error("{} is needed for the new run, and holds something else", .0.display())]
     NotReplacement(PathBuf),
-    /// The folder is inside the folder of a run.
+    /// The output folder is inside the folder of a run.
     #[error("{} is within {}, the folder of a run", target.display(), run.display())]
     WithinRun {
         /// The folder.
         target: PathBuf,
-        /// The folder of that run.
+        /// The folder of the run that contains the output folder.
         run: PathBuf,
     },
     /// The trajectory cannot be converted to a format that the scene requests.
     #[error(transparent)]
     Convert(#[from] ConvertError),
-    /// The run cannot be resumed.
+    /// A checkpoint cannot be used, so the run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The run began with other custom instruments.
+    /// The run began with custom instruments that differ from the present ones.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
@@ -151,10 +151,11 @@ impl OutputError {
     }
 }
 
-/// Suggestion for an error of writing a file.
+/// Returns a suggestion for an error of writing a file.
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-    /// Error numbers on all Unix systems: too many open files, in the system or in the process.
+    /// Error numbers for too many open files, in the whole system and in one process. They are the same on all Unix
+    /// systems.
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {

@@ -1,7 +1,8 @@
-//! Audit of a run: how accurate it was.
+//! Audit of a run: checks the conservation laws and the overlaps.
 //!
-//! Energy and momentum are compared with the exact ledger. The energy dissipated by restitution is counted at
-//! every contact, so that the sum of kinetic, potential and dissipated energy is constant within round-off.
+//! Energy and momentum are compared with exact sums. The energy dissipated by restitution is added up at every contact,
+//! and so is the energy supplied from outside. Kinetic plus potential plus dissipated energy, minus supplied energy, is
+//! therefore constant within round-off.
 
 use std::convert::Infallible;
 
@@ -14,33 +15,34 @@ use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Overlap, Simulation};
 use crate::model::AuditPlan;
 
-/// Number of roundings in a physical event, relative to the energy (or momentum) of the particles involved:
-/// two streamings, `B`, `|r|^2`, the quotient, and the new velocities, of three terms each.
+/// Upper bound for the number of roundings in a physical event. Each is relative to the energy (or momentum) of the
+/// particles involved. Roundings occur when two particles are streamed, in `B = v . r`, in `|r|^2`, in the quotient of
+/// these, and in the new velocities. Each vector has three components.
 const ROUNDINGS: f64 = 32.0;
 
-/// Relative round-off limit of a sum over all particles and events.
+/// Largest relative error that round-off explains in a sum over all particles and events.
 ///
-/// A rounding is at most `eps / 2` relative to the rounded number, and as often up as down. The roundings of
-/// `n` events add up to a random walk. Its standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if
-/// every event involved the total energy. The limit is four times this bound, plus `4 ROUNDINGS eps / 2` for
-/// the sums themselves.
+/// Each rounding has a relative error of at most `eps / 2` with a random sign. The roundings of `n` events add up to a
+/// random walk with a standard deviation below `ROUNDINGS eps / 2 sqrt(n)`, even if every event involved the total
+/// energy. The limit is four times this bound, plus `4 ROUNDINGS eps / 2` for the sums themselves.
 fn round_off(events: u64) -> f64 {
     4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
 }
 
-/// Limits of an audit: limits that the scene gives, or limits from round-off.
+/// Largest errors that an audit accepts. They come from the scene or, if it gives none, from estimates of round-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Largest relative error of the energy ledger.
+    /// Largest accepted error of the energy balance, relative to the largest energy along the run.
     pub energy: f64,
-    /// Largest relative drift of the momentum.
+    /// Largest accepted drift of the total momentum, relative to the sum of `m |v|` over all particles.
     pub momentum: f64,
-    /// Deepest overlap; `None` judges each by the round-off of its own coordinates.
+    /// Largest accepted depth of an overlap, relative to the contact distance. `None` compares each overlap with the
+    /// round-off of its coordinates.
     pub overlap: Option<f64>,
 }
 
 impl Limits {
-    /// The limits for a run with a number of events, including cell transitions.
+    /// The limits for a run with this number of events, which includes cell transitions.
     #[must_use]
     pub fn new(plan: &AuditPlan, events: u64) -> Self {
         Self {
@@ -55,36 +57,38 @@ impl Limits {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Initial {
-    /// Number of overlaps deeper than round-off.
+    /// Number of initial overlaps deeper than round-off.
     pub overlaps: usize,
-    /// Time since the start at which the last overlap was resolved `[time]`; `None` if some overlaps are
-    /// left, or there were none.
+    /// Simulated time from the start until the last initial overlap was resolved `[time]`. `None` if some are left, or
+    /// if there were none.
     pub resolved_after: Option<f64>,
 }
 
 /// Audit of a whole run: conservation of energy and momentum, and overlaps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Audit {
-    /// Kinetic and potential energy at the start `[energy]`.
+    /// Sum of kinetic and potential energy at the start `[energy]`.
     pub initial_energy: f64,
-    /// The energies at the end `[energy]`.
+    /// Kinetic and potential energy at the end `[energy]`.
     pub energy: Energy,
-    /// Kinetic energy lost to restitution `[energy]`.
+    /// Kinetic energy that contacts dissipated by restitution `[energy]`.
     pub dissipated: f64,
-    /// `|E + dissipated - E_initial|`, relative to the largest of `|E|`, kinetic and dissipated energy along the run.
+    /// Change of the sum of kinetic, potential and dissipated energy minus supplied energy. It is relative to the
+    /// largest of these energies along the run.
     pub ledger_error: f64,
-    /// Change of the total momentum relative to the largest sum of all `m |v|` along the run, or during a
-    /// growth; `None` if walls, gravity or static particles change it.
+    /// Change of the total momentum, relative to the largest sum of `m |v|` over all particles. The reference momentum
+    /// is set again after each growth stage, and the largest change counts. `None` if walls, gravity or static
+    /// particles change the momentum.
     pub momentum_drift: Option<f64>,
     /// Event counts of the whole run.
     pub event_counts: EventCounts,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
-    /// Number of pairs that overlap at the end by more than round-off.
+    /// Number of pairs that overlap at the end, deeper than round-off.
     pub final_overlaps: usize,
-    /// The overlaps at the start.
+    /// Overlaps at the start of the run.
     pub initial: Initial,
-    /// Limits of the audit.
+    /// Largest errors that the audit accepts.
     pub limits: Limits,
 }
 
@@ -92,10 +96,10 @@ pub struct Audit {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AuditFault {
-    /// A quantity is NaN.
+    /// An energy, an error or a depth is infinite or NaN.
     #[error("a quantity is not finite")]
     NotFinite,
-    /// Energy was created or lost.
+    /// The energy balance has an error beyond its limit.
     #[error("the energy ledger is off by {error:.1e}, more than the limit of {limit:.1e}")]
     Ledger {
         /// Relative error.
@@ -103,7 +107,7 @@ pub enum AuditFault {
         /// Largest allowed error.
         limit: f64,
     },
-    /// Momentum was created or lost.
+    /// The total momentum drifted beyond its limit.
     #[error("the total momentum drifted by {drift:.1e}, more than the limit of {limit:.1e}")]
     Momentum {
         /// Relative drift.
@@ -111,7 +115,7 @@ pub enum AuditFault {
         /// Largest allowed drift.
         limit: f64,
     },
-    /// Particles overlap deeper than the scene allows.
+    /// An overlap is deeper than the limit in the scene.
     #[error("an overlap of {depth:.1e} of the contact distance, more than the limit of {limit:.1e}")]
     Overlap {
         /// Relative depth.
@@ -119,15 +123,15 @@ pub enum AuditFault {
         /// Largest allowed depth.
         limit: f64,
     },
-    /// Particles overlap deeper than round-off explains, although they did not at the start.
+    /// Particles overlap deeper than round-off explains, although no particles overlapped at the start.
     #[error(
         "{events} events in invalid states and {pairs} overlaps at the end, deeper than round-off explains, the deepest \
          {depth:.1e} of the contact distance"
     )]
     InvalidState {
-        /// Events executed in an invalid state.
+        /// Number of events executed while the pair was in an invalid state.
         events: u64,
-        /// Pairs in an invalid state at the end.
+        /// Number of pairs in an invalid state at the end.
         pairs: usize,
         /// The deepest, relative.
         depth: f64,
@@ -135,7 +139,7 @@ pub enum AuditFault {
 }
 
 impl Audit {
-    /// Faults of the run; empty if it is sound.
+    /// Faults that the audit found; empty for a sound run.
     #[must_use]
     pub fn faults(&self) -> Vec<AuditFault> {
         let mut faults = Vec::new();
@@ -163,23 +167,24 @@ impl Audit {
         faults
     }
 
-    /// The deepest overlap caused by the run. Initial overlaps count only if they are still present.
+    /// Deepest overlap that the run may have caused. If the run started with overlaps, only the overlaps at the end
+    /// count.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
         if self.initial.overlaps == 0 { last.max(self.event_counts.deepest_overlap) } else { last }
     }
 }
 
-/// The ledger of a run in progress.
+/// Sums for the audit, kept while the run is in progress.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     initial_energy: f64,
-    /// The total momentum at the start, or after the last growth; `None` if it is not conserved.
+    /// Total momentum at the start, or after the last growth stage; `None` if the momentum is not conserved.
     initial_momentum: Option<Vector>,
-    /// The largest `sum m |v|` since the start or the last growth. Rounding errors are relative to the
-    /// momenta at the time of rounding.
+    /// Largest sum of `m |v|` since the start or the last growth stage. Rounding errors of the momentum are
+    /// proportional to it.
     largest_momenta: f64,
-    /// The relative drift before the last growth.
+    /// Largest relative drift of the momentum up to the end of the last growth stage.
     earlier_drift: f64,
     scale: f64,
     initial: Initial,
@@ -189,7 +194,7 @@ impl Ledger {
     pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
         let energy = simulation.energy();
         let initial_energy = energy.kinetic + energy.potential;
-        // A scene that does not allow initial overlaps was validated.
+        // If the scene does not allow initial overlaps, its validation has found none.
         let is_valid = !simulation.scene().allow_invalid_start;
         let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
         Self {
@@ -202,8 +207,8 @@ impl Ledger {
         }
     }
 
-    /// Restarts the ledger of momentum after a growth, when the simulation starts again. The heating by
-    /// growth, and cooling by scaling, do not affect later roundings.
+    /// Starts a new momentum balance after a growth stage. Growth and velocity scaling change the particle velocities,
+    /// and so the size of later rounding errors.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {
             let momentum = simulation.energy().momentum;
@@ -213,7 +218,7 @@ impl Ledger {
         }
     }
 
-    /// The largest change of the total momentum since the start, relative to the largest `sum m |v|`.
+    /// Largest relative drift of the total momentum so far, including earlier growth stages.
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
@@ -222,19 +227,20 @@ impl Ledger {
         })
     }
 
-    /// Whether initial overlaps may be left.
+    /// Whether some of the initial overlaps may still be left.
     pub fn has_overlaps(&self) -> bool {
         self.initial.overlaps > 0 && self.initial.resolved_after.is_none()
     }
 
-    /// Checks whether initial overlaps are left.
+    /// Checks whether any overlap is left, and records the time if none is.
     pub fn see_overlaps(&mut self, simulation: &Simulation) {
         if self.has_overlaps() && simulation.real_overlaps().is_empty() {
             self.initial.resolved_after = Some(simulation.time() - simulation.scene().start_time);
         }
     }
 
-    /// Records energies and momenta at a time without a row, before velocities are scaled.
+    /// Updates the largest energy and momentum. Called before velocities are scaled, because no row may exist at that
+    /// time.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
         if self.initial_momentum.is_some() {
@@ -242,7 +248,7 @@ impl Ledger {
         }
     }
 
-    /// Records the energies of a row.
+    /// Updates the largest energy of the run with the energies in a row.
     pub fn see(&mut self, row: &Row) {
         let energy = row.kinetic + row.potential;
         let dissipated = row.ledger - energy;

@@ -1,4 +1,4 @@
-//! Setup of a run: the scene, the instruments, and the recorder.
+//! Setup of a run from a scene or a checkpoint.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -16,20 +16,20 @@ use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup}
 use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Scene, Species, Threads};
 
-/// Why a run ended early. `E` is the error of its [`Recorder`].
+/// Why a run failed. `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RunError<E> {
-    /// Something could not be recorded.
+    /// The recorder failed.
     #[error(transparent)]
     Recorder(E),
-    /// The instruments do not match.
+    /// The custom instruments differ from the instruments at the start of the run.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
 
-/// Runs a scene as planned, and passes rows and frames to a recorder: [`Run::execute`] without custom
-/// instruments.
+/// Runs a scene as planned, and passes rows and frames to a recorder. It does the same as [`Run::execute`] without
+/// custom instruments.
 ///
 /// # Errors
 /// The errors of the recorder. A simulation that cannot continue is not an error here, but an [`Ending`].
@@ -42,12 +42,12 @@ pub fn run<R: Recorder>(
     drive(simulation, state, Registry::default(), recorder, watch)
 }
 
-/// Origin of a run, with which its instruments are compared.
+/// How a run was created. This decides which registered instruments are expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Origin {
     Scene,
     Checkpoint,
-    /// A paused run, which already has its instruments.
+    /// A run that continues after a pause. Its instruments have already been registered.
     Pause,
 }
 
@@ -82,17 +82,16 @@ pub struct Run {
 }
 
 impl Run {
-    /// A run from the start of a scene.
+    /// Creates a run from the start of a scene.
     pub fn new(scene: Scene) -> Self {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// A run from the start of a scene, with less memory. The initial positions and velocities, 56 bytes per
-    /// particle, are freed once the simulation has copied them. `simulation.scene().particles()` of a
-    /// [`Finished`] run is then empty, unless the scene has static particles or a stage of growth, which need
-    /// them.
+    /// Creates a run from the start of a scene and frees the initial positions and velocities to save memory (56 bytes
+    /// per particle). `simulation.scene().particles()` of the [`Finished`] run is then empty. Scenes with static
+    /// particles or a growth stage need the initial particles and keep them.
     pub fn without_start(scene: Scene) -> Self {
         let keeps_start =
             scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());
@@ -102,28 +101,28 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// A run continued from a checkpoint, with the same bits as without the interruption.
+    /// Continues a run from a checkpoint. The results have the same bits as without the interruption.
     pub fn resume(checkpoint: Checkpoint) -> Self {
         let Checkpoint { mut simulation, state, .. } = checkpoint;
         simulation.set_threads(simulation.scene().run().threads);
         Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
-    /// Sets the number of threads, instead of the scene's. The bits are the same:
-    /// [`Simulation::set_threads`].
+    /// Sets the number of threads, instead of the number in the scene. The results have the same bits for any number of
+    /// threads: see [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self
     }
 
-    /// Plans rows, frames and instruments of the measurement for another end: the original end of the run
-    /// that is repeated.
+    /// Plans rows, frames and instruments for `end` instead of the limit of the scene. This repeats a run whose limit
+    /// was changed after its start.
     pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
         self.state.planned = end;
         self
     }
 
-    /// The simulation in its present state.
+    /// Returns the simulation in its present state.
     #[must_use]
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
@@ -135,16 +134,17 @@ impl Run {
         self.state.stage.stage
     }
 
-    /// The simulation while the run is paused, to set positions or velocities.
+    /// Returns the simulation of a paused run, to set positions or velocities.
     pub fn simulation_mut(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
 
-    /// Adds a custom instrument, which `begin` creates at the start of the measurement; see [`Instrument`].
+    /// Adds a custom instrument with a name. `begin` creates it at the start of the measurement; see [`Instrument`].
     /// [`Finished::instrument`] and [`Finished::take_instrument`] return it after the run.
     ///
-    /// Its state is part of the run's checkpoints, under this name. When the run continues from a checkpoint,
-    /// it has to be registered again, and `begin` is called only if the measurement has not begun.
+    /// The state of the instrument is part of the checkpoints, under this name. Before a run continues from a
+    /// checkpoint, the instrument has to be registered again. `begin` is then called only if the measurement has not
+    /// begun.
     pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
     where
         I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -153,16 +153,16 @@ impl Run {
         self
     }
 
-    /// Runs to the end, and passes rows, frames and events to a recorder, such as the
-    /// [`Folder`](crate::io::Folder) of a run.
+    /// Runs to the end, and passes rows, frames and events to a recorder, such as the [`Folder`](crate::io::Folder) of
+    /// a run.
     ///
-    /// `watch` is called every few hundredths of a second. The run ends in good order when it breaks. Neither
-    /// `watch` nor the recorder changes the trajectory. A stage without a limit is skipped.
+    /// `watch` is called every few hundredths of a second. When it returns `Break`, the run is interrupted and can be
+    /// resumed. Neither `watch` nor the recorder changes the trajectory. A stage without a limit is skipped.
     ///
     /// # Errors
-    /// [`RunError::Recorder`] if something cannot be recorded, and [`RunError::Instrument`] if the registered
-    /// instruments differ from the instruments at the beginning of the run. A simulation that cannot continue
-    /// is not an error here, but an [`Ending`].
+    /// [`RunError::Recorder`] if the recorder fails, and [`RunError::Instrument`] if the registered instruments differ
+    /// from the instruments at the beginning of the run. A simulation that cannot continue is not an error here, but an
+    /// [`Ending`].
     pub fn execute<R: Recorder>(
         self,
         recorder: &mut R,
@@ -172,7 +172,7 @@ impl Run {
         drive(simulation, state, registry, recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// The run, with the instruments that it needs.
+    /// Checks the registered instruments and restores their state if the measurement has begun.
     fn registered(mut self) -> Result<Self, InstrumentError> {
         let Self { state, registry, origin, .. } = &mut self;
         match origin {
@@ -221,10 +221,11 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Runs up to the point at which another run of the same scene was interrupted, and ends there in the
-    /// same way. The point is given by the number of physical events since the start of the simulation and by
-    /// a simulated time, which may be the time of a later cell transition. `watch` is as in
-    /// [`Self::execute`]. When `watch` breaks, the run ends at once.
+    /// Runs up to the point at which another run of the same scene was interrupted, and is interrupted there in the
+    /// same way. `events` is the number of physical events at that point, since the start of the simulation. `time` is
+    /// its simulated time, which may be the time of a cell transition after the last event.
+    ///
+    /// `watch` is called as in [`Self::execute`]. When it returns `Break`, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
         self,
         events: u64,
@@ -238,10 +239,9 @@ impl Run {
         drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
     }
 
-    /// Runs everything before the last measurement (stages, growth, equilibration). Pauses at the beginning
-    /// of that measurement, with its heat bath and its gravity. Returns the run, which continues with the
-    /// same bits, and `None`. If the run ends earlier, returns the run in its present state, and why it
-    /// ended.
+    /// Runs all stages before the last measurement. Then pauses with the thermostat and the gravity of the measurement
+    /// set up. Returns the run, which continues with the same bits, and `None`. If the run ends earlier, returns the
+    /// run in its present state and the reason for its end.
     ///
     /// `watch` is called as in [`Self::execute`]. Results of measured stages are not recorded.
     ///
@@ -264,7 +264,7 @@ impl Run {
     /// Runs to the end without a recorder.
     ///
     /// # Errors
-    /// [`InstrumentError`] as [`Self::execute`].
+    /// [`InstrumentError`] under the same conditions as [`Self::execute`].
     pub fn finish(self) -> Result<Finished, InstrumentError> {
         self.execute(&mut (), &mut |_| ControlFlow::Continue(())).map_err(|error: RunError<Infallible>| match error {
             RunError::Instrument(error) => error,

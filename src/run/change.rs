@@ -1,4 +1,4 @@
-//! Changes the scene of a paused run.
+//! Continuation of a paused run with a changed scene.
 
 use std::path::Path;
 
@@ -8,28 +8,28 @@ use super::{Run, Stage};
 use crate::model::{Limit, Scene};
 use crate::scene::SceneError;
 
-/// Why a run cannot continue with another scene.
+/// Why a run cannot continue with a changed scene.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChangeError {
-    /// The text is invalid, or does not fit the state.
+    /// The text of the scene has an error, or does not fit the present state.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Diameters are growing and differ from the diameters of any scene.
+    /// The diameters are growing or have grown, so they differ from the diameters in the scene.
     #[error("the diameters have grown, expected a stage before they grow: start the scene anew")]
     Grown,
 }
 
 impl Run {
-    /// A run of a scene with other values (gravity, interactions, temperatures of walls, ...), from the
-    /// present positions and velocities, at the start of the present stage. The present particles, bonds and
-    /// static meshes replace the particles, bonds and static meshes in the text.
+    /// Creates a run with changed values of the scene (gravity, interactions, temperatures of walls, ...). It starts
+    /// from the present positions and velocities, at the beginning of the present stage. The present particles, bonds
+    /// and static meshes replace those in the text.
     ///
     /// `overrides` have the same form as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`ChangeError`] if the text has an error or does not fit the state, for example with another box or a
-    /// larger diameter, and while diameters grow.
+    /// [`ChangeError`] if the text has an error, or does not fit the state (for example if the box has another size or
+    /// a diameter is larger). Also if diameters grow or have grown.
     pub fn changed(&self, text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Self, ChangeError> {
         if self.simulation.is_growing() || self.simulation.scale() != 1.0 {
             return Err(ChangeError::Grown);
@@ -39,7 +39,7 @@ impl Run {
         Ok(Self::new(scene))
     }
 
-    /// Drops the stages before the present one.
+    /// Removes the stages before the present one from the plan.
     fn leave_out_what_is_over(&self, scene: &mut Scene) {
         let plan = &mut scene.run;
         let stage = self.state.stage.stage;
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::engine::Until;
 
-    /// Disks and chains of two species that fall on a static mesh, after a stage and an equilibration.
+    /// Disks and chains that fall on a static mesh, after a stage and an equilibration.
     const SCENE: &str = r#"
         [space]
         size = [12.0, 10.0, 14.0]
@@ -207,7 +207,7 @@ mod tests {
             assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
         }
         let text = include_str!("../../configs/random_packing.toml");
-        // While diameters grow, and after they have grown.
+        // Changes are rejected while diameters grow, and after they have grown.
         let few = [("fill.0.count", "200"), ("stage.0.until_events", "500")];
         for (events, is_growing) in [(50, true), (600, false)] {
             let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());

@@ -1,18 +1,18 @@
-//! Checkpoints: everything that a run needs to continue with the same bits, in one file.
+//! Checkpoints. A checkpoint is one file with everything that a run needs to continue with the same bits.
 //!
 //! | bytes | content |
 //! |---|---|
-//! | 16 | `carom checkpoint`; for a simulation alone, `carom simulation` |
-//! | 12 | the version of carom that wrote it, padded with zeros |
-//! | 8 | the fingerprint of the sources of that build, little endian |
-//! | n | scene, engine and state of the run, lengths and checksums of its files (postcard, with all bits of every number) |
+//! | 16 | `carom checkpoint`, or `carom simulation` for a simulation without a run |
+//! | 12 | version of carom that wrote the file, padded with zeros |
+//! | 8 | fingerprint of the sources of that build, little endian |
+//! | n | scene, engine, run state, lengths and checksums of the output files (`postcard`, all bits of every number) |
 //! | 8 | n, little endian |
-//! | 4 | CRC-32 of everything before, little endian |
+//! | 4 | CRC-32 of all previous bytes, little endian |
 //!
-//! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store
-//! the state differently, or round differently, and would not continue with the same bits. The fingerprint is
-//! computed at build time from `Cargo.lock` and all sources, except sources that only report on runs. The
-//! files of a run belong to its checkpoint by their checksums (CRC-32). Files of other runs are rejected.
+//! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store the state
+//! differently, or round differently, and would not continue with the same bits. The fingerprint is computed at build
+//! time from `Cargo.lock` and all sources, except sources that only report on runs. Checksums (CRC-32) of the output
+//! files show whether they belong to the checkpoint. Files of other runs are rejected.
 
 mod checked;
 mod error;
@@ -36,36 +36,36 @@ use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Limit;
 use crate::run::RunState;
 
-/// Relative round-off of a time.
+/// Two times are equal within round-off if their relative difference is below this value.
 const NEAR: f64 = 1e-9;
 
-/// Checkpoint of a run: everything needed to continue with the same bits.
+/// Checkpoint of a run: everything needed to continue it with the same bits.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
-    /// The simulation in its state at the checkpoint.
+    /// The simulation at the time of the checkpoint.
     pub simulation: Simulation,
-    /// Progress of the run.
+    /// State of the run besides the simulation.
     pub state: RunState,
     /// Its files.
     pub manifest: Manifest,
 }
 
-/// Content of a [`Checkpoint`] for writing, field by field.
+/// References to the content of a [`Checkpoint`], for writing.
 pub(crate) type Content<'a> = (&'a Simulation, &'a RunState, &'a Manifest);
 
-/// Writes any content in the format of a checkpoint, and syncs it to disk.
+/// Writes a value in the format of a checkpoint, and syncs the file to disk.
 ///
 /// # Errors
-/// If it cannot be written.
+/// If the file cannot be written.
 pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     write_sealed(file, Kind::Checkpoint, content)?;
     durability::sync_all(file)
 }
 
-/// Reads the content of a checkpoint, without memory for anything but the result.
+/// Reads the content of a checkpoint piece by piece, so that the file is never in memory as a whole.
 ///
 /// # Errors
-/// [`CheckpointError`] if it does not exist, was written by another version, or has a changed bit.
+/// [`CheckpointError`] if the file does not exist, was written by another version, or is damaged.
 pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let read = File::open(path).and_then(|file| read_sealed(file, Kind::Checkpoint));
     read.map_err(|source| CheckpointError::unreadable(path, source))?.map_err(|flaw| match flaw {
@@ -75,10 +75,10 @@ pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, Checkp
 }
 
 impl Checkpoint {
-    /// Reads a checkpoint, without memory for anything but the result.
+    /// Reads a checkpoint piece by piece, so that the file is never in memory as a whole.
     ///
     /// # Errors
-    /// [`CheckpointError`] if it does not exist, was written by another version, or has a changed bit.
+    /// [`CheckpointError`] if the file does not exist, was written by another version, or is damaged.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
         let checkpoint: Self = read_content(path)?;
         if let Some(what) = checkpoint.simulation.unsound_index() {
@@ -88,8 +88,8 @@ impl Checkpoint {
         Ok(checkpoint)
     }
 
-    /// The checksum at the end of a checkpoint, of everything before. The checksum of the whole file would be
-    /// the same for all checkpoints.
+    /// Reads the checksum stored at the end of a checkpoint, which identifies its content. The CRC-32 of the whole file
+    /// cannot: it is the same for any content that ends with its own CRC-32.
     pub(crate) fn stated_checksum(path: &Path) -> Result<u32, CheckpointError> {
         let unreadable = |source| CheckpointError::unreadable(path, source);
         let mut file = File::open(path).map_err(unreadable)?;
@@ -98,13 +98,13 @@ impl Checkpoint {
         Ok(u32::from_le_bytes(checksum))
     }
 
-    /// Whether the run has reached an end that its scene specifies, or has no further events.
+    /// Whether the run has reached the end that its scene specifies, or no event is left.
     pub(crate) fn has_ended(&self) -> bool {
         self.state.has_ended(&self.simulation)
     }
 
-    /// Continues to the end of the last stage. The last checkpoint may be slightly before it, by the rounding
-    /// of the time of a row.
+    /// Advances the simulation to the exact end of the last stage. The last checkpoint may be earlier by a rounding
+    /// error of the time.
     ///
     /// # Errors
     /// If the simulation cannot continue.
@@ -115,13 +115,12 @@ impl Checkpoint {
         }
     }
 
-    /// Whether a file begins like a checkpoint.
+    /// Whether a file begins with the first bytes of a checkpoint.
     pub(crate) fn is_one(path: &Path) -> bool {
         Kind::Checkpoint.is_that_of(path)
     }
 
-    /// Rejects an end of the measurement that has already passed. Otherwise a scene could specify an end at
-    /// which its run did not end.
+    /// Rejects a limit that the measurement has already passed. The run would otherwise end later than its scene says.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].
@@ -137,7 +136,7 @@ impl Checkpoint {
         Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
-    /// Sets another end of the measurement. If it has already been reached, the measurement ends at once.
+    /// Sets another limit of the measurement. If the measurement has already reached this limit, it ends at once.
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);
@@ -155,7 +154,7 @@ mod tests {
         let scene = SceneBuilder::new("full")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            // Some megabytes, more than any buffer involved.
+            // The checkpoint has some megabytes, which is more than any buffer can hold.
             .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
             .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
             .build()

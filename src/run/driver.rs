@@ -1,4 +1,4 @@
-//! The loop of a run.
+//! Runs the stages of a run in order, and advances the simulation within each stage.
 
 mod advance;
 mod equilibrate;
@@ -29,11 +29,10 @@ use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation, Until};
 use crate::model::Limit;
 
-/// Number of engine steps between two calls of `watch`: initially, and at most. A step is slow if particles
-/// have very many neighbours, so the number is adapted to the wall time. This affects nothing else.
+/// Number of engine steps between two calls of `watch`: the initial number and the largest. A step is slow if particles
+/// have very many neighbours, so the number is adapted to the wall time. It does not affect the trajectory.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// A pause that is never reached.
 const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
 
 /// Continues a run.
@@ -49,18 +48,19 @@ pub(super) fn drive<R: Recorder>(
     finished.map_err(|Failed| recorder.into_error())
 }
 
-/// A pause requested by the caller.
+/// Where the caller wants a run to pause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
     /// None.
     Never,
-    /// A simulated time, or a number of physical events since the start.
+    /// At a simulated time, or after a number of physical events since the start of the simulation, whichever comes
+    /// first.
     At(Until),
-    /// Beginning of the last measurement.
+    /// At the beginning of the last measurement.
     Measurement,
 }
 
-/// Continues a run up to a pause. Returns the run, and how it ended if it did.
+/// Continues a run until it pauses or ends. Returns the run, and how it ended unless it only paused.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
     halt: Halt,
@@ -81,7 +81,7 @@ pub(super) fn drive_to<R: Recorder>(
     Ok((Run { simulation, state, registry, origin: Origin::Pause }, ending))
 }
 
-/// Continues a run step by step up to a simulated time, and ends it there like an interrupted one.
+/// Continues a run one engine step at a time, and interrupts it as soon as it has reached a simulated time.
 pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R) -> Result<Finished, R::Error> {
     let Run { simulation, state, registry, .. } = run;
     let mut recorder = KeepsError { recorder, error: None };
@@ -97,34 +97,34 @@ pub(super) fn drive_in_steps<R: Recorder>(run: Run, time: f64, recorder: &mut R)
 struct Driver<'a> {
     simulation: Simulation,
     state: RunState,
-    /// Description of the system for instruments, if there are any.
+    /// Description of the system for the instruments; `None` without instruments.
     system: Option<SystemDescription>,
-    /// Custom instruments that have not begun yet.
+    /// Custom instruments whose measurement has not begun.
     registry: Registry,
     recorder: &'a mut dyn Recorder<Error = Failed>,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// Wall time at which the measurement began or continued.
+    /// Wall time at which the present measurement began or was continued.
     started: Option<Instant>,
-    /// Whether the present stage has ended before its limit: by the pressure of growing spheres, or by
-    /// equilibrium.
+    /// Whether the present stage has ended before its limit. Growing spheres have then reached their target pressure,
+    /// or an automatic equilibration has found no drift.
     is_over: bool,
-    /// Whether this is a pilot run, which is discarded.
+    /// Whether the simulation is now a copy that runs a pilot run and will be discarded.
     is_pilot: bool,
-    /// An internal pause, invisible to the caller: at a simulated time, or after a number of physical events.
+    /// Simulated time or number of physical events at which a pilot run pauses. The caller does not see this pause.
     pause: Until,
-    /// The pause requested by the caller.
     halt: Halt,
-    /// Whether the requested pause has been reached.
+    /// Whether the run has reached the pause that the caller requested.
     is_halted: bool,
-    /// Number of events, cell transitions and Andersen collisions after which it gives up.
+    /// A pilot run gives up when its number of events, cell transitions and Andersen collisions exceeds this value.
+    /// Without a pilot run there is no limit.
     patience: u64,
-    /// Steps of the engine until the next call of `watch`.
+    /// Number of engine steps until the next call of `watch`.
     steps: u64,
-    /// Largest number of engine steps between two calls of `watch`.
+    /// Upper limit of `steps`.
     most_steps: u64,
-    /// A surface of the present stage that overlaps a particle.
+    /// The overlap of a particle with a surface that appears in the present stage.
     blocked: Option<Blocked>,
-    /// Constants of the volume moves, once there has been one.
+    /// Properties of the system that all volume moves use; `None` before the first move.
     scaling: Option<Scaling>,
 }
 
@@ -161,13 +161,13 @@ impl<'a> Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Runs all stages from the present one on.
+    /// Runs the present stage and all later stages, and finishes the run.
     fn drive(mut self) -> Result<Finished, Failed> {
         let ending = self.stages()?;
         self.finish(ending)
     }
 
-    /// Runs through the stages, up to the end of the run.
+    /// Runs the present stage and all later stages, until the run ends or pauses. Returns how it ended.
     fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
@@ -204,8 +204,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Advances to a time and returns `None`. If a number of events or an obstacle comes first, stops there
-    /// and returns its ending.
+    /// Advances to a simulated time and returns `None`. If the run comes first to a number of events or to another
+    /// ending, stops there and returns the ending.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();
@@ -225,7 +225,8 @@ impl Driver<'_> {
             let most = events.min(self.next_check());
             let ending = self.go(until, most)?;
             match ending {
-                // Due to rounding, this may be slightly too early by the clock of the simulation.
+                // Due to rounding, the simulation may have stopped slightly before `until`. Therefore times are
+                // compared with `until`, not with the time of the simulation.
                 Some(Ending::Time) => {
                     if scaling <= until {
                         self.rescale(scaling);
@@ -252,7 +253,7 @@ impl Driver<'_> {
         Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Describes the present system to instruments, if there are any.
+    /// Describes the present system for the instruments, if there are any.
     fn describe(&mut self) {
         let measurement = self.state.measurement.as_ref();
         let is_measured = !(self.simulation.scene().measure.is_empty() && self.registry.is_empty())
@@ -261,7 +262,7 @@ impl Driver<'_> {
         self.system = is_measured.then(|| SystemDescription::of_simulation(&self.simulation, applicable));
     }
 
-    /// Passes a checkpoint to the recorder.
+    /// Passes a checkpoint of the present state to the recorder.
     fn keep(&mut self) -> Result<(), Failed> {
         self.simulation.complete();
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
@@ -270,7 +271,7 @@ impl Driver<'_> {
         self.recorder.checkpoint(&self.simulation, &state)
     }
 
-    /// Whether the caller has ended the run, or nothing more can be recorded.
+    /// Whether the caller interrupts the run, or the recorder is full.
     fn is_stopped(&mut self) -> bool {
         let progress = self.progress();
         let is_stopped = (self.watch)(&progress).is_break() || self.recorder.is_full();
@@ -281,7 +282,8 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// Returns the value of the first process, because clocks, disks and signals differ between processes.
+    /// Returns the value of the first process. All processes must decide alike, but their clocks, disks and signals
+    /// differ.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }
@@ -320,12 +322,12 @@ mod tests {
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
-            // Explicit intervals, so that no pilot run chooses them.
+            // The intervals are given, so that no pilot run is needed to choose them.
             .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
             .unwrap();
         let mut asked = 0;
-        // `watch` is called before each of these, and at intervals of at most this many steps.
+        // The eighth call of `watch` ends the run. Between two calls there are at most `STEPS[1]` engine steps.
         let finished = run(scene, &mut (), &mut |_| {
             asked += 1;
             if asked < 8 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -335,7 +337,7 @@ mod tests {
         assert!(finished.simulation.event_counts().transition <= 7 * STEPS[1]);
     }
 
-    /// Two hard disks that overlap at rest, and a third one.
+    /// Two hard disks at rest that overlap, and a third disk with the given velocity.
     fn overlapping(boundary: Boundary, velocity: [f64; 3]) -> SceneBuilder {
         let space = Space { boundary: [boundary, boundary, Boundary::Flat], ..Space::periodic_cube(10.0) };
         SceneBuilder::new("overlapping")
@@ -357,12 +359,12 @@ mod tests {
     #[test]
     fn a_run_with_overlaps_ends_as_others_do() {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
-        // Far more rows than its patience, but only about 40 of them between two events.
+        // The run has far more rows than `MOST_QUIET_ROWS`, but only about 40 rows between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
         assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
-        // The third disk passes the other two forever.
+        // The third disk passes the other two forever without a collision.
         let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
         assert_eq!(passes.ending, Ending::GaveUp);
     }

@@ -1,4 +1,4 @@
-//! Costs of a run besides its events, estimated before it begins.
+//! Reasons why a run takes longer than a user may expect, estimated before it begins.
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
@@ -6,38 +6,40 @@ use crate::model::potential::Potential;
 use crate::model::space::Boundary;
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
-/// Order of magnitude of the number of event-loop steps per second of wall time: an event, a new velocity, or
-/// a test of a particle.
+/// Typical number of steps of the event loop per second of wall time. A step is an event, a new velocity, or a test of
+/// a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
-/// Number of neighbours that are tested in the time of a step.
+/// Number of neighbours that can be tested in the wall time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Work that takes more wall time than this is reported in advance, if it exceeds the events themselves: 10
-/// minutes.
+/// Wall time `[seconds]` above which work besides events is reported in advance, if it also far exceeds the work of the
+/// events: 10 minutes.
 const LONG: f64 = 600.0;
 
-/// Events that take more wall time than this are reported in advance, if the scene specifies a time: 3 hours.
+/// Wall time `[seconds]` above which the events themselves are reported in advance, if the scene limits the run by
+/// time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Ratio of work to events above which the work is certainly not intended.
+/// Work besides events is reported only if it has more than this many steps per event.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
-/// Number of neighbours of a particle above which every event is slow.
+/// Number of neighbours per particle above which events are so slow that they are reported.
 const CROWD: f64 = 10_000.0;
 
-/// A reason why a run takes far longer than its events.
+/// A reason why a run takes a long time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Burden {
-    /// Cause of the cost, in words.
+    /// Description of the reason, for the user.
     pub cause: String,
-    /// Approximate wall time that it takes `[seconds]`.
+    /// Estimated wall time `[seconds]`.
     pub seconds: f64,
 }
 
-/// Reasons why a run takes orders of magnitude longer than its collisions alone.
+/// Returns the reasons why a run takes much longer than a user may expect.
 ///
-/// Rates follow from Enskog's kinetic theory at the initial speeds. Particles at rest give no rate.
+/// Event rates follow from Enskog's kinetic theory at the initial speeds, or at the temperature of a thermostat or
+/// shear flow if this is higher. The list is empty for a scene without moving particles.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
@@ -55,7 +57,8 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             continue;
         }
         let seconds = pace.events * duration / STEPS_PER_SECOND;
-        // A limit in events was chosen by the user.
+        // The number of events is reported only if the scene limits the time, because a user who limits the number of
+        // events knows it.
         if seconds > VERY_LONG && by_time <= by_events {
             let cause = format!("a time of {duration} has about {:.0e} events", pace.events * duration);
             burdens.push(Burden { cause, seconds });
@@ -80,7 +83,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             burdens.extend(pace.burden(cause, pace.moving / barostat.interval, duration));
         }
         if let Some(rate) = scene.shear_rate {
-            // Images are predicted again whenever they have slid by a quarter of the box.
+            // Contacts with images are predicted again whenever the images have slid by a quarter of the box.
             let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
             let cause = format!("the periodic images slide past the box about {:.0e} times", 0.25 * slides * duration);
             burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
@@ -101,15 +104,17 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     burdens
 }
 
-/// Steps per period of a surface that oscillates or turns, in the search for contacts of a particle near it,
-/// and the wall time of each `[seconds]`.
+/// Number of search steps per period of a surface that oscillates or turns, for each particle near it, and the wall
+/// time of a search step `[seconds]`.
 const STEPS_OF_PERIOD: f64 = 16.0;
 const SEARCH_STEP: f64 = 1e-7;
 
-/// Number of periods up to the end of a run at which the rounding of its time is a thousandth of a period.
+/// Number of periods after which the rounding error of the time is a thousandth of a period. The phase of the surface
+/// is then too inaccurate.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Surfaces whose oscillation or rotation is so fast that it takes long, or cannot be resolved.
+/// Returns the surfaces that oscillate or turn so fast that the run takes long, or that their motion cannot be
+/// resolved.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -138,14 +143,14 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     burdens
 }
 
-/// Event rate of a fluid from kinetic theory `[1 / time]`; `None` if particles fall, can leave, or rest.
+/// Event rate of a fluid from kinetic theory `[1 / time]`; `None` if particles fall, can leave, or are all at rest.
 pub(super) fn rate(scene: &Scene) -> Option<f64> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     let rate = if is_falling || !scene.space.is_closed() { 0.0 } else { Pace::of(scene).events };
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// Longest duration of growth to a given size `[time]`.
+/// Duration of a growth stage with a target packing fraction `[time]`; infinite for a target pressure.
 fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     match growth.until {
         GrowthTarget::PackingFraction(target) => {
@@ -156,18 +161,17 @@ fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     }
 }
 
-/// Rates of a scene.
+/// Numbers and rates from which the costs of a run are estimated.
 struct Pace {
-    /// Number of moving particles.
     moving: f64,
-    /// Events of all particles `[1 / time]`.
+    /// Events of all particles per simulated time `[1 / time]`.
     events: f64,
-    /// Number of particles near the sliding sides.
+    /// Number of particles near the sides of a sheared box, along which the images slide.
     at_sides: f64,
 }
 
 impl Pace {
-    /// Cost of work at a rate over a duration, if it is out of proportion to the events.
+    /// Reports work with a given rate over a duration, if it takes long and is out of proportion to the events.
     fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
         let (steps, events) = (rate * duration, self.events * duration);
         let seconds = steps / STEPS_PER_SECOND;
@@ -200,9 +204,9 @@ impl Pace {
     }
 }
 
-/// Collision cross section of a moving particle, averaged over the species of its partners `[length^(D -
-/// 1)]`. It is the sum over all steps of the potential. A step that a pair passes inwards and outwards counts
-/// twice. The core is multiplied by Enskog's factor.
+/// Collision cross section, averaged over all pairs of moving particles `[length^(D - 1)]`. It is the sum over all
+/// steps of the potential: the hard core is multiplied by Enskog's factor, and every other step counts twice, because a
+/// pair passes it inwards and outwards.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();
     let factor = enskog_factor(scene.packing_fraction(), dimensions);
@@ -229,8 +233,8 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// Collision rate relative to a dilute gas: the radial distribution function at contact in a fluid of hard
-/// particles, up to the highest density of the fluid.
+/// Collision rate relative to a dilute gas at the same density. It equals the radial distribution function at contact
+/// in a fluid of hard particles. Packing fractions above the highest density of the fluid are replaced by this density.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {
@@ -240,8 +244,8 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle, if it is very large. Cells are as large as the longest
-/// range.
+/// Number of particles in the cells around a particle; `None` if it is not very large. It is large if the longest range
+/// is much longer than the distance between particles, because cells are as large as this range.
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {
@@ -292,7 +296,7 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has some"), "{found:?}");
-        // Also if only the number of events is given.
+        // Costs are also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }

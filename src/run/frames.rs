@@ -1,4 +1,4 @@
-//! Number of frames of a run if its scene leaves it open.
+//! Number of frames in a run whose scene gives no frame interval.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,34 +7,35 @@ use crate::base::numbers::trunc_to_u32;
 use crate::model::Scene;
 use crate::trajectory::extended_xyz::frame_bytes;
 
-/// Target number of frames if a measurement chooses the interval. There may be up to twice as many.
+/// Target number of frames in a measurement if the scene gives no interval. There may be up to twice as many.
 const AIM: u32 = 20;
 
-/// Largest total size of the frames of a run without a given interval `[bytes]`. The last frame is always
-/// written.
+/// Largest total size of the frames of a run if the scene gives no interval `[bytes]`. The last frame is always
+/// written, even if it is larger.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// Reason for the limit, in words, also if a single frame exceeds it.
+/// Explanation for the user if the total size of the frames limits their number. The second text is used if a single
+/// frame exceeds the total size.
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
 
-/// Maximum number of frames of each measured stage, from their size on disk.
+/// Limit of the number of frames in each measured stage, which keeps their size on disk small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
-    /// `None` if the scene gives the interval.
+    /// Maximum number of frames; `None` if the scene gives the interval.
     most: Option<u32>,
-    /// Whether the last frame alone exceeds the limit.
+    /// Whether a single frame exceeds the total size that is allowed for all frames.
     is_beyond: bool,
 }
 
 impl FrameLimit {
-    /// The limit for a scene at its start.
+    /// Returns the limit for the measured stages of a scene.
     pub fn of(scene: &Scene) -> Self {
         let measured = Stage::all(&scene.run).filter(|stage| stage.is_measured()).count() as f64;
         Self::with(scene, frame_bytes(scene), measured)
     }
 
-    /// The limit for each temperature of a replica exchange.
+    /// Returns the limit for each temperature of a replica exchange.
     pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
         Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
     }
@@ -45,44 +46,45 @@ impl FrameLimit {
         Self { most: is_open.then_some(most), is_beyond: is_open && bytes > MOST_BYTES }
     }
 
-    /// Whether a measurement has a frame at its beginning.
+    /// Whether a measurement writes a frame at its beginning.
     pub fn has_first(self) -> bool {
         self.most.is_none_or(|most| most >= 2)
     }
 
-    /// Whether a stage has a frame at its end; the last stage always has.
+    /// Whether a stage writes a frame at its end. The last stage always does.
     pub fn has_last(self, stage: Stage) -> bool {
         stage == Stage::Measurement || self.most.is_none_or(|most| most >= 1)
     }
 
-    /// Largest number of frames between the first and the last.
+    /// Maximum number of frames between the first and the last.
     pub fn between(self) -> u32 {
         self.most.map_or(u32::MAX, |most| most.saturating_sub(2))
     }
 
-    /// Intended number of frames.
+    /// Target number of frames.
     pub fn aim(self) -> u32 {
         AIM.min(self.between()).max(1)
     }
 
-    /// Maximum expected number of frames of a stage that chooses their interval, including the first and the
-    /// last.
+    /// Returns the largest number of frames that a stage may have if the scene gives no interval, including the first
+    /// and the last.
     pub fn most(self, stage: Stage) -> f64 {
         let ends = u32::from(self.has_first()) + u32::from(self.has_last(stage));
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
     }
 
-    /// Number of frames for a temperature of a replica exchange: none at its start, one at its end.
+    /// Returns the number of frames for each temperature of a replica exchange. There is a frame at its end, but none
+    /// at its start.
     pub fn of_exchange(self) -> u32 {
         self.most.map_or(AIM, |most| most.clamp(1, AIM))
     }
 
-    /// Why there are fewer frames than for a smaller system, if so.
+    /// Returns why the size on disk limits the number of frames; `None` if it does not.
     pub fn reason(self) -> Option<&'static str> {
         self.reason_of(self.between() < 2 * AIM)
     }
 
-    /// Why a replica exchange has fewer frames than the target, if so.
+    /// Returns why a replica exchange has fewer frames than the target; `None` if it has the target number.
     pub fn reason_of_exchange(self) -> Option<&'static str> {
         self.reason_of(self.of_exchange() < AIM)
     }
@@ -99,7 +101,7 @@ mod tests {
     use crate::scene::SceneBuilder;
     use crate::{Vector, model::Limit};
 
-    /// `count` particles at one position.
+    /// Returns a scene with `count` particles, all at the same position.
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
             .species("A", 1.0, 1.0)

@@ -9,33 +9,35 @@ use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::EventCountsBySpecies;
 use crate::model::VolumeMoves;
 
-/// Results of a measured stage of a scene, as for the last measurement of a run.
+/// Results of a measured stage of a scene. They correspond to the results of the last measurement in
+/// [`Finished`](super::Finished).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MeasuredStage {
-    /// Its name in the scene.
+    /// Name of the stage in the scene.
     pub name: String,
     /// Its measurement.
     pub measurement: MeasurementPeriod,
-    /// Event counts of its measurement, by kind and species.
+    /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
-    /// Means and standard errors by name, of the observables that apply to the scene.
+    /// Mean and standard error of each observable that applies to the scene, by name.
     #[serde(with = "by_place")]
     pub observables: Vec<(&'static str, Estimate)>,
-    /// Whether each observable was stationary, by name.
+    /// Whether each observable drifted or was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether it was in equilibrium, or in a steady state.
+    /// Whether the system was in equilibrium or in a steady state.
     pub equilibrium: Equilibrium,
-    /// Results of the scene's instruments in this stage.
+    /// Results of the instruments in this stage.
     pub measured: Measured,
-    /// Factor by which diameters had grown since the start of the scene.
+    /// Factor by which the diameters had grown since the start of the scene.
     pub diameter_factor: f64,
-    /// Volume moves of a barostat; `None` without one.
+    /// Volume moves of the barostat; `None` without a barostat.
     pub volume_moves: Option<VolumeMoves>,
 }
 
-/// Values by the name of an observable. A checkpoint stores its index in `OBSERVABLES`.
+/// Stores a value for each observable. A checkpoint contains the index of the observable in `OBSERVABLES` instead of
+/// its name.
 mod by_place {
     use serde::de::{Deserialize, Deserializer, Error};
     use serde::ser::{Serialize, Serializer};
@@ -63,7 +65,8 @@ mod by_place {
     }
 }
 
-/// Verdicts on stationarity by the name of an observable. Files store their names, checkpoints only indices.
+/// Stores the stationarity of each observable for a checkpoint. The enum `Verdict` has the same variants, and is stored
+/// as an index.
 mod verdicts {
     use serde::de::Deserializer;
     use serde::ser::Serializer;

@@ -1,4 +1,4 @@
-//! Event rate of a run, as far as it can be estimated in advance.
+//! Event rate of a run, estimated in advance even if the rate changes during the run.
 
 use thiserror::Error;
 
@@ -7,31 +7,32 @@ use super::stage::{Settings, Stage};
 use crate::engine::{Reason, Until};
 use crate::model::{Limit, Scene};
 
-/// Steps of the engine in a trial run without a steady rate, and in part of it: at most some seconds in all.
+/// Number of engine steps in a trial run of a scene whose rate changes: in all, and between two records of the event
+/// count. The trial takes at most a few seconds.
 const STEPS: u64 = 1_000_000;
 const STEPS_OF_PART: u64 = 10_000;
 
-/// Number of steps after which a trial that advances too slowly is given up.
+/// Number of engine steps after which a trial is given up if it advances too slowly.
 const PATIENCE: u64 = 120_000;
 
-/// A trial advances too slowly if it would not get far enough at this multiple of its speed so far. Cooling
-/// systems become faster.
+/// A trial is too slow if it would not cover enough of the run even at this multiple of its present speed. The speed
+/// may increase, because systems that cool have fewer events.
 const MARGIN: f64 = 4.0;
 
-/// Two intervals have the same rate if they agree within this factor.
+/// The rates in two intervals count as equal if they differ by less than this factor.
 const STEADY: f64 = 1.5;
 
-/// A trial run that covers this fraction of the duration is representative of the rest.
+/// A trial that covers this fraction of the duration of the run is representative of the rest.
 const FAR: f64 = 0.125;
 
-/// Minimum number of events in an interval for a rate.
+/// Minimum number of events in an interval from which a rate is calculated.
 const FEWEST: f64 = 30.0;
 
 /// Why the event rate of a run cannot be estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NoRate {
-    /// Gravity, and dissipative contacts.
+    /// Particles fall and lose energy in contacts, so that they come to rest in more and more contacts.
     #[error("particles that fall and lose energy come to rest, in more and more contacts")]
     Collects,
     /// Open sides.
@@ -40,22 +41,22 @@ pub enum NoRate {
     /// Gravity.
     #[error("falling particles keep getting faster")]
     Falls,
-    /// Dissipative contacts without an energy supply.
+    /// Contacts dissipate energy and nothing supplies it.
     #[error("contacts lose energy and nothing supplies any, so they become rarer")]
     Cools,
-    /// Too few events, or too many particles for a trial.
+    /// The trial had too few events, or there are too many particles for a trial.
     #[error("a trial run covers too little of it")]
     Untried,
 }
 
-/// Mean number of events per simulated time of a run `[1 / time]`.
+/// Estimates the mean number of events of a run per simulated time `[1 / time]`.
 ///
-/// If the rate is steady, it is taken from a short trial, or from kinetic theory for many particles.
-/// Otherwise it is taken from a trial run that reaches the end of the run, or gets far enough to be steady.
-/// The result depends only on the scene, not on the clock.
+/// A steady rate is taken from a short trial or, for many particles, from kinetic theory. Otherwise a longer trial is
+/// simulated. It has to reach the end of the run, or a steady rate after a representative part of the run. The result
+/// depends only on the scene, not on the speed of the machine.
 ///
 /// # Errors
-/// [`NoRate`] if it cannot be estimated within a factor of three.
+/// [`NoRate`] if the rate cannot be estimated within a factor of three.
 pub fn foreseen_rate(scene: &Scene) -> Result<f64, NoRate> {
     match unsteady(scene) {
         None => expected_rate(scene).ok_or(NoRate::Untried),
@@ -63,7 +64,7 @@ pub fn foreseen_rate(scene: &Scene) -> Result<f64, NoRate> {
     }
 }
 
-/// Why a rate changes in the course of a run.
+/// Returns why the event rate changes during a run; `None` if it is steady.
 fn unsteady(scene: &Scene) -> Option<NoRate> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     match () {
@@ -84,7 +85,7 @@ fn loses_energy(scene: &Scene) -> bool {
         || scene.space.boundary.iter().any(is_soft_side)
 }
 
-/// Duration of a run `[time]`; `None` if it is not given, or if a thermostat or growth acts in a stage.
+/// Duration of a run `[time]`; `None` if the scene does not give it, or if a thermostat or growth acts in a stage.
 fn duration(scene: &Scene) -> Option<f64> {
     let plan = &scene.run;
     let of_stage = |Settings { limit, thermostat, growth, .. }: Settings| match limit {
@@ -92,11 +93,11 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // An unused equilibration has no limit.
+    // A run without an equilibration has an equilibration stage without a limit.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
-/// The mean rate of a trial run.
+/// Returns the mean rate of a run, estimated from a trial.
 fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let moving = scene.particles.iter().filter(|particle| !scene.species[particle.species.0 as usize].is_static());
     let duration =
@@ -120,12 +121,12 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
         }
     }
     let (passed, events) = *course.last()?;
-    // The number of events at a time, taken at the first check after that time.
+    // Returns the number of events at `time`, from the first record at or after it.
     let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
     let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
-    // A falling system without dissipation soon reaches its final energy.
+    // A system that falls without dissipation soon converts its potential energy, and then has a steady rate.
     let is_far = passed >= FAR * duration || why == NoRate::Falls;
     (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
 }
@@ -135,7 +136,7 @@ mod tests {
     use super::*;
     use crate::engine::Simulation;
 
-    /// Scene with its run until a time.
+    /// Returns a scene whose limit is a simulated time.
     fn scene(text: &str) -> Scene {
         Scene::from_toml(text, "scene.toml").unwrap()
     }
@@ -171,12 +172,12 @@ mod tests {
         }
         assert_eq!(foreseen_rate(&rain(1000, 100.0)), Err(NoRate::Collects));
         let hopper = Scene::from_file("configs/hopper.toml").unwrap();
-        // It has 1.45e6 events in its duration of 80.
+        // The hopper has 1.45e6 events in its duration of 80 units of time.
         let told = 80.0 * foreseen_rate(&hopper).unwrap();
         assert!((0.5e6..4.3e6).contains(&told), "{told}");
     }
 
-    /// Two grains that bounce twice during the run, and collapse long after it.
+    /// The two grains bounce twice during the run, and their bounces become infinitely frequent long after its end.
     #[test]
     fn an_estimate_does_not_go_beyond_the_end_of_the_run() {
         let two = scene(
@@ -207,8 +208,8 @@ mod tests {
 
     #[test]
     fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
-        // The system cools within about 10^4 units of time, and the trial covers only a fraction of this
-        // time. The initial rate would give twenty times too many events.
+        // This system cools within about 10^4 units of time, and the trial covers only a small part of this time. The
+        // initial rate would be twenty times too high for the whole run.
         let slow = scene(
             "
             species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]

@@ -1,4 +1,4 @@
-//! A run on several processes.
+//! Runs that are shared by several processes.
 
 use std::sync::Arc;
 
@@ -7,22 +7,23 @@ use super::{Run, RunState};
 use crate::analysis::instruments::Registry;
 use crate::engine::{Simulation, Transport};
 
-/// Number of bytes sent at once.
+/// Number of bytes sent to other processes at once.
 const PIECE: usize = 1 << 26;
 
 impl Run {
-    /// Spreads the run over processes. All must have set it up in the same way, with the same number of
-    /// threads: [`Simulation::set_transport`].
+    /// Shares the run between processes. Every process must have set up the same run with the same number of threads:
+    /// see [`Simulation::set_transport`].
     ///
-    /// The results are equal in all processes, with the bits of a single one. Decisions of a recorder (to
-    /// pause for a checkpoint, or that nothing more can be recorded) and results of `watch` are taken from
-    /// the first process. Recorders of other processes need not record anything.
+    /// All processes obtain the same results, with the same bits as a single process. Only the first process decides
+    /// when to write a checkpoint and when to stop, by its recorder and its `watch`. Recorders of other processes need
+    /// not record anything.
     pub fn transport(mut self, transport: Arc<dyn Transport>) -> Self {
         self.simulation.set_transport(transport);
         self
     }
 
-    /// Sends the run of the first process to all others, and spreads it over them. User-defined instruments are not sent.
+    /// Sends the run of the first process to all other processes, and shares it between them. Custom instruments are
+    /// not sent.
     pub fn shared(run: Option<Self>, transport: &Arc<dyn Transport>) -> Option<Self> {
         let mut content = Vec::new();
         if let Some(run) = &run {
@@ -72,7 +73,7 @@ mod tests {
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
-    /// Records everything from a run, and requests checkpoints at intervals.
+    /// A recorder in memory that also requests checkpoints at intervals.
     #[derive(Debug, Default, PartialEq)]
     struct All {
         rows: Vec<String>,
@@ -113,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Spheres that grow first, on one thread, and are then held at a temperature.
+    /// A scene in which spheres first grow on one thread, and are then held at a temperature.
     fn scene() -> Scene {
         let growth = Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.4) };
         let grow = StagePlan { name: "growth".into(), growth: Some(growth), ..StagePlan::default() };
@@ -135,8 +136,8 @@ mod tests {
             .unwrap()
     }
 
-    /// The records of the first process, which stops after `asked` callbacks, and the endings of all
-    /// processes.
+    /// Runs the scene on several processes. The first process interrupts the run in call number `asked` of `watch`.
+    /// Returns the data recorded by the first process, and the ending and final state of each process.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

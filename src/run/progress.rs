@@ -1,9 +1,9 @@
-//! Progress of a run.
+//! Progress of a run, for its caller.
 
 use super::stage::Stage;
 use crate::model::Limit;
 
-/// Progress of a stage of a run.
+/// Progress of a run in its present stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
@@ -15,12 +15,12 @@ pub struct Progress {
     pub elapsed: f64,
     /// Physical events since the start of the stage.
     pub events: u64,
-    /// Where the stage ends.
+    /// Time and number of events, since the start of the stage, at which the stage ends.
     pub limit: Limit,
 }
 
 impl Progress {
-    /// The completed fraction of the stage, 0 to 1, by the limit that is nearer.
+    /// Completed fraction of the stage, from 0 to 1. If the stage has two limits, the larger fraction counts.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let by_time = self.limit.time.map_or(0.0, |limit| self.elapsed / limit);

@@ -1,36 +1,36 @@
-//! Event rates of a scene, estimated before it is run.
+//! Event rate of a scene with a steady rate, estimated before the run.
 
 use super::forecast;
 use crate::engine::surfaces::search_steps;
 use crate::engine::{Reason, Simulation, Until};
 use crate::model::Scene;
 
-/// Maximum number of particles for a trial, so that it takes a fraction of a second.
+/// Maximum number of moving particles for a trial simulation, which then takes a fraction of a second.
 pub(super) const MOST: usize = 3_000;
 
-/// Number of events per particle in a trial, and minimum number in all. The first half melts the initial
-/// lattice.
+/// Number of events in a trial: `EACH` per moving particle, but at least `LEAST`. The first half of them melts the
+/// initial lattice.
 const EACH: u64 = 10;
 const LEAST: u64 = 1_000;
 
-/// Maximum number of engine steps in a trial: events, cell transitions, new predictions.
+/// Maximum number of engine steps (events, cell transitions and new predictions) in each of the two halves of a trial.
 const STEPS: u64 = 500_000;
 
-/// Maximum number of steps in a trial of the search for contacts with surfaces that oscillate or turn: one or
-/// two seconds. A single engine step may need very many of them.
+/// Maximum number of search steps in a trial. They are needed to find contacts with surfaces that oscillate or turn,
+/// and a single engine step may need very many of them. This maximum takes one or two seconds.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
-/// Number of engine steps between two checks of the number of search steps.
+/// Number of engine steps after which the number of search steps is checked.
 const BETWEEN: u64 = 64;
 
-/// Smallest number of events that gives a rate.
+/// Minimum number of events from which a rate is calculated.
 const FEWEST: u64 = 10;
 
-/// Events per simulated time `[1 / time]`, from a trial in which each particle has a few events. With too
-/// many particles for a trial, the rate follows from kinetic theory at the initial speeds. `None` if neither
-/// gives a rate.
+/// Estimates the number of events per simulated time `[1 / time]`, from a trial in which each particle has a few
+/// events. If there are too many particles for a trial, or it has too few events, the rate follows from kinetic theory
+/// at the initial speeds. `None` if neither gives a rate.
 ///
-/// The result depends only on the scene, not on the clock.
+/// The result depends only on the scene, not on the speed of the machine.
 #[must_use]
 pub fn expected_rate(scene: &Scene) -> Option<f64> {
     let is_moving = |id: crate::model::SpeciesId| !scene.species[id.0 as usize].is_static();
@@ -39,10 +39,10 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
     tried.or_else(|| forecast::rate(scene))
 }
 
-/// A short trial simulation of a scene with a limit on its work.
+/// A trial: a short simulation of a scene with limited work.
 pub(super) struct Try {
     pub simulation: Simulation,
-    /// Number of search steps of this thread at which the trial is given up; `None` if no surface moves.
+    /// Number of search steps of the present thread at which the trial is given up; `None` if no surface moves.
     most: Option<u64>,
 }
 
@@ -52,7 +52,8 @@ impl Try {
         Self { simulation: Simulation::without_plan(scene.clone()), most }
     }
 
-    /// Advances by a number of engine steps. Returns an error if the simulation cannot continue, or if the work limit is reached.
+    /// Advances by a number of engine steps. Returns an error if the simulation cannot continue, or if there were too
+    /// many search steps.
     pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
         let Some(most) = self.most else {
             return self.simulation.advance_for(steps, until, None).map_err(drop);
@@ -71,14 +72,14 @@ impl Try {
     }
 }
 
-/// The rate in the second half of a trial, or in all of it if it ended early.
+/// Returns the event rate in the second half of a trial, or in the whole trial if it ended early.
 fn tried(scene: &Scene, moving: u64) -> Option<f64> {
     let mut attempt = Try::of(scene);
     let target = LEAST.max(EACH * moving);
     let mut begin = (attempt.simulation.time(), 0);
     if attempt.advance(STEPS, Until::events(target / 2)) == Ok(Some(Reason::Events)) {
         let half = (attempt.simulation.time(), target / 2);
-        // If it ends, the events so far are used.
+        // If the simulation ends or fails in the second half, the events so far are used.
         let _ = attempt.advance(STEPS, Until::events(target));
         if attempt.simulation.event_counts().physical() >= half.1 + FEWEST {
             begin = half;
@@ -106,7 +107,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Events per time, once the lattice has melted.
+    /// Returns the true event rate after the lattice has melted.
     fn measured(scene: Scene) -> f64 {
         let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(20_000)).unwrap();
@@ -125,14 +126,14 @@ mod tests {
             let truth = measured(small);
             let what = format!("{packing_fraction}: {tried} {theory} {truth}");
             assert!((tried / truth - 1.0).abs() < 0.35 && (theory / truth - 1.0).abs() < most, "{what}");
-            // Large systems have no trial.
+            // Systems of this size have no trial, so the rate follows from kinetic theory.
             let large = fluid(potential.clone(), 4_000, packing_fraction);
             assert!((expected_rate(&large).unwrap() / (8.0 * truth) - 1.0).abs() < most, "{what}");
         }
     }
 
-    /// Grains beside a plate that oscillates a million times per unit time. An engine step needs very many
-    /// search steps.
+    /// The plate below the grains oscillates a million times per unit of time, so an engine step needs very many search
+    /// steps.
     #[test]
     fn a_try_beside_a_fast_surface_is_given_up_after_its_work() {
         let scene = Scene::from_toml(
@@ -156,7 +157,7 @@ mod tests {
         let before = search_steps();
         assert!(crate::run::foreseen_rate(&scene).is_err());
         let done = search_steps() - before;
-        // There are 64 engine steps between two checks, with 200 intervals of several steps each.
+        // The number of search steps is checked only after every 64 engine steps, so it may exceed the maximum.
         assert!((SEARCH_STEPS..2 * SEARCH_STEPS).contains(&done), "{done}");
         assert_eq!(crate::run::burdens(&scene).len(), 1);
     }

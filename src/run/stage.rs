@@ -1,4 +1,4 @@
-//! The stages of a run in order, and their settings.
+//! The stages of a run, their order and their settings.
 
 use std::borrow::Cow;
 
@@ -8,22 +8,22 @@ use crate::Vector;
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::{Barostat, Growth, Limit, RunPlan, StagePlan, Thermostat};
 
-/// Stage of a run.
+/// A stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
-    /// A listed stage without measurement, by index.
+    /// A stage of the scene that is not measured, by its index in the list of stages.
     Preparation(u32),
-    /// Equilibration of a listed stage.
+    /// The equilibration before a measured stage of the scene, by its index in the list of stages.
     EquilibrationOf(u32),
-    /// Measurement of a listed stage.
+    /// The measurement in a measured stage of the scene, by its index in the list of stages.
     MeasurementOf(u32),
-    /// Equilibration before the last measurement.
+    /// The equilibration before the last measurement.
     Equilibration,
     /// The last measurement.
     Measurement,
 }
 
-/// Settings of a stage of a run.
+/// Settings of a stage of a run, such as its limit and its thermostat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Settings {
     pub limit: Limit,
@@ -31,41 +31,42 @@ pub(crate) struct Settings {
     pub barostat: Option<Barostat>,
     pub growth: Option<Growth>,
     pub gravity: Option<Vector>,
-    /// Whether it ends once no observable drifts.
+    /// Whether the stage ends as soon as no observable drifts.
     pub until_stationary: bool,
-    /// Index of its random stream, relative to the first one of the scene.
+    /// Index of the stage's stream of random numbers, relative to the first stream of the scene.
     pub stream: usize,
 }
 
 impl Settings {
-    /// Whether it is simulated at all.
+    /// Whether the stage is simulated. A stage without any end is skipped.
     pub fn has_end(&self) -> bool {
         self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
     }
 
-    /// Whether it ends only by the observables.
+    /// Whether the stage ends only when no observable drifts, because it has no limit.
     pub fn is_endless(&self) -> bool {
         self.until_stationary && self.limit == Limit::default()
     }
 }
 
 impl Stage {
-    /// The first planned stage.
+    /// Returns the first stage of a plan.
     pub(super) fn first(plan: &RunPlan) -> Self {
         Self::listed(plan, 0)
     }
 
-    /// Stages of a plan that are simulated, in order. Other stages have no limit.
+    /// Returns the stages of a plan that are simulated, in order. A stage without any end is skipped.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }
 
-    /// All planned stages, in order.
+    /// Returns all stages of a plan, in order.
     pub(crate) fn all(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }
 
-    /// The beginning of a listed stage by index; if the index is their number, the last equilibration.
+    /// Returns the first stage that belongs to an entry in the list of stages. After the last entry, it is the
+    /// equilibration before the last measurement.
     fn listed(plan: &RunPlan, number: u32) -> Self {
         match plan.stages.get(number as usize) {
             Some(stage) if stage.measured.is_some() => Self::EquilibrationOf(number),
@@ -74,7 +75,7 @@ impl Stage {
         }
     }
 
-    /// The next stage; `None` after the last measurement.
+    /// Returns the next stage; `None` after the last measurement.
     pub(super) fn next(self, plan: &RunPlan) -> Option<Self> {
         match self {
             Self::Preparation(number) | Self::MeasurementOf(number) => Some(Self::listed(plan, number + 1)),
@@ -84,13 +85,13 @@ impl Stage {
         }
     }
 
-    /// Whether it is measured.
+    /// Whether this stage is a measurement.
     #[must_use]
     pub fn is_measured(self) -> bool {
         matches!(self, Self::MeasurementOf(_) | Self::Measurement)
     }
 
-    /// Settings of the stage in a run.
+    /// Returns the settings of this stage in a plan.
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
         let plain = |limit, (thermostat, barostat, gravity), stream| Settings {
@@ -126,7 +127,8 @@ impl Stage {
         }
     }
 
-    /// Name of the listed stage, also for its equilibration; `measurement` for everything after these.
+    /// Returns the name of the entry in the list of stages to which this stage belongs. It is `measurement` for the
+    /// last equilibration and measurement.
     pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
         match self {
             Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {
@@ -136,7 +138,7 @@ impl Stage {
         }
     }
 
-    /// Name of the stage in the tables of a run.
+    /// Returns the name of the stage in output files.
     #[must_use]
     pub fn name(self, plan: &RunPlan) -> Cow<'_, str> {
         let listed = |number: u32| plan.stages.get(number as usize).map_or("", |stage| stage.name.as_str());
@@ -154,7 +156,7 @@ mod tests {
     use super::*;
     use crate::model::{Equilibration, StagePlan};
 
-    /// Three stages; the second one is measured.
+    /// A plan with three stages, of which the second is measured.
     fn plan() -> RunPlan {
         let stage = |name: &str, measured| StagePlan { name: name.into(), measured, ..StagePlan::default() };
         let before = Equilibration { limit: Limit::events(7), until_stationary: false };

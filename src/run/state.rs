@@ -1,4 +1,4 @@
-//! The state of a run besides the simulation: the stage, its limits, sampling times, instruments and means.
+//! State of a run besides its simulation.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Scene, Thermostat};
 use crate::run::audit::Ledger;
 
-/// The beginning of a stage.
+/// Simulated time and number of physical events at which a stage began, and its limit.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Start {
     pub stage: Stage,
@@ -29,21 +29,23 @@ impl Start {
         Self { stage, time: simulation.time(), events: simulation.event_counts().physical(), limit }
     }
 
-    /// Simulated time and physical events, since the start of the simulation, at which the stage ends.
+    /// Returns the simulated time and the number of physical events at which the stage ends. Events are counted since
+    /// the start of the simulation.
     pub fn end(&self) -> (f64, u64) {
         let time = self.limit.time.map_or(f64::INFINITY, |time| self.time + time);
         (time, self.limit.events.map_or(u64::MAX, |events| self.events.saturating_add(events)))
     }
 }
 
-/// A sampling time this close to the end, relative to the duration of the stage, coincides with it within
-/// round-off.
+/// A sampling time coincides with the end of the stage, within round-off, if they differ by less than this fraction of
+/// the duration of the stage.
 pub(super) const NEAR: f64 = 1e-9;
 
-/// Fraction of the crossing time after which the initial overlaps are first checked.
+/// Time of the first check for remaining initial overlaps, as a fraction of the crossing time of the box.
 const FIRST_CHECK: f64 = 1e-4;
 
-/// The next check of the initial overlaps: whichever comes first.
+/// Intervals up to the next check for remaining initial overlaps: a number of physical events and a simulated time. The
+/// check is made when either has passed.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
     /// Number of events.
@@ -53,45 +55,46 @@ pub(super) struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// Increases the intervals by a tenth, so that persistent overlaps cost little. The time at which
-    /// overlaps are resolved is known to about a tenth.
+    /// Increases the intervals between two checks for initial overlaps by a tenth, so that persistent overlaps cost
+    /// little. The time at which the last overlap is resolved is then known to about a tenth.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
     }
 }
 
-/// The next check of the run's state. It is stored in checkpoints, so that pauses do not shift it.
+/// The next check of the run: a simulated time or a number of physical events, whichever comes first. Checkpoints
+/// contain it, so that pauses do not shift the checks.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
     /// Simulated time.
     pub time: f64,
     /// Physical events.
     pub events: u64,
-    /// Number of physical events, cell transitions and Andersen collisions when it was set.
+    /// Numbers of physical events, cell transitions and Andersen collisions when this check was planned.
     pub done: u64,
     pub transitions: u64,
     pub collisions: u64,
 }
 
 impl Aim {
-    /// This aim, or another limit that comes first.
+    /// Returns the time and the number of events of this check, or the given limits where they come first.
     pub fn until(&self, time: f64, events: u64) -> Until {
         Until { time: time.min(self.time), events: events.min(self.events) }
     }
 }
 
-/// A pilot run that is the beginning of its stage.
+/// A pilot run in progress that is the beginning of its stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Pilot {
-    /// Number of its physical events.
+    /// Number of physical events that the pilot run needs for its estimate.
     pub events: u64,
-    /// Number of events, cell transitions and Andersen collisions, since the start of the simulation, at
-    /// which it gives up.
+    /// The pilot run gives up at this number of events, cell transitions and Andersen collisions, counted since the
+    /// start of the simulation.
     pub patience: u64,
 }
 
-/// Rows, frames and instruments of the measurement so far.
+/// Sampling times and instruments of a measurement in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
     pub rows: SamplingTimes,
@@ -99,66 +102,67 @@ pub(super) struct Measurement {
     pub instruments: Instruments,
 }
 
-/// State of a run: the stage, sampling times, instruments and means. Together with the simulation it is the
-/// content of a checkpoint.
+/// State of a run: its stage, sampling times, instruments and averages. A checkpoint consists of this state, the
+/// simulation, and the list of output files.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RunState {
     pub(super) stage: Start,
     pub(super) observer: Observer,
     pub(super) ledger: Ledger,
-    /// Simulated time in which a typical particle crosses the box `[time]`.
+    /// Simulated time in which the fastest particle crosses the box `[time]`: see [`crossing_time`].
     pub(super) crossing: f64,
-    /// Initial event rate from kinetic theory `[1 / time]`.
+    /// Event rate at the start from kinetic theory `[1 / time]`; `None` if this theory does not apply.
     pub(super) rate: Option<f64>,
-    /// Longest step in time; it grows if nothing happens.
+    /// Simulated time between two checks of the run. It doubles as long as nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
-    /// The target of an advance that was paused.
+    /// The check that was planned before an interruption, and that the continued run uses.
     pub(super) aim: Option<Aim>,
-    /// The pilot run in progress.
+    /// The pilot run, while it is simulated as the beginning of the stage.
     pub(super) pilot: Option<Pilot>,
-    /// Steps of the run since the last event.
+    /// Number of checks of the run since the last event.
     pub(super) quiet_steps: u64,
-    /// Rows and frames since the last event.
+    /// Number of rows and frames since the last event.
     pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
-    /// Largest number of frames.
     pub(super) frames: FrameLimit,
-    /// Times of rows in a stage before the measurement.
+    /// Sampling times of the rows in a stage without measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
-    /// Event counts before the measurement.
+    /// Event counts at the start of the measurement.
     pub(super) before: EventCounts,
-    /// Event counts before the measurement, by kind and species.
+    /// Event counts at the start of the measurement, by kind and species.
     pub(super) counts_before: EventCountsBySpecies,
-    /// Wall time of the measurement before the last resumption `[seconds]`.
+    /// Wall time of the present measurement before the run was last continued `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether the present stage has been set up.
     pub(super) has_begun: bool,
-    /// Simulated time of the next scaling of velocities; infinite without scaling.
+    /// Simulated time of the next scaling of velocities; infinite if the thermostat does not scale velocities.
     pub(super) next_scaling: f64,
-    /// Simulated time of the next temperature sample before the scaling; infinite without scaling.
+    /// Simulated time of the next temperature sample between two scalings of the velocities; infinite if no sample is
+    /// due before the next scaling.
     pub(super) next_temperature: f64,
-    /// Volume moves of the present stage.
+    /// Volume moves of the present stage; `None` without a barostat.
     pub(super) moves: Option<Moves>,
-    /// Amplitude of volume moves found so far.
+    /// Last tuned amplitude of the volume moves; `None` before any tuning.
     pub(super) amplitude: Option<f64>,
-    /// The observables in an automatic equilibration.
+    /// Time series of the observables during an automatic equilibration.
     pub(super) monitor: Option<Monitor>,
-    /// The pressure of spheres that grow to a target pressure.
+    /// Pressure of growing spheres; `None` if no spheres grow.
     pub(super) pressure_check: Option<PressureCheck>,
-    /// The watch for storms, if they are possible.
+    /// Detection of event storms; `None` if they are impossible.
     pub(super) storm_watch: Option<StormWatch>,
-    /// The end for which rows, frames and instruments were planned, if the run has another end now.
+    /// Original limit of the measurement, for which rows, frames and instruments were planned; `None` if the limit was
+    /// not changed.
     pub(super) planned: Option<Limit>,
-    /// Names of the custom instruments.
+    /// Names of the custom instruments with which the run began.
     pub(super) registered: Vec<String>,
-    /// The completed measured stages.
+    /// Results of the measured stages that have ended.
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
-/// Initial properties of a scene that its run needs.
+/// Properties of a scene that depend on its initial particles. They are calculated before these particles may be freed.
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
@@ -178,12 +182,12 @@ impl Beginning {
 }
 
 impl RunState {
-    /// At the start of a scene.
+    /// Returns the state at the start of a run.
     pub(crate) fn new(simulation: &Simulation) -> Self {
         Self::begin(simulation, Beginning::of(simulation.scene()))
     }
 
-    /// The initial state. The simulation may no longer have the initial particles of its scene.
+    /// Returns the state at the start of a run. The initial particles of the scene may already have been freed.
     pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
@@ -223,8 +227,8 @@ impl RunState {
         }
     }
 
-    /// The end of the stage and the remaining time, if the simulation is at the end of its stage within
-    /// round-off.
+    /// Returns the end of the present stage and the time left until then. `None` if the simulation has not reached the
+    /// end within round-off.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
@@ -232,7 +236,7 @@ impl RunState {
         (left <= NEAR * duration).then_some((end, left))
     }
 
-    /// Whether the measurement has reached its limit, or there will be no further events.
+    /// Whether the last measurement has reached its limit, or no event is left.
     pub(super) fn has_ended(&self, simulation: &Simulation) -> bool {
         let (_, events) = self.stage.end();
         let is_there = simulation.event_counts().physical() >= events || self.rest_of_stage(simulation).is_some();
@@ -240,7 +244,8 @@ impl RunState {
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
-    /// Sets another end of the measurement, whether it is planned, running or over.
+    /// Sets another limit of the last measurement, if this is the present stage. Otherwise the measurement takes its
+    /// limit from the scene when it begins.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {
@@ -250,43 +255,43 @@ impl RunState {
         }
     }
 
-    /// The end that rows, frames and instruments of the measurement are planned for.
+    /// Returns the limit for which rows, frames and instruments of the measurement are planned.
     pub(super) fn planned(&self) -> Limit {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
-    /// Simulated time and physical events of the measurement so far; `None` before it.
+    /// Returns the simulated time and the number of physical events of the last measurement so far; `None` before it.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
         is_measured.then(|| (simulation.time() - self.stage.time, events))
     }
 
-    /// The end that the measurement was planned for, if the run has another end now.
+    /// Returns the original limit of the measurement; `None` if it was not changed.
     pub(crate) fn planned_before(&self) -> Option<Limit> {
         self.planned
     }
 
-    /// The observables that apply to its scene.
+    /// Returns the observables that apply to the scene.
     pub(crate) fn applicable(&self) -> &ApplicableObservables {
         self.observer.applicable()
     }
 
-    /// Names of the custom instruments that it began with.
+    /// Returns the names of the custom instruments with which the run began.
     pub(crate) fn registered(&self) -> &[String] {
         &self.registered
     }
 
-    /// Results of the instruments so far.
+    /// Returns the present results of the instruments.
     pub(super) fn measured(&self, system: Option<&SystemDescription>) -> crate::analysis::instruments::Measured {
         let measurement = self.measurement.as_ref().zip(system);
         measurement.map(|(measurement, system)| measurement.instruments.report(system)).unwrap_or_default()
     }
 }
 
-/// The simulated time in which the fastest particle crosses the box, at its initial speed, from rest with its
-/// acceleration, or at the temperature of an external source. With a heat bath, it is at most the time of
-/// [`MANY_COLLISIONS`]. Infinite if nothing moves.
+/// Shortest simulated time in which a particle crosses the box: with the highest initial speed, with the speed at the
+/// highest temperature of a thermostat or wall, or from rest with its acceleration. In a heat bath it is at most the
+/// time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -306,5 +311,6 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Number of Andersen collisions between two calls of `watch`, which take a few hundredths of a second.
+/// Largest number of Andersen collisions between two checks of the run. So many collisions take a few hundredths of a
+/// second.
 const MANY_COLLISIONS: f64 = 1e4;

@@ -1,34 +1,34 @@
-//! Times of a plan that exceed their stage or measurement.
+//! Times in a scene that are longer than the stages in which they act.
 
 use super::driver::FEWEST_MOVES;
 use super::stage::{Settings, Stage};
 use crate::model::{Barostat, Scene, Thermostat};
 use crate::scene::measurement_times;
 
-/// A time of a plan that is never reached.
+/// A time in a scene that is too long to have any effect, or a barostat that cannot tune its amplitude.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
-    /// No sample or action occurs within a stage or measurement.
+    /// An interval or a sampling time is longer than the stage or measurement.
     Time {
-        /// Key of the time in the scene.
+        /// Key of the time in the scene file.
         key: String,
         /// The time `[time]`.
         time: f64,
-        /// Name of the stage that is shorter; `None` for all measurements.
+        /// Name of the stage that is too short; `None` if all measurements are too short.
         stage: Option<String>,
         /// Duration `[time]`.
         duration: f64,
     },
-    /// Too few volume moves to tune their amplitude.
+    /// There are too few volume moves to tune their amplitude.
     Amplitude {
-        /// Moves before the first measurement with a barostat.
+        /// Number of volume moves before the first measurement with a barostat that tunes its amplitude.
         moves: f64,
-        /// Minimum number of volume moves that tune the amplitude.
+        /// Minimum number of volume moves needed to tune the amplitude.
         fewest: f64,
     },
 }
 
-/// Times of a scene that are never reached, because stages with a time limit are too short.
+/// Returns the times in a scene that are never reached, because stages with a time limit are too short.
 #[must_use]
 pub fn unreached(scene: &Scene) -> Vec<Unreached> {
     let plan = &scene.run;
@@ -36,7 +36,7 @@ pub fn unreached(scene: &Scene) -> Vec<Unreached> {
     let mut all = Vec::new();
     let mut longest = 0.0_f64;
     for (stage, settings) in &stages {
-        // The duration of an automatic equilibration, or of a stage with a number of events, is unknown.
+        // The duration is unknown for an automatic equilibration and for a stage that is limited by events.
         let duration = settings.limit.time.filter(|_| !settings.until_stationary).unwrap_or(f64::INFINITY);
         if stage.is_measured() {
             longest = longest.max(duration);
@@ -65,7 +65,7 @@ fn scaling_interval(thermostat: Thermostat) -> Option<f64> {
     }
 }
 
-/// Whether there are too few volume moves to tune their amplitude.
+/// Checks whether there are enough volume moves to tune their amplitude before the first measurement that needs it.
 fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     let is_open = |settings: &Settings| settings.barostat.is_some_and(|barostat| barostat.amplitude.is_none());
     let first = stages.iter().position(|(stage, settings)| stage.is_measured() && is_open(settings))?;

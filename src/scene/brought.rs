@@ -1,4 +1,4 @@
-//! Files that a scene reads: from disk, or from the page in a browser.
+//! Access to the files that a scene reads. They are on disk or, in a browser, provided by the page.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::read;
@@ -8,7 +8,7 @@ pub use brought::bring;
 #[cfg(target_family = "wasm")]
 pub(crate) use brought::read;
 
-/// WebAssembly in a browser has no disk.
+/// Files in memory, because WebAssembly in a browser has no disk.
 #[cfg(target_family = "wasm")]
 mod brought {
     use std::cell::RefCell;
@@ -20,12 +20,12 @@ mod brought {
         static BROUGHT: RefCell<BTreeMap<PathBuf, Vec<u8>>> = RefCell::default();
     }
 
-    /// Provides the content of a file to scenes that name this path.
+    /// Provides the content of a file for scenes that name this path.
     pub fn bring(path: &Path, content: Vec<u8>) {
         BROUGHT.with_borrow_mut(|files| files.insert(path.to_owned(), content));
     }
 
-    /// Content of a file.
+    /// Returns the content of a file.
     pub fn read(path: &Path) -> io::Result<Vec<u8>> {
         let content = BROUGHT.with_borrow(|files| files.get(path).cloned());
         content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it is not included in the page"))

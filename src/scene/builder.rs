@@ -1,4 +1,4 @@
-//! A scene built in code, with the same checks as a scene from a file.
+//! Builds a scene in code, with the same checks as for a scene from a file.
 
 use std::collections::BTreeMap;
 
@@ -38,31 +38,33 @@ use crate::scene::unvalidated::{
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "a builder does nothing until `build`"]
 pub struct SceneBuilder {
-    /// Parts of the scene known so far. Species, interactions, bonds, particles and the size of the box
-    /// follow from the fields below.
+    /// Values of the scene that are set directly. Species, interactions, bonds, particles and the size of the box are
+    /// derived from the other fields instead.
     pub(crate) parts: SceneParts,
-    /// Size of the box; `None` derives it from the only fill with a count and a density.
+    /// Size of the box; `None` if it follows from the only fill with a count and a density.
     pub(crate) size: Option<Vector>,
     pub(crate) gravity: Vector,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
-    /// Number of groups by their table in a scene file.
+    /// Number of groups so far for each table of a scene file, such as `particle` or `fill`. It numbers the entries in
+    /// config paths.
     pub(crate) entries: BTreeMap<&'static str, usize>,
-    /// The id of the next particle; `None` after a group of unknown size.
+    /// Id of the next particle; `None` after a group whose number of particles is not known yet.
     pub(crate) next_id: Option<u64>,
-    /// The first group whose ids were requested but are unknown.
+    /// First group whose ids the caller requested but which comes after a group of unknown size. The scene is then
+    /// rejected.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
-    /// Surfaces in addition to the surfaces of the parts.
+    /// Surfaces that were added, besides the surfaces that are already in `parts`.
     pub(crate) surfaces: Vec<SurfaceDraft>,
     pub(crate) has_surfaces: bool,
-    /// The run from which the scene starts, instead of groups.
+    /// The earlier run from whose end the scene starts, instead of from groups of particles.
     pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
 }
 
-/// Declares methods that set one value.
+/// Declares builder methods that each set one value.
 macro_rules! setters {
     ($($(#[$doc:meta])* $method:ident($value:ident: $type:ty) => $($field:ident).+;)*) => {
         $(
@@ -76,7 +78,7 @@ macro_rules! setters {
 }
 
 impl SceneBuilder {
-    /// An empty scene: no gravity, no TC model, periodic along every axis, seed 1.
+    /// Creates a builder of an empty scene: no gravity, no TC model, periodic along every axis, seed 1.
     pub fn new(name: &str) -> Self {
         Self {
             parts: SceneParts { name: name.to_owned(), seed: 1, ..SceneParts::default() },
@@ -96,60 +98,63 @@ impl SceneBuilder {
         }
     }
 
-    /// A builder for a scene with validated species. Interactions, bonds and particles remain parts.
+    /// Creates a builder from the parts of a scene. Only the species and the size of the box move to fields of the
+    /// builder; all other values remain in the parts.
     pub(crate) fn of_parts(parts: SceneParts) -> Self {
         let species = parts.species.iter().map(SpeciesDraft::of).collect();
         Self { size: Some(parts.space.size), species, parts, ..Self::new("") }
     }
 
     setters! {
-        /// The seed of all random numbers.
+        /// Sets the seed of all random numbers.
         seed(seed: u64) => parts.seed;
-        /// Simulated time at the start `[time]`.
+        /// Sets the simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Sets whether particles may overlap at the start. The stable rule handles such overlaps.
+        /// Sets whether particles may overlap at the start. The stable rule then resolves the overlaps.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
-        /// Boundary conditions of a box whose size follows from a fill.
+        /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
-        /// The acceleration of every moving species that has no acceleration of its own `[length / time^2]`.
+        /// Sets the gravity `[length / time^2]`: the acceleration of every moving species that has no acceleration of
+        /// its own.
         gravity(gravity: Vector) => gravity;
-        /// Shears the box: the streaming velocity is `v_x = rate (y - y_middle)`, and images above and below
-        /// slide along x `[1 / time]`.
+        /// Sets the shear rate of the box `[1 / time]`. The streaming velocity is `v_x = rate (y - y_middle)`, and the
+        /// periodic images above and below slide along x.
         shear(rate: f64) => parts.shear_rate;
-        /// Initial displacement along x of the next image along y in a sheared box `[length]`.
+        /// Sets the initial displacement along x of the periodic image above a sheared box `[length]`.
         displacement(displacement: f64) => parts.displacement;
-        /// Contact time of the TC model `[time]`. Setting it switches the model on.
+        /// Switches the TC model on and sets its contact time `[time]`.
         contact_time(time: f64) => parts.contact_time;
-        /// Plan of the live page.
+        /// Sets what the live page shows during a run.
         live(live: LivePlan) => parts.live;
-        /// Limits of the run's audit.
+        /// Sets the largest errors that the audit of a run accepts.
         audit(audit: AuditPlan) => parts.audit;
-        /// The plan of the run.
+        /// Sets the stages, limits and thermostats of the run.
         run(run: RunPlan) => parts.run;
         /// Output plan.
         output(output: OutputPlan) => parts.output;
         /// Measurement plan.
         measure(plan: MeasurementPlan) => parts.measure;
-        /// Replicas at several temperatures with swaps, to be run by [`Exchange`](crate::exchange::Exchange).
+        /// Plans a replica exchange at several temperatures, which [`Exchange`](crate::exchange::Exchange) runs.
         #[doc(alias = "parallel tempering")]
         exchange(plan: ExchangePlan) => parts.exchange;
     }
 
-    /// The box. If no box is set, a periodic cube follows from the only fill with a count and a density.
+    /// Sets the box. Without a box, the scene gets a periodic cube whose size follows from the only fill with a count
+    /// and a density.
     pub fn space(mut self, space: Space) -> Self {
         self.size = Some(space.size);
         self.parts.space = space;
         self
     }
 
-    /// Makes both walls of an axis (0, 1, 2) thermal: particles leave them with velocities of this
-    /// temperature `[energy]`.
+    /// Makes both walls of an axis (0, 1, 2) thermal. Particles leave them with velocities of this temperature
+    /// `[energy]`.
     pub fn wall_temperature(self, axis: usize, temperature: f64) -> Self {
         self.wall_temperatures(axis, [Some(temperature); 2])
     }
 
-    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature
-    /// `[energy]`. A wall without a temperature reflects.
+    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`. A
+    /// wall without a temperature reflects particles.
     pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
         if let Some(walls) = self.parts.wall_temperatures.get_mut(axis) {
             *walls = temperatures;
@@ -169,13 +174,13 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a species and returns its id.
+    /// Adds a species of any kind and returns its id.
     pub fn insert_species(&mut self, species: SpeciesDraft) -> SpeciesId {
         self.species.push(species);
         SpeciesId(id(self.species.len() - 1))
     }
 
-    /// Adds an interaction of two species: a potential and a restitution.
+    /// Adds an interaction between two species, with a potential and a restitution coefficient.
     pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
         self.insert_interaction(InteractionDraft::new(potential).between(first, second).restitution(restitution));
         self
@@ -187,24 +192,24 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a named interaction for bonds.
+    /// Adds an interaction for bonds, which refer to it by name.
     pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
         self.insert_interaction(InteractionDraft::new(potential).named(name).restitution(restitution));
         self
     }
 
-    /// Adds an interaction of two species, of bonds, or of both.
+    /// Adds an interaction between two species, for bonds, or for both.
     pub fn insert_interaction(&mut self, interaction: InteractionDraft) {
         self.interactions.push(interaction);
     }
 
-    /// Adds a surface that particles meet.
+    /// Adds a surface that is a boundary for particles.
     pub fn surface(mut self, surface: SurfaceDraft) -> Self {
         self.insert_surface(surface);
         self
     }
 
-    /// Adds a surface that particles meet.
+    /// Adds a surface that is a boundary for particles.
     pub fn insert_surface(&mut self, surface: SurfaceDraft) {
         self.has_surfaces = true;
         self.surfaces.push(surface);
@@ -216,13 +221,14 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds a particle and returns its id. [`Self::build`] rejects it after a fill or a surface of unknown
-    /// size.
+    /// Adds a particle and returns its id. The id is unknown after a fill or surface of unknown size; [`Self::build`]
+    /// then returns an error.
     pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
         self.insert("particle", Group::Listed(Listed::one(species, position, velocity)))
     }
 
-    /// Adds particles of one species by number and density. The size of the box follows if it is not given.
+    /// Adds a number of particles of one species with a given density. If no box is set, the density determines its
+    /// size.
     pub fn fill(self, arrangement: impl Into<Arrangement>, species: &str, count: u64, amount: Amount) -> Self {
         self.add_fill(Fill::new(arrangement, species).count(count).amount(amount))
     }
@@ -233,31 +239,32 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds many particles and returns the id of the first one. [`Self::build`] rejects the same cases as for
-    /// [`Self::insert_particle`].
+    /// Adds many particles and returns the id of the first one. [`Self::build`] returns an error in the same cases as
+    /// for [`Self::insert_particle`].
     pub fn insert_fill(&mut self, fill: Fill) -> ParticleId {
         self.insert("fill", Group::Fill(fill))
     }
 
-    /// Sets Maxwell velocities for all fills and chains added so far that have neither a temperature nor a
-    /// speed `[energy]`.
+    /// Sets the temperature of Maxwell velocities `[energy]`, for all fills and chains added so far that have neither a
+    /// temperature nor a speed.
     pub fn temperature(mut self, temperature: f64) -> Self {
         self.at_rest().for_each(|start| *start.0 = Some(temperature));
         self
     }
 
-    /// Sets equal speeds in random directions for all fills and chains added so far that have neither a
-    /// temperature nor a speed `[length / time]`.
+    /// Gives all particles the same speed in random directions `[length / time]`, for all fills and chains added so far
+    /// that have neither a temperature nor a speed.
     ///
-    /// Directions are opposite in pairs. If a species has an odd number of particles, three of them have
-    /// directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the
-    /// momentum is zero. On a line, the last particle of an odd number keeps its momentum.
+    /// The particles of a species have opposite directions in pairs. If their number is odd, three of them have
+    /// directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the total momentum
+    /// is zero. Exceptions are a species of one particle, and an odd number of particles in one dimension: one particle
+    /// has no partner, and its momentum remains.
     pub fn speed(mut self, speed: f64) -> Self {
         self.at_rest().for_each(|start| *start.1 = Some(speed));
         self
     }
 
-    /// Temperature and speed of each fill and chain that has neither.
+    /// Returns the temperature and speed of each fill and chain in which neither is set.
     fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
         self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
             Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })
@@ -272,32 +279,32 @@ impl SceneBuilder {
         self
     }
 
-    /// Adds bonded chains and returns the id of the first particle. The others follow chain by chain.
-    /// [`Self::build`] rejects the same cases as for [`Self::insert_particle`].
+    /// Adds bonded chains and returns the id of the first particle. The ids of the other particles follow chain by
+    /// chain. [`Self::build`] returns an error in the same cases as for [`Self::insert_particle`].
     pub fn insert_chain(&mut self, chain: Chain) -> ParticleId {
         self.insert("chain", Group::Chain(chain))
     }
 
-    /// Adds a surface of static spheres.
+    /// Adds a surface that consists of static spheres.
     pub fn static_surface(mut self, surface: SurfaceFill) -> Self {
         self.push("mesh", Group::Surface(surface));
         self
     }
 
-    /// Adds a bond between two particles, by a named interaction.
+    /// Adds a bond between two particles, with a named interaction.
     pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
         self.insert_bond([first, second].map(ParticleId), interaction);
         self
     }
 
-    /// Adds a bond between two particles, by a named interaction.
+    /// Adds a bond between two particles, with a named interaction.
     pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
         let at = ConfigPath::entry("bond", self.bonds.len());
         self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
     }
 
-    /// Adds a group of particles, an entry of a table of a scene file. Returns the id of the first one, if
-    /// known.
+    /// Adds a group of particles as the next entry of a table in a scene file. Returns the id of its first particle, if
+    /// it is known.
     pub(crate) fn push(&mut self, table: &'static str, group: Group) -> Option<u64> {
         let number = self.entries.entry(table).or_default();
         let at = ConfigPath::entry(table, *number);
@@ -305,7 +312,7 @@ impl SceneBuilder {
         self.push_at(at, group)
     }
 
-    /// Adds a group of particles at a config path. Returns the id of the first one, if known.
+    /// Adds a group of particles with a given config path. Returns the id of its first particle, if it is known.
     pub(crate) fn push_at(&mut self, at: ConfigPath, group: Group) -> Option<u64> {
         let first = self.next_id;
         let count = match &group {
@@ -319,9 +326,9 @@ impl SceneBuilder {
         first
     }
 
-    /// Adds a group of particles and returns the id of the first one.
+    /// Adds a group of particles and returns the id of its first particle.
     fn insert(&mut self, table: &'static str, group: Group) -> ParticleId {
-        // If there are more particles than ids, the scene is rejected later.
+        // If there are more particles than ids, the validation rejects the scene.
         let first = self.push(table, group).map(|first| ParticleId(u32::try_from(first).unwrap_or(u32::MAX)));
         if let (None, Some(last)) = (first, self.groups.last()) {
             self.unnumbered.get_or_insert_with(|| last.at.clone());

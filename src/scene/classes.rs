@@ -1,4 +1,4 @@
-//! Replaces species with a distribution of diameters by several species, wherever a scene names them.
+//! Replaces species with distributed diameters by several species with one diameter each, called classes.
 
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
@@ -8,26 +8,27 @@ use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, InteractionDraft, LocatedGroup, Model, SpeciesDraft};
 use crate::scene::validate::measure;
 
-/// Maximum number of species in a scene with distributions. Their 32,896 pairs must be countable in 16 bits.
+/// Maximum number of species in a scene with distributed diameters. Each of their 32,896 pairs may be an interaction,
+/// and interactions are numbered with 16 bits.
 const MOST_SPECIES: usize = 256;
 
 /// A species with a distribution of diameters.
 #[derive(Debug)]
 pub(crate) struct Distributed {
-    /// Index among the species of the file.
+    /// Index of the species in the scene file.
     pub index: usize,
     pub name: String,
     pub classes: Vec<Class>,
 }
 
 impl Distributed {
-    /// The name of one of its classes, from 0.
+    /// Name of the class with index `k`, such as `grain-1` for index 0.
     fn class(&self, k: usize) -> String {
         format!("{}-{}", self.name, k + 1)
     }
 }
 
-/// Replaces distributed species by their classes wherever they are named.
+/// Replaces distributed species by their classes wherever the scene names them.
 pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     if distributed.is_empty() {
         return Ok(());
@@ -72,8 +73,8 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     Ok(())
 }
 
-/// Replaces the name of a distribution in interactions by the classes that a run had. The species of the run
-/// only have the names of the classes, `grain-1`, `grain-2` and so on.
+/// Replaces the name of a distribution in interactions by the classes of the run. The run has only the names of the
+/// classes: `grain-1`, `grain-2` and so on.
 pub(crate) fn expand_families(scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let is_known = |name: &str| scene.species.iter().any(|species| species.name == name);
     let is_new = |names: &[Distributed], name: &str| named(names, name).is_none() && !is_known(name);
@@ -101,8 +102,7 @@ fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError
     SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }
 
-/// Replaces each distributed species by its classes.
-/// The given mass belongs to a particle of the mean diameter.
+/// Replaces each distributed species by its classes. The given mass is the mass of a particle of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     let dimensions = scene.parts.space.dimensions();
     let mut species = Vec::new();
@@ -152,7 +152,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         };
         let is_alike = species[0] == species[1];
         let (first, second) = (names(0), names(1));
-        // Bonds derive their potentials from the name. One of the interactions therefore keeps it.
+        // Only one of the expanded drafts keeps the name, because names are unique. Bonds find this draft by its name.
         let mut name = draft.name.clone();
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {
@@ -166,7 +166,8 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
     Ok(())
 }
 
-/// Pairs of classes have different contact distances, so an explicit one is rejected.
+/// Rejects an explicit contact distance for species with distributed diameters: each pair of classes has its own
+/// contact distance.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = "no length: for a distribution of diameters, it follows from the diameters of each pair of classes";
     let (key, value) = match (&draft.model, draft.diameter) {
@@ -191,7 +192,7 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// Indices of the species and interactions of a builder in its file; empty if they are unchanged.
+/// Index in the scene file of each species and interaction of a builder; empty if nothing was expanded.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
     species: Vec<usize>,
@@ -199,7 +200,7 @@ pub(crate) struct Origins {
 }
 
 impl Origins {
-    /// Moves an error to its place in the file.
+    /// Replaces indices of expanded species and interactions in an error by their indices in the file.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         error.moved(|at| at.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
     }

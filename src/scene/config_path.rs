@@ -3,20 +3,20 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// A key or an index of a [`ConfigPath`].
+/// A step of a [`ConfigPath`]: a key or an index.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PathStep {
-    /// Into a table, by key.
+    /// Key of a value in a table.
     Key(Cow<'static, str>),
-    /// Into an array, by index from 0.
+    /// Index of an element in an array, from 0.
     Index(usize),
 }
 
 /// Config path of a value in a scene, such as `interaction[0].restitution`.
 ///
-/// Scenes built in code have the same paths as scenes from a file, so that errors read the same. For a file,
-/// the line is shown as well.
+/// Scenes built in code have the same paths as scenes from a file, so that errors read the same. For a file, an error
+/// also shows the line.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct ConfigPath(Vec<PathStep>);
 
@@ -27,25 +27,26 @@ impl ConfigPath {
         Self::default()
     }
 
-    /// The value of `key` in the table at this place.
+    /// Path of the value of `key` in the table at this path.
     #[must_use]
     pub fn key(&self, key: impl Into<Cow<'static, str>>) -> Self {
         self.step(PathStep::Key(key.into()))
     }
 
-    /// The element `index` of the array at this place.
+    /// Path of element `index` of the array at this path.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
         self.step(PathStep::Index(index))
     }
 
-    /// The element `index` of the top-level array of tables `table`.
+    /// Path of entry `index` of the top-level array of tables `table`, such as `interaction[0]`.
     #[must_use]
     pub fn entry(table: &'static str, index: usize) -> Self {
         Self::root().key(table).index(index)
     }
 
-    /// The path with another index in the top-level array `table`, if `indices` has one for it.
+    /// Replaces an index in the top-level array `table` by the entry of `indices` at this index. Other paths are
+    /// unchanged.
     #[must_use]
     pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
         let mut steps = self.0.clone();
@@ -58,13 +59,13 @@ impl ConfigPath {
         Self(steps)
     }
 
-    /// The steps, from the root.
+    /// Steps of the path, beginning at the root.
     #[must_use]
     pub fn steps(&self) -> &[PathStep] {
         &self.0
     }
 
-    /// Whether it is within the value of a top-level key.
+    /// Whether the path begins with the top-level key `key`.
     pub(crate) fn is_in(&self, key: &str) -> bool {
         matches!(self.0.first(), Some(PathStep::Key(first)) if first == key)
     }

@@ -1,4 +1,4 @@
-//! A scene that starts from the end of a run: the state it inherits, and settings that no longer fit.
+//! Builds a scene that starts from the end of a run, and checks the state that the scene inherits.
 
 use std::collections::HashMap;
 use std::convert::Infallible;
@@ -26,7 +26,7 @@ use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
 
-/// A run that has ended, and the checksum of its last state.
+/// The last state of a run, and the checksum of its checkpoint.
 pub(crate) struct LastRun {
     pub simulation: Simulation,
     pub checkpoint: InputFile,
@@ -43,10 +43,10 @@ fn at_start() -> ConfigPath {
 }
 
 impl Scene {
-    /// Reads a scene from its text, with overrides, that continues from the present state of a simulation.
-    /// Particles, bonds and static meshes are taken from the simulation instead of the text.
+    /// Reads a scene that continues from the present state of a simulation. The particles, bonds and static meshes come
+    /// from the simulation, and everything else from `text` and `overrides`.
     ///
-    /// [`SceneError`] for the first error in the text, or if the state does not fit the scene.
+    /// Returns [`SceneError`] for the first error in the text, or if the state does not fit the scene.
     pub(crate) fn from_toml_after(
         text: &str,
         name: &Path,
@@ -71,7 +71,7 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// Reads the run that the scene starts from, and checks that its last state fits.
+    /// Reads the run that the scene starts from, and checks that its last state fits the scene.
     pub(crate) fn continued(
         &self,
         start: &UnvalidatedStart,
@@ -88,7 +88,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// Returns a builder that takes everything that the scene leaves out from the run.
+    /// Returns a builder in which the parts that the scene leaves out are taken from the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.parts.start_time, next.parts.displacement) = (simulation.time(), simulation.displacement());
@@ -123,7 +123,7 @@ impl SceneBuilder {
         Ok(next)
     }
 
-    /// The scene that starts from a run's last state.
+    /// Builds the scene that starts from the last state of a run.
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
         let run = last.simulation.scene();
         self.check_header()?;
@@ -147,8 +147,8 @@ impl SceneBuilder {
             static_surfaces: static_surfaces(run, &particles, &species)?,
             starts: vec![(0, at_start())],
         };
-        // When a periodic side opens, pairs captured across it are suddenly far apart. When a side becomes
-        // periodic, pairs across it may be near.
+        // When a periodic side opens, pairs captured across it are suddenly far apart. When a side becomes periodic,
+        // pairs across it may be near. In both cases, the distances decide anew which pairs are captured.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {
@@ -167,7 +167,7 @@ impl SceneBuilder {
         let displacement = self.parts.displacement;
         let start = Configuration { groups, interactions, space, displacement, surfaces };
         self.check_plan(&start)?;
-        // If nothing changed, no position can be less valid than in the run.
+        // If interactions, walls and surfaces are the same as in the run, the positions need no check.
         if !is_as_it_was {
             self.check_places(&start)?;
         }
@@ -175,7 +175,7 @@ impl SceneBuilder {
         scene.particles = particles;
         scene.inputs.insert(0, last.checkpoint.clone());
         let differences = differences(&scene, run);
-        // Serializing a state in memory cannot fail.
+        // Serialization into memory cannot fail.
         let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };
         let captured = last.simulation.captured_pairs();
         let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
@@ -185,7 +185,7 @@ impl SceneBuilder {
     }
 }
 
-/// The surfaces of a run, for the species with the same names here.
+/// Returns the surfaces of a run, with the species ids of the new scene.
 fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     let here = |id: &SpeciesId| {
         let there = run.species.get(id.0 as usize)?;
@@ -200,7 +200,7 @@ fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     run.surfaces.iter().filter(meets_some).map(of_here).collect()
 }
 
-/// The static surfaces of a run, with the species of their spheres here.
+/// Returns the static surfaces of a run, with the species ids of the new scene.
 fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
     let mut surfaces = run.static_surfaces.clone();
     for surface in &mut surfaces {
@@ -214,7 +214,7 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
     Ok(surfaces)
 }
 
-/// Requires the flat axes of the run.
+/// Requires the same flat axes as in the run.
 fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneError> {
     let word = |boundary: Boundary| if boundary == Boundary::Flat { "flat" } else { "not flat" };
     for (k, axis) in AXES.into_iter().enumerate() {
@@ -227,7 +227,7 @@ fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneErr
     Ok(())
 }
 
-/// Requires the box of the run.
+/// Requires the same box as in the run.
 fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
     for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
         if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
@@ -238,7 +238,7 @@ fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The particles of a run, with the species of the same names.
+/// Returns the particles at the end of a run, with the species ids of the new scene. Species are matched by name.
 fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<Left, SceneError> {
     let run = simulation.scene();
     let named: HashMap<&str, SpeciesId> =
@@ -264,7 +264,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
                 _ => {}
             }
         }
-        // Species without particles need no counterpart of the same name.
+        // All species with particles were found above, so the default is never used.
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
         left.particles.push(Particle { species, position, velocity: now.velocity });
         left.images.push(image);
@@ -277,7 +277,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
     Ok(left)
 }
 
-/// The bonds of a run, each with the interaction of the same name.
+/// Returns the bonds of a run. Each bond gets the interaction of the new scene with the same name.
 fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_>) -> Result<Vec<Bond>, SceneError> {
     let mut bonds = Vec::with_capacity(run.bonds.len());
     for bond in &run.bonds {
@@ -290,14 +290,16 @@ fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_
     Ok(bonds)
 }
 
-/// Whether two potentials have the same discontinuities, hard cores and ends.
+/// Whether two potentials have steps at the same radii, and infinite barriers at the same steps. Finite energies may
+/// differ.
 fn are_alike(a: &Potential, b: &Potential) -> bool {
     let are_finite =
         |potential: &Potential| potential.energies().iter().map(|energy| energy.is_finite()).collect::<Vec<_>>();
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// For each interaction, whether all its pairs had the same discontinuities in the run.
+/// For each interaction, whether all its pairs of particles had the same discontinuities in the run. If so, these pairs
+/// stay captured or free as in the run.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];
@@ -318,13 +320,14 @@ fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds
     is_kept
 }
 
-/// Whether the same axes are periodic.
+/// Whether two boxes have the same periodic axes.
 fn has_same_periods(one: &Space, other: &Space) -> bool {
     let periodic = |space: &Space| space.boundary.map(|boundary| boundary == Boundary::Periodic);
     periodic(one) == periodic(other)
 }
 
-/// Whether walls are no closer to any particle than in the run.
+/// Whether the walls of the box and the diameters of the species are unchanged since the run. No particle can then
+/// overlap a wall.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
     let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));

@@ -1,5 +1,4 @@
-//! A start from frames, with their bonds and their box: from extended XYZ files, or from the memory of a
-//! program.
+//! Starts a scene from frames with bonds and a box. The frames come from extended XYZ files or from a program.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -22,23 +21,23 @@ use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
 use crate::trajectory::{Frame, compressed};
 
-/// A frame with its known properties.
+/// A frame from which a scene starts, with the properties that its source contains.
 #[derive(Debug)]
 struct Start<'f> {
     frame: Cow<'f, Frame>,
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// Line of the file with the box and the bonds.
+    /// Number of the comment line of the frame in its file. This line contains the box and the bonds.
     comment: usize,
 }
 
-/// Where a frame comes from: a file, or the memory of a program.
+/// Source of a frame: a file, or a program.
 #[derive(Debug, Clone)]
 struct Origin {
     at: ConfigPath,
     path: Option<PathBuf>,
-    /// The interaction for its bonds.
+    /// Name of the interaction for the frame's bonds, if the scene gives one.
     bond: Option<String>,
 }
 
@@ -51,7 +50,7 @@ impl Origin {
     }
 }
 
-/// Frames that a scene starts from, and what it specifies about the box.
+/// Frames from which a scene starts, and the settings of its box.
 pub(super) struct Frames<'a> {
     pub given: Option<&'a GivenParticles>,
     pub files: &'a [CoordinatesFile],
@@ -60,7 +59,8 @@ pub(super) struct Frames<'a> {
     pub may_give_box: bool,
 }
 
-/// Adds the particles and bonds of frames to a scene, and their box if nothing else determines its size.
+/// Adds the particles and bonds of frames to a scene. The first frame with a box also gives the box of the scene,
+/// unless the scene determines its size in another way.
 pub(super) fn add(frames: &Frames<'_>, scene: &mut SceneBuilder) -> Result<Vec<RadiiAndMasses>, SceneError> {
     let mut sizes = Vec::with_capacity(frames.files.len());
     if let Some(given) = frames.given {
@@ -124,9 +124,8 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the box from a frame, with the sides that the scene does not mention. A frame cannot distinguish
-/// walls from open sides, so an axis that is neither periodic nor flat must be given by the scene. Flat axes
-/// have no extent.
+/// Takes the box from a frame, and the sides that the scene does not specify. A frame cannot distinguish walls from
+/// open sides, so the scene must specify an axis that is neither periodic nor flat.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));
@@ -201,7 +200,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     Ok(())
 }
 
-/// Returns the path and checksum of a file. If the scene has a checksum, the two must be equal.
+/// Returns the path and checksum of a file. If the scene states a checksum, the file must have it.
 pub(super) fn unchanged(
     path: &Path,
     text: &[u8],
@@ -219,7 +218,7 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// Reads a frame; on failure, returns the line and the error.
+/// Reads a frame. An error consists of a line number and a message.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

@@ -24,7 +24,7 @@ pub enum SceneErrorKind {
     /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
-    /// The file is not text.
+    /// The file is not UTF-8 text.
     #[error("is not UTF-8 text: byte {offset} cannot be read as a character")]
     NotText { offset: usize },
     /// The file is empty.
@@ -36,7 +36,7 @@ pub enum SceneErrorKind {
     /// An unknown key.
     #[error("unknown key `{key}`")]
     UnknownKey { key: String, nearest: Option<String>, known: Vec<String> },
-    /// A key that does not apply to the value of another key.
+    /// A key that the value of another key does not permit, such as `lambda` for a hard sphere.
     #[error("`{key}` does not belong to {context}")]
     Misplaced { key: &'static str, context: String, known: Vec<&'static str> },
     /// A missing key.
@@ -48,16 +48,17 @@ pub enum SceneErrorKind {
     /// An unknown word.
     #[error("unknown {what} `{word}`")]
     UnknownWord { what: &'static str, word: String, nearest: Option<String>, known: Vec<String> },
-    /// A name given twice.
+    /// A name that is used twice.
     #[error("the name `{name}` is already taken by {first}")]
     Duplicate { name: String, first: ConfigPath },
-    /// Two species can meet and have no interaction.
+    /// Two species that can meet but have no interaction.
     #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
     NoInteraction { first: String, second: String },
     /// An invalid potential.
     #[error(transparent)]
     Potential(#[from] PotentialError),
-    /// A periodic axis along which a pair could meet in two images.
+    /// A periodic edge of the box that is shorter than twice the longest interaction range. A particle could then
+    /// interact with two images of another particle.
     #[error(
         "the box is {size} long along periodic {axis}, expected at least {needed}, twice the longest range {range}"
     )]
@@ -77,7 +78,7 @@ pub enum SceneErrorKind {
     /// A bond to a particle that does not exist.
     #[error("there is no particle {id}, expected an id below {particles}")]
     NoParticle { id: u32, particles: usize },
-    /// A pair bonded twice.
+    /// A pair of particles with two bonds.
     #[error("particles {first} and {second} are bonded twice")]
     BondedTwice { first: u32, second: u32 },
     /// A bond that is too short or too long at the start.
@@ -86,18 +87,18 @@ pub enum SceneErrorKind {
     /// A packing fraction above the densest packing.
     #[error("a packing fraction of {value} is impossible: equal spheres fill at most {limit}")]
     PackingFraction { value: f64, limit: f64 },
-    /// A lattice whose sites are too close.
+    /// A lattice whose sites are closer than the contact distance of the particles.
     #[error(
         "{count} particles do not fit on this lattice: its sites would be {spacing} apart where {contact} is needed"
     )]
     LatticeTooTight { count: usize, spacing: f64, contact: f64 },
-    /// A region that is smaller than a particle.
+    /// The region of a fill is smaller than a particle.
     #[error("the region has no room for a particle of diameter {diameter}: expected a larger one")]
     RegionTooSmall { diameter: f64 },
-    /// A region without room for more particles.
+    /// No free position was found for a further particle.
     #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
     NoRoom { placed: usize, count: usize, attempts: usize },
-    /// Growing spheres that jam before they reach their size.
+    /// A dense random start whose growing spheres jam before they reach their final diameters.
     #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
     Jammed { wanted: f64, reached: f64 },
     /// More particles than fit into memory.
@@ -112,19 +113,19 @@ pub enum SceneErrorKind {
     /// An invalid mesh file.
     #[error("{}: {problem}", path.display())]
     Mesh { path: PathBuf, problem: Box<MeshFileProblem> },
-    /// A coordinate file whose checksum differs from the checksum in the scene.
+    /// A coordinate or mesh file whose checksum differs from the checksum in the scene.
     #[error("{} has changed: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
     /// A scene that starts from a run, in a context where runs cannot be read.
     #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
     NeedsRun { path: PathBuf },
-    /// A run that cannot be started from.
+    /// A run whose last state cannot be the start of another run.
     #[error("nothing can start from {}: {problem}", path.display())]
     NoStart { path: PathBuf, problem: String, cure: String },
-    /// A run whose state has changed since the scene named its checksum.
+    /// A run whose checkpoint no longer has the checksum that the scene states.
     #[error("the run in {} has changed: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
     RunChanged { path: PathBuf, found: String, expected: String },
-    /// An override of something that does not exist.
+    /// An override that cannot be applied, for example because an entry in its path does not exist.
     #[error("cannot set `{key}`: {problem}")]
     Override { key: String, problem: String },
 }
@@ -132,7 +133,7 @@ pub enum SceneErrorKind {
 /// Maximum number of displayed characters of a value.
 const MOST_SHOWN: usize = 100;
 
-/// A value, or its beginning and its length.
+/// Shortens a long value in a message to its beginning and its length.
 fn shortened(value: String) -> String {
     let count = value.chars().count();
     if count <= MOST_SHOWN {
@@ -148,7 +149,7 @@ impl SceneErrorKind {
         Self::Value { value: shortened(value.to_string()), expected: expected.into() }
     }
 
-    /// A suggestion for the likely correction, if there is one.
+    /// Suggests the likely correction, if there is one.
     fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, .. } if not_there(key).is_some() => not_there(key).map(str::to_owned),
@@ -193,7 +194,7 @@ impl SceneErrorKind {
     }
 }
 
-/// Explains keys of features that other programs have and Carom lacks, with the alternative.
+/// Explains a key for a feature that other programs have and Carom lacks, and suggests an alternative.
 fn not_there(key: &str) -> Option<&'static str> {
     Some(match key {
         "inlet" | "inlets" | "outlet" | "outlets" | "insertion" | "recirculate" => {
@@ -236,7 +237,7 @@ impl From<NoPlace> for SceneErrorKind {
     }
 }
 
-/// Error for a value outside its range.
+/// Returns an error for a value outside its range.
 pub(crate) fn refuse<T>(
     at: ConfigPath,
     value: impl fmt::Display,
@@ -245,12 +246,12 @@ pub(crate) fn refuse<T>(
     Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
-/// Error for a missing key.
+/// Returns an error for a missing key.
 pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
-/// Error for an unknown word, with the nearest known one.
+/// Returns an error for an unknown word. It suggests the most similar known word.
 pub(crate) fn unknown<'a>(
     at: &ConfigPath,
     what: &'static str,
@@ -262,7 +263,7 @@ pub(crate) fn unknown<'a>(
     SceneError::new(at.clone(), kind)
 }
 
-/// `a`, `b` or `c`.
+/// Joins words to a list such as "`a`, `b` or `c`".
 fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("`{}`", word.as_ref())).collect();
     match quoted.split_last() {
@@ -272,7 +273,7 @@ fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     }
 }
 
-/// The known word most similar to `word`, if any is similar.
+/// Returns the known word most similar to `word`, if any is similar.
 pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     // The Jaro-Winkler similarity of unrelated key names stays below 0.7. With one or two typos it is above
     // 0.8.
@@ -297,12 +298,11 @@ struct Inner {
     kind: SceneErrorKind,
     at: ConfigPath,
     source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
-    /// Further errors in the same text.
+    /// Further errors found in the same text.
     others: Vec<SceneError>,
 }
 
 impl SceneError {
-    /// An error at a config path.
     pub(crate) fn new(at: ConfigPath, kind: impl Into<SceneErrorKind>) -> Self {
         Self(Box::new(Inner { kind: kind.into(), at, source: None, others: Vec::new() }))
     }
@@ -313,7 +313,7 @@ impl SceneError {
         &self.0.kind
     }
 
-    /// The error with all its config paths moved.
+    /// Applies a function to all config paths in the error.
     pub(crate) fn moved(mut self, to: impl Fn(&ConfigPath) -> ConfigPath) -> Self {
         self.0.at = to(&self.0.at);
         if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
@@ -328,7 +328,7 @@ impl SceneError {
         &self.0.at
     }
 
-    /// The line of the scene's text, from 1, if it has one.
+    /// Line of the error in the scene's text, counted from 1. `None` if the text is not known.
     #[must_use]
     pub fn line(&self) -> Option<usize> {
         let (source, span) = self.0.source.as_ref()?;
@@ -336,9 +336,9 @@ impl SceneError {
         Some(1 + before.iter().filter(|&&byte| byte == b'\n').count())
     }
 
-    /// The error with the text that contains it.
+    /// Adds the text that contains the error, and the range of the error in this text.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
-        // The length is unchanged, so that the span stays valid.
+        // `printable` keeps the length of the text in bytes, so the span stays valid.
         let text = match printable(&text) {
             Cow::Borrowed(_) => text,
             Cow::Owned(safe) => Arc::new(safe),
@@ -348,13 +348,13 @@ impl SceneError {
         self
     }
 
-    /// The error with further errors in the same text.
+    /// Attaches further errors found in the same text.
     pub(crate) fn with_others(mut self, others: Vec<Self>) -> Self {
         self.0.others = others;
         self
     }
 
-    /// Further errors in the same text, in its order: unknown keys, and values of the wrong type.
+    /// Further errors in the same text, in the order of the text: unknown keys, and values of the wrong type.
     #[must_use]
     pub fn others(&self) -> &[Self] {
         &self.0.others

@@ -41,11 +41,11 @@ use crate::scene::parse::plan::AUTOMATIC;
     "anyOf" = json!([{ "required": ["species"] }, { "required": ["start"] }])
 ))]
 pub(crate) struct SceneFile {
-    /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
+    /// Name of the run folder: up to 100 letters, digits, `-` and `_`. If not given, it is the name of the scene file.
     #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
-    /// Text about the scene in Markdown, shown on the page of `carom live`. Without it the page shows the comment at
-    /// the top of the file.
+    /// Text about the scene in Markdown. The page of `carom live` shows it. If not given, the page shows the comment at
+    /// the start of the file.
     pub description: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
@@ -54,20 +54,20 @@ pub(crate) struct SceneFile {
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
-    /// Whether particles may overlap at the start. The stable rule lets no overlap grow deeper. Overlaps disappear
-    /// unless gravity or
-    /// wells hold them.
+    /// Whether particles may overlap at the start. No overlap then grows deeper, and overlaps disappear unless gravity
+    /// or wells hold the particles together.
     pub allow_invalid_start: bool,
-    /// The run from which this one starts, instead of particles.
+    /// The run whose last state is the start of this run, instead of particles in the scene.
     pub start: Option<StartFile>,
     /// The box and its sides.
     pub space: Option<SpaceFile>,
-    /// Gravity, and the TC model.
+    /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one. With `start`, the species of that run if not given.
+    /// Species of particles, at least one. A scene with `start` and no species takes them from that run.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of two species or of two bonded particles. With `start`, the interactions of that run if not given.
+    /// Interactions of pairs of species and of bonded particles. A scene with `start` and no interactions takes them
+    /// from that run.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -79,29 +79,30 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces that particles collide with, in addition to the walls of the box. With `start`, the surfaces of that
-    /// run if not given.
+    /// Surfaces that particles collide with, in addition to the walls of the box. A scene with `start` and without this
+    /// key takes the surfaces of that run.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
     /// Limits of the audit of a run. They replace the limits that follow from round-off.
     pub audit: AuditFile,
-    /// Stages before the run, in order.
+    /// Parts of the run before the final part, in order.
     pub stage: Vec<StageFile>,
-    /// How long to run.
+    /// Settings of the run, such as its length.
     pub run: Option<RunFile>,
-    /// Replicas at several temperatures or in several windows that are swapped at intervals, instead of one run.
+    /// Replica exchange, instead of one run. Replicas at several temperatures, or in several windows of a distance, are
+    /// swapped at intervals.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
     /// Output.
     pub output: OutputFile,
-    /// The page on which the scene runs.
+    /// Settings of the page on which the scene runs.
     pub live: LiveFile,
 }
 
 impl SceneFile {
-    /// The scene with the last state of a run instead of its own particles, bonds and time.
+    /// Replaces the particles, bonds and time of the scene by the last state of a run.
     pub fn starting_from(self, run: &str) -> Self {
         let start = Some(StartFile { from: run.to_owned(), checksum: None });
         let (particle, file, chain, fill, mesh, bond) = Default::default();
@@ -113,22 +114,22 @@ impl SceneFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartFile {
-    /// Folder of the run. A relative path starts at the folder of the scene.
+    /// Folder of the run. A relative path is relative to the folder of the scene.
     pub from: String,
-    /// The checksum at the end of that run's checkpoint: `crc32:` and eight hexadecimal digits. Runs store it with
-    /// their scene.
+    /// Checksum at the end of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds
+    /// it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
 
-/// `[dynamics]`: gravity, and the TC model.
+/// `[dynamics]`: gravity, and the contact time of the TC model.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DynamicsFile {
     /// Acceleration of every moving species without an acceleration of its own `[length / time^2]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub gravity: Option<[f64; 3]>,
-    /// Contact time of the TC model `[time]`. Without it the model is off.
+    /// Contact time of the TC model `[time]`. If not given, the model is off.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_time: Option<f64>,
 }
@@ -137,14 +138,14 @@ pub(crate) struct DynamicsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpeciesFile {
-    /// Name, unique in the scene. Up to 64 letters, digits and any of `_ - + . ( )`. The first character is a letter
+    /// Unique name of the species. It has up to 64 letters, digits and any of `_ - + . ( )`, and begins with a letter
     /// or a digit.
     #[schemars(regex(pattern = WORD))]
     pub name: String,
     /// Diameter or distribution of diameters `[length]`.
     pub diameter: DiameterFile,
-    /// Mass `[mass]`. Every moving species needs one. With a distribution of diameters, it is the mass at the mean
-    /// diameter.
+    /// Mass `[mass]`. Every moving species needs a mass. If diameters are distributed, this is the mass of a particle
+    /// of the mean diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Whether the particles of the species never move.
@@ -158,13 +159,13 @@ pub(crate) struct SpeciesFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AuditFile {
-    /// Largest relative error of the energy ledger.
+    /// Largest permitted error of the energy ledger, as a fraction.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy: Option<f64>,
-    /// Largest relative drift of the momentum.
+    /// Largest permitted drift of the momentum, as a fraction.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub momentum: Option<f64>,
-    /// Deepest overlap, relative to the distance of the discontinuity.
+    /// Deepest permitted overlap, relative to the distance of the discontinuity.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub overlap: Option<f64>,
 }
@@ -173,20 +174,21 @@ pub(crate) struct AuditFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunFile {
-    /// With `auto`, the equilibration ends when no observable drifts. It never exceeds its time or number of events.
+    /// With `auto`, the equilibration ends when no observable drifts any more. It ends at the latest after
+    /// `equilibration_time` or `equilibration_events`.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
     /// Duration simulated before the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
-    /// Number of events simulated before the measurement.
+    /// Number of physical events simulated before the measurement.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
     /// Duration of the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Number of events of the measurement.
+    /// Largest number of physical events in the measurement.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
@@ -196,8 +198,8 @@ pub(crate) struct RunFile {
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during equilibration and measurement; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
-    /// Number of threads of the run; 1 if not given. With `auto`, one per core where it pays. Any number gives the
-    /// same bits.
+    /// Number of threads of the run; 1 if not given. `auto` uses one thread per core, or fewer if there are few
+    /// particles. The results are bit for bit the same for any number.
     pub threads: Option<ThreadsFile>,
 }
 
@@ -205,7 +207,7 @@ pub(crate) struct RunFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct OutputFile {
-    /// Time between two rows of `thermo.csv` `[time]`, in all stages. If not given, each stage gets about 200 rows.
+    /// Time between two rows of `thermo.csv`, in all stages `[time]`. If not given, each stage gets about 200 rows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
     /// Time between two frames of `trajectory.xyz` `[time]`. If not given, about 20 frames are written, but at most
@@ -219,7 +221,7 @@ pub(crate) struct OutputFile {
     /// Formats to which the trajectory is converted at the end of the run.
     #[schemars(extend("items" = json!({ "type": "string", "enum": Format::ALL.map(Format::name) }), "default" = json!([])))]
     pub formats: Vec<String>,
-    /// Boxes and meshes in which particles are counted. Each becomes a column of `thermo.csv`.
+    /// Boxes and closed meshes in which particles are counted. Each adds a column to `thermo.csv`.
     pub count: Vec<CountFile>,
 }
 
@@ -227,8 +229,8 @@ pub(crate) struct OutputFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
-    /// Name of the column, unique. Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is
-    /// a letter or a digit.
+    /// Unique name of the column. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with a
+    /// letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Lower corner of a box `[length]`.
@@ -237,17 +239,18 @@ pub(crate) struct CountFile {
     pub upper: Option<[f64; 3]>,
     /// STL or OBJ file of a closed mesh, instead of a box. Its path is relative to the folder of the scene.
     pub path: Option<String>,
-    /// Distance within which vertices of the file are merged, as a fraction of the largest extent of the mesh. No
-    /// vertices are merged if not given.
+    /// Vertices of the file are merged if they are closer than this fraction of the largest extent of the mesh. If not
+    /// given, no vertices are merged.
     #[schemars(range(min = 0, max = 0.01))]
     pub weld: Option<f64>,
     /// Factor by which the mesh is scaled. Scaling comes before rotation.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
-    /// Axis and angle in degrees by which the mesh is rotated, after scaling.
+    /// Axis and angle in degrees of the rotation of the mesh. The mesh is scaled before it is rotated.
     pub rotation: Option<RotationFile>,
-    /// Vector by which the mesh is moved, after rotation `[length]`.
+    /// Displacement of the mesh, after its rotation `[length]`.
     pub translation: Option<[f64; 3]>,
-    /// Checksum of the file: `crc32:` and eight hexadecimal digits. Runs store it with their scene.
+    /// Checksum that the mesh file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the
+    /// scene.
     pub checksum: Option<String>,
 }

@@ -18,16 +18,16 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Maximum number of lattice sites around a region, even if few sites lie inside it, as for a thin cylinder
-/// across the box. At this number, a fill needs seconds and a gigabyte.
+/// Maximum number of lattice sites in the box around a region. Few of these sites lie inside a region such as a thin
+/// cylinder across the box. At the maximum, a fill takes seconds and a gigabyte of memory.
 const MOST_SITES: f64 = 2e7;
 
-/// Relative round-off by which the mean of two diameters may exceed their contact distance.
+/// Relative tolerance when the mean of two diameters is compared with the contact distance.
 const ROUNDING: f64 = 1e-12;
 
-/// A fill with known numbers of particles.
+/// A fill whose number of particles of each species is known.
 pub(crate) struct Filling {
-    /// The species and the number of particles of each.
+    /// Species of the fill, and the number of particles of each species.
     shares: Vec<(SpeciesId, usize)>,
     pub region: FillRegion,
 }
@@ -45,7 +45,7 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles; the maximum number if as many as fit are requested.
+    /// Number of particles of a fill. If as many as fit are requested, it is an upper bound.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
@@ -81,7 +81,7 @@ impl Filling {
         Ok(count)
     }
 
-    /// The species of each particle, in order.
+    /// Returns the species of all particles, one species after the other.
     pub(crate) fn kinds(&self) -> Vec<SpeciesId> {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
@@ -91,7 +91,8 @@ impl Filling {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// The sites of a lattice. They must be far enough apart for every species, unless overlaps are allowed.
+    /// Returns the lattice sites of a fill. The sites must be at least the longest contact distance apart, unless
+    /// overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,
@@ -137,7 +138,7 @@ impl Filling {
     }
 }
 
-/// The species of a fill and their shares.
+/// Returns the species of a fill, and the share of each in the number of particles.
 fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
     let several = fill.composition.len() != 1;
     let mut shares = Vec::with_capacity(fill.composition.len());
@@ -156,8 +157,8 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
     Ok(shares)
 }
 
-/// An upper bound of the number of particles that fit if particles cannot overlap: the volume of the region
-/// divided by the mean volume of their impenetrable spheres.
+/// Upper bound of the number of particles that fit without overlaps. It is the volume of the region divided by the mean
+/// volume of the particles' impenetrable spheres.
 fn most_that_fit(
     room: f64,
     shares: &[(SpeciesId, f64)],
@@ -212,7 +213,7 @@ fn volume_per_particle(
 }
 
 impl SceneBuilder {
-    /// The cube, square or line required by the only fill with a count and a density.
+    /// Edges of the box that follow from the only fill with a count and a density: a cube, a square or a line.
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {

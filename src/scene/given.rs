@@ -12,22 +12,22 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{WriteError, write_frame};
 use crate::trajectory::frame::FrameParticle;
 
-/// Particles that a program passes to a scene, as if `[[file]]` named a file with them. Their ids follow the
-/// ids of `[[particle]]` and precede the ids of files.
+/// Particles that a program passes to a scene. They are treated like the particles of a `[[file]]`. Their ids follow
+/// the ids of `[[particle]]` and precede the ids of files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct GivenParticles {
-    /// Their name in messages, used like the path of a file.
+    /// Name of the particles in error messages, in place of the path of a file.
     pub name: String,
-    /// The particles, with the bonds and the box.
+    /// The particles, their bonds and their box.
     pub frame: Frame,
-    /// Whether a scene without a size takes the box from the frame.
+    /// Whether the frame gives the box of a scene that has no size.
     pub has_box: bool,
-    /// Whether the radii of the frame are known. They must then equal the radii of the species.
+    /// Whether the frame has radii. They must then equal the radii of the species.
     pub has_radii: bool,
-    /// Whether the positions are two-dimensional, in the plane of a flat z.
+    /// Whether the positions have only x and y. The z axis must then be flat, and z is the same for all particles.
     pub is_plane: bool,
-    /// Name of the interaction for the bonds; `None` uses the interactions with the names in the frame.
+    /// Name of the interaction for all bonds. If `None`, each bond has the interaction that the frame names.
     pub bond: Option<String>,
 }
 
@@ -35,14 +35,14 @@ pub struct GivenParticles {
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum KeptParticles<'a> {
-    /// In a file beside the record, with this name and content.
+    /// The particles are in a file next to the record, with this name and content.
     InFile(&'a str, &'a [u8]),
-    /// As tables in the record, one for each particle, so that no other file is needed.
+    /// The particles are tables in the record, one for each particle, so that no other file is needed.
     InTables(&'a GivenParticles),
 }
 
 impl GivenParticles {
-    /// Particles of a frame, without its box and radii.
+    /// Uses the particles and bonds of a frame, but not its box and radii.
     #[must_use]
     pub fn new(name: &str, frame: Frame) -> Self {
         Self { name: name.to_owned(), frame, has_box: false, has_radii: false, is_plane: false, bond: None }
@@ -55,7 +55,7 @@ impl GivenParticles {
     pub fn file_for(&self, scene: &Scene) -> Result<Vec<u8>, WriteError> {
         let known: HashMap<&str, u32> =
             scene.species.iter().zip(0..).map(|(species, number)| (species.name.as_str(), number)).collect();
-        // Names without particles need not be species.
+        // A name that no particle uses need not be a species of the scene.
         let numbers: Vec<u32> =
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {
@@ -82,13 +82,13 @@ impl GivenParticles {
         Ok(content)
     }
 
-    /// A position in the space of a scene. In two dimensions, the plane gives z.
+    /// Position of a particle in the space of a scene. Two-dimensional positions get the z of the flat axis.
     pub(super) fn placed(&self, position: Vector, space: &Space) -> Vector {
         if self.is_plane { Vector::new(position.x, position.y, space.lower.z) } else { position }
     }
 
-    /// Text with a table for each particle and each bond, to append to a scene whose ids below `first` belong
-    /// to other particles.
+    /// Returns TOML with a table for each particle and each bond, to be appended to a scene. The ids of these particles
+    /// begin with `first`.
     pub(super) fn tables(&self, scene: &Scene, first: usize) -> String {
         let frame = &self.frame;
         let name = |number: usize| frame.species.get(number).map_or("", |species| species.name.as_str());
@@ -112,7 +112,7 @@ impl GivenParticles {
         text
     }
 
-    /// Writes the box of a scene, if it comes from the particles, to its tables.
+    /// Adds the box to the tables of a scene, if the box comes from the particles of the program.
     pub(super) fn put_box(&self, scene: &Scene, table: &mut Table) {
         let has_fill = table.get("fill").and_then(Value::as_array).is_some_and(|fills| !fills.is_empty());
         let space = table.entry("space").or_insert_with(|| Value::Table(Table::new()));
@@ -125,7 +125,7 @@ impl GivenParticles {
         space.entry("lower").or_insert_with(|| vector(&scene.space.lower));
         for (axis, boundary) in AXES.into_iter().zip(&scene.space.boundary) {
             let word = if *boundary == Boundary::Flat { "flat" } else { "periodic" };
-            // The scene keeps the sides that it names.
+            // Sides that the scene specifies are kept.
             space.entry(axis).or_insert_with(|| Value::from(word));
         }
     }
@@ -166,7 +166,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two bonded beads. The second one is beyond a periodic side.
+    /// Two bonded beads. The second bead lies beyond a periodic side of the box.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

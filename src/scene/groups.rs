@@ -1,5 +1,5 @@
-//! The particles of a scene, group by group and at rest. Groups are placed in the order that leaves most
-//! room, and numbered in the given order.
+//! Places the particles of a scene, group by group. Groups with determined positions come first, so that random groups
+//! fill the space that is left. Ids follow the order of the groups in the scene.
 
 mod placing;
 
@@ -21,18 +21,18 @@ use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
-/// All particles, and the group of each.
+/// All particles, bonds and static surfaces of a scene, and the group of each particle.
 pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Config path of each group, and the id of its first particle; empty for a plain list of particles.
+    /// Id of the first particle of each group, and the config path of the group. Empty if the particles have no groups.
     pub starts: Vec<(usize, ConfigPath)>,
 }
 
 impl Groups {
-    /// Places all groups: first particles at given positions, then static surfaces and lattices, then
-    /// particles at random between them, chains before single particles.
+    /// Places all groups: first groups with determined positions, such as static surfaces and lattices, then random
+    /// groups in the space between them.
     pub(crate) fn place(
         scene: &SceneBuilder,
         species: &[Species],
@@ -58,7 +58,8 @@ impl Groups {
                         placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // The total includes the spheres of all static surfaces, whose numbers are only known now.
+                // The number of particles of a static surface is known only after its layout, so the total is checked
+                // again.
                 total += parts[index].len() as u64;
                 affordable(total, &placed.at)?;
             }
@@ -112,7 +113,8 @@ impl Groups {
         counts
     }
 
-    /// The velocities of fills and chains. Listed particles have given velocities, and surfaces stay at rest.
+    /// Settings for the random velocities of fills and chains. Listed particles have given velocities, and static
+    /// surfaces are at rest.
     pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
         let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
@@ -129,7 +131,7 @@ impl Groups {
             .collect()
     }
 
-    /// Config path of a particle.
+    /// Config path of a particle, or of its group.
     pub(crate) fn path_of(&self, id: usize) -> ConfigPath {
         if self.starts.is_empty() {
             return ConfigPath::entry("particle", id);
@@ -139,14 +141,14 @@ impl Groups {
     }
 }
 
-/// Particles at given positions. Particles beyond a periodic side are wrapped into the box.
+/// Checks particles with given positions, and wraps particles beyond a periodic side into the box.
 fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
     let named = |name: &String| species.iter().position(|candidate| candidate.name == *name);
     let known: Vec<Option<usize>> = listed.names.iter().map(named).collect();
     let mut particles = Vec::with_capacity(listed.particles.len());
     for (row, particle) in listed.particles.iter().enumerate() {
         let found = known.get(particle.species.0 as usize).copied().flatten();
-        // Valid particles are the common case, so no messages are prepared for them.
+        // Most particles are valid, so error messages are prepared only after a check has failed.
         let Some(kind) = found.filter(|kind| is_right(particle, &species[*kind], space)) else {
             return Err(wrong(listed, row, (species, space), at));
         };
@@ -166,7 +168,7 @@ fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
         && (!species.is_static() || *velocity == Vector::zeros())
 }
 
-/// Why a listed particle is rejected.
+/// Explains why a listed particle is rejected.
 fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at: &ConfigPath) -> SceneError {
     let particle = &listed.particles[row];
     let place = |keys: [&'static str; 2]| listed.place(at, keys, row);
@@ -184,7 +186,7 @@ fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at
     checked().err().unwrap_or_else(|| SceneError::new(at.clone(), SceneErrorKind::value("wrong", "a particle")))
 }
 
-/// The name of a surface, or its number among the groups.
+/// Name of a static surface: the given name, or `mesh` and the number of its group.
 fn surface_name(surface: &SurfaceFill, number: usize) -> String {
     surface.name.clone().unwrap_or_else(|| format!("mesh {number}"))
 }

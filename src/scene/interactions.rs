@@ -13,25 +13,27 @@ use crate::scene::limits::{above_one, finite, positive, positive_if_given, resti
 use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// Maximum number of steps of a stepped potential. A larger number is taken for a typing error.
+/// Maximum number of steps of a stepped potential. A larger number is probably a typing error.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
-/// Maximum number of interactions of a scene, and of its species. Each pair of species and each diameter
-/// counts as one interaction. The event loop numbers both with 16 bits.
+/// Maximum number of species, and of interactions, in a scene. The event loop numbers both with 16 bits. An
+/// `[[interaction]]` counts once for each contact distance of its species.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
-/// The interactions in use. A draft becomes several if it applies to pairs of different diameters.
+/// Interactions of a scene. One `[[interaction]]` gives several interactions if its pairs of species have different
+/// contact distances.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
     pub species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
-    /// For each pair of species, whether and how they interact; the outer `None` if it is unspecified.
+    /// Interaction of each pair of species. `Some(None)` stands for the potential `none`: the particles pass through
+    /// each other. Pairs without an entry have no interaction in the scene.
     table: SpeciesPairs<Option<InteractionId>>,
 }
 
 impl<'a> Interactions<'a> {
-    /// Checks every draft and fills the table of species.
+    /// Checks every draft, and fills the table of species pairs.
     pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
         let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
@@ -78,7 +80,7 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// The interaction of a draft for two species. Pairs of equal diameter share it.
+    /// Returns the interaction of a draft for two species. Pairs with the same contact distance share an interaction.
     fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
         let draft = &self.drafts[index];
         let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
@@ -102,7 +104,7 @@ impl<'a> Interactions<'a> {
             );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
-        // A stepped Lennard-Jones potential also has its core.
+        // A stepped Lennard-Jones potential has one more radius, at its core.
         if steps > MOST_STEPS + 1 {
             let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
             let at = ConfigPath::entry("interaction", index).key("radii");
@@ -116,7 +118,7 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
-    /// From validated interactions and their table.
+    /// Uses interactions that exist already, such as those of a run, and their table of species pairs.
     pub(crate) fn given(
         list: Vec<Interaction>,
         table: &SpeciesPairs<InteractionId>,
@@ -137,7 +139,7 @@ impl<'a> Interactions<'a> {
         Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
     }
 
-    /// The named interaction for a bond of two particles of these species.
+    /// Returns the interaction `name` for a bond between particles of two species.
     pub(crate) fn bond(
         &mut self,
         name: &str,
@@ -160,39 +162,37 @@ impl<'a> Interactions<'a> {
         (id.0 as usize) < self.list.len()
     }
 
-    /// Number of interactions so far.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// Interactions of pairs of species.
+    /// Pairs of species that interact, and the interaction of each pair.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = ([usize; 2], InteractionId)> + '_ {
         self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
     }
 
-    /// The interaction with an id, among the interactions created so far.
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]
     }
 
-    /// Contact distances of the cores.
+    /// Contact distance of the hard cores for each pair of species.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.get(id?).potential.core()))
     }
 
-    /// The longest range of two species for which `can_meet` holds.
+    /// Longest interaction range of two species for which `can_meet` returns true.
     pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
         let meeting = self.table.iter().filter(|([a, b], _)| can_meet(*a, *b));
         meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
     }
 
-    /// Whether all interactions are hard spheres, and none is a bond.
+    /// Whether all interactions are hard-sphere potentials and none is a bond.
     pub(crate) fn are_hard_spheres(&self) -> bool {
         self.list.iter().all(|it| it.potential.is_hard_sphere() && !it.potential.is_bond())
     }
 
-    /// Rejects pairs of species that can meet but have no interaction; `counts` are the numbers of particles
-    /// of each species.
+    /// Rejects a scene in which two species can meet but have no interaction. `counts` is the number of particles of
+    /// each species.
     pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
         let present: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0).collect();
         for (k, &a) in present.iter().enumerate() {
@@ -208,13 +208,13 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// The interactions and their table.
+    /// Returns all interactions and the table of species pairs.
     pub(crate) fn finish(self) -> (Vec<Interaction>, SpeciesPairs<InteractionId>) {
         (self.list, self.table.map(|id| id))
     }
 }
 
-/// The species with this name.
+/// Returns the id of the species with this name.
 pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) -> Result<SpeciesId, SceneError> {
     let found = species.iter().position(|candidate| candidate.name == name);
     let known = || species.iter().map(|candidate| candidate.name.as_str());

@@ -1,4 +1,4 @@
-//! Permitted numbers in a scene.
+//! Checks the ranges of numbers in a scene.
 
 use crate::Vector;
 use crate::base::memory;
@@ -9,23 +9,23 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory per particle in a simulation, including its prediction and lists `[bytes]`. Measured maxima for
-/// hard spheres at a packing fraction of 0.5 are 250 bytes, 530 with instruments that copy the state to look
-/// ahead, and 560 from a random start.
+/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. For hard spheres at a
+/// packing fraction of 0.5, the largest measured values are 250 bytes, 530 with instruments that look ahead on a copy
+/// of the state, and 560 with a random start.
 const BYTES_PER_PARTICLE: u64 = 600;
 
-/// Maximum number of particles. A particle can need up to eight cells and eight slots in blocks, and all of
-/// them must be numbered in 32 bits.
+/// Maximum number of particles. A particle can need up to eight cells and eight slots in the blocks of neighbour lists,
+/// and all of them must be numbered with 32 bits.
 const MOST_PARTICLES: u64 = 500_000_000;
 
-/// Memory per pair of species in the tables of the event loop, in both orders `[bytes]`.
+/// Memory per ordered pair of species in the tables of the event loop `[bytes]`.
 const BYTES_PER_PAIR: u64 = 64;
 
-/// Maximum number of species with particles, which have 16-bit numbers.
+/// Maximum number of species with particles. The event loop numbers them with 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Rejects numbers of particles that exceed the memory of the machine or the range of the engine's ids. The
-/// check comes before any allocation.
+/// Rejects a number of particles that exceeds the memory of the machine or the range of the engine's ids. The check
+/// must precede any allocation.
 pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
     affordable_with(particles, memory::total(), at)
 }
@@ -42,7 +42,8 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     Ok(())
 }
 
-/// Rejects more species with particles than the tables of pairs have room for.
+/// Rejects too many species with particles. They have 16-bit numbers, and the tables of their pairs must fit into
+/// memory.
 pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let (species, budget) = (species as u64, memory::total());
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
@@ -62,30 +63,30 @@ fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f6
     if is_good { Ok(value) } else { refuse(at, shortest(value), expected) }
 }
 
-/// Expected value for a message: the kind of number, or the range if the kind is right.
+/// Expected value in an error message: the kind of number, or the range if the number is of the right kind.
 fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
     if is_of_kind { range } else { kind }
 }
 
-/// Requires a number that is neither NaN nor infinite.
+/// Requires a finite number from -1e50 to 1e50.
 pub(crate) fn finite(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let expected = instead(value.is_finite(), "a finite number", "a number from -1e50 to 1e50");
     check(value, value.abs() <= LARGEST, expected, at)
 }
 
-/// Requires a positive number.
+/// Requires a positive number from 1e-50 to 1e50.
 pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
     check(value, is_positive(value), expected, at)
 }
 
-/// Requires a positive number, if given.
+/// Requires a positive number unless it is `None`.
 pub(crate) fn positive_if_given(value: Option<f64>, at: ConfigPath) -> Result<(), SceneError> {
     value.map_or(Ok(()), |value| positive(value, at).map(drop))
 }
 
-/// Requires two corners of a box, the upper one above the lower one along the given axes.
+/// Requires finite corners of a box, with `upper` above `lower` along the given axes.
 pub(crate) fn corners(
     lower: &Vector,
     upper: &Vector,
@@ -100,19 +101,19 @@ pub(crate) fn corners(
     }
 }
 
-/// Requires zero or a positive number.
+/// Requires zero or a positive number up to 1e50.
 pub(crate) fn not_negative(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "zero or a positive finite number", "zero or a number up to 1e50");
     check(value, (0.0..=LARGEST).contains(&value), expected, at)
 }
 
-/// Requires a ratio of speeds.
+/// Requires a coefficient of restitution from 0 to 1.
 pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
-/// Requires a ratio above one.
+/// Requires a number above 1 and up to 1e50.
 pub(crate) fn above_one(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 1.0 && value.is_finite();
     let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
@@ -127,7 +128,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Requires three finite numbers. Along flat axes they must equal the components of `flat`.
+/// Requires a finite vector whose components along flat axes are those of `flat`.
 pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     for k in 0..3 {
@@ -147,7 +148,6 @@ pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> R
     Ok(())
 }
 
-/// The names of the axes.
 pub(crate) const AXES: [char; 3] = ['x', 'y', 'z'];
 
 #[cfg(test)]
@@ -208,7 +208,7 @@ mod tests {
         assert!(with_any_memory(MOST_PARTICLES).is_ok());
         let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();
         assert!(error.contains("a scene of 500000001 particles, expected at most 500000000"), "{error}");
-        // The numbers of cells and slots stay below the value that marks an empty entry.
+        // The numbers of cells and slots must stay below `u32::MAX`, which marks an empty entry.
         assert!(8 * MOST_PARTICLES + 64 < u64::from(u32::MAX));
     }
 }

@@ -1,4 +1,4 @@
-//! Names: permitted characters in files, tables, pages and terminals.
+//! Checks names for characters that are not safe in files, tables, pages and terminals.
 
 use std::collections::HashMap;
 
@@ -9,27 +9,27 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// Regular expressions of names for the JSON Schema of scenes, in a dialect that all its readers support.
-/// Characters that are not ASCII may be letters.
+/// Regular expressions of names for the JSON Schema, in syntax that all validators support. They accept every non-ASCII
+/// character, because it may be a letter.
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
-/// Names that must differ, and the entries that have them.
+/// Names in use, and the entry that has each name.
 #[derive(Default)]
 pub(crate) struct Taken<'n>(HashMap<&'n str, ConfigPath>);
 
 impl<'n> Taken<'n> {
-    /// Registers the name of an entry. It must not be taken.
+    /// Registers the name of an entry. Rejects a name that another entry has.
     pub fn take(&mut self, name: &'n str, entry: &ConfigPath) -> Result<(), SceneError> {
         let Some(first) = self.0.insert(name, entry.clone()) else { return Ok(()) };
         Err(SceneError::new(entry.key("name"), SceneErrorKind::Duplicate { name: name.to_owned(), first }))
     }
 }
 
-/// Requires a name that can be used in columns of trajectories, in lists separated by spaces, and in tables.
-/// No spreadsheet formula begins with a letter or a digit.
+/// Requires a one-word name, for columns of trajectories, lists separated by spaces, and tables. It begins with a
+/// letter or a digit, so that no spreadsheet takes it for a formula.
 pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"
@@ -37,7 +37,7 @@ pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     check(is_name(name, LONGEST_WORD, |_| false), name, expected, at)
 }
 
-/// Requires a name for messages and headers of columns, possibly of several words.
+/// Requires a name for messages and column headers. It may consist of several words.
 pub(crate) fn words(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORDS} letters, digits, blanks and any of `_ - + . ( )` that begins with a letter or a digit"
@@ -54,7 +54,7 @@ fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result
     if is_good {
         return Ok(());
     }
-    // A name that is too long, or contains control characters, is not shown verbatim.
+    // The message shows only the beginning of a long name, and escapes control characters.
     let mut shown: String = name.chars().take(40).flat_map(char::escape_debug).collect();
     if name.chars().nth(40).is_some() {
         shown += "...";

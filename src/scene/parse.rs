@@ -1,5 +1,5 @@
-//! Parses the tables of a scene file into an unvalidated scene: words become variants, and each variant has
-//! the keys that it needs.
+//! Converts the tables of a scene file to an unvalidated scene. Words become enum variants, and each variant gets the
+//! keys that it needs.
 
 mod count;
 pub(crate) mod diameter;
@@ -32,10 +32,10 @@ use crate::scene::given::GivenParticles;
 pub(crate) use crate::scene::schema::words;
 use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
-/// Kinds of an entry, and the keys of each.
+/// Kinds of a table, such as `hard-sphere` for an interaction, and the keys that each kind allows.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// The keys of an entry that depend on its kind, with the values given.
+/// The keys given in a table whose kind determines which keys are allowed.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
@@ -44,8 +44,7 @@ pub(super) struct Keys<'k> {
 }
 
 impl<'k> Keys<'k> {
-    /// The kind that an entry names under `what`, one of `kinds`, and its keys. Rejects other words, and keys
-    /// of other kinds.
+    /// Looks up `word`, the value of the key `what`, among the kinds. Rejects an unknown kind, and keys of other kinds.
     pub fn of_kind(
         kinds: &Kinds,
         what: &'static str,
@@ -56,7 +55,8 @@ impl<'k> Keys<'k> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
             return Err(unknown(&at.key(what), what, word, words(kinds)));
         };
-        // Keys that are not given are left out. Everything read from TOML can be written as TOML.
+        // Keys that are not given are absent from `values`. Serialization cannot fail, because the entry was read from
+        // TOML.
         let values = Table::try_from(entry).unwrap_or_default();
         let all = kinds.iter().flat_map(|(_, keys)| *keys).copied().collect();
         let keys = Self { at, context: format!("{what} = \"{word}\""), all, values };
@@ -64,7 +64,7 @@ impl<'k> Keys<'k> {
         Ok((word, keys))
     }
 
-    /// Rejects every given key that the kind does not have.
+    /// Rejects given keys that only other kinds have. `known` are the keys of this kind.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),
@@ -75,18 +75,18 @@ impl<'k> Keys<'k> {
         }
     }
 
-    /// Whether a key is given.
+    /// Whether the table contains `key`.
     pub fn has(&self, key: &str) -> bool {
         self.values.contains_key(key)
     }
 
-    /// The value of a key required by the kind, with its type in the entry.
+    /// Returns the value of a key that the kind requires.
     pub fn need<T: DeserializeOwned>(&self, key: &'static str) -> Result<T, SceneError> {
         let value = self.values.get(key).and_then(|value| value.clone().try_into().ok());
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
     }
 
-    /// The vector of a key required by the kind.
+    /// Returns the vector of a key that the kind requires.
     pub fn vector(&self, key: &'static str) -> Result<Vector, SceneError> {
         self.need(key).map(vector)
     }
@@ -97,7 +97,7 @@ impl<'k> Keys<'k> {
     }
 }
 
-/// The variant for a word.
+/// Looks up the variant for a word.
 fn variant<'t, T>(
     table: &'t [(&'static str, T)],
     what: &'static str,
@@ -112,7 +112,7 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
-/// The parts of the scene in a file, with particles from a program. Relative paths start at `directory`.
+/// Converts a scene file, with particles from a program, to a builder. Relative paths are relative to `directory`.
 pub(crate) fn parts(
     file: SceneFile,
     name: &str,
@@ -144,7 +144,7 @@ pub(crate) fn parts(
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
         scene.push("particle", Group::Listed(Listed::one(&particle.species, position, velocity)));
     }
-    // With a fill, the box follows from the fill.
+    // A coordinate file may give the box only if there is no fill.
     let frames = Frames { given, files: &file.file, directory, space: &space, may_give_box: file.fill.is_empty() };
     let sizes = coordinates::add(&frames, &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
@@ -180,7 +180,7 @@ pub(crate) fn parts(
     Ok(scene)
 }
 
-/// The plan, and the files that it was read from.
+/// Parses `[output]`. Also returns the mesh files of the regions in which particles are counted.
 fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec<InputFile>), SceneError> {
     let format = |(index, word): (usize, &String)| {
         let at = ConfigPath::root().key("output").key("formats").index(index);
@@ -205,12 +205,12 @@ fn parse_output(output: OutputFile, directory: &Path) -> Result<(OutputPlan, Vec
     Ok((plan, inputs))
 }
 
-/// A species, and the classes of its diameters if they are distributed.
+/// Parses a species. Also returns the classes of its diameters if they are distributed.
 fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
-        // Each class will have its own diameter.
+        // The classes replace this species, so its own diameter is never used.
         DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
     let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration: acceleration.map(vector) };

@@ -19,7 +19,7 @@ const HEADER: &str = "\
 ";
 
 impl Scene {
-    /// TOML from which this scene can be read again, wherever it is stored.
+    /// Returns TOML from which this scene can be read again in any folder.
     ///
     /// The scene was read from `path` with `overrides`. The TOML contains the overrides, and the name and limits of
     /// the scene. Relative paths of coordinate files and runs become absolute, and each path gets the checksum of
@@ -32,19 +32,19 @@ impl Scene {
         self.record_of(read_text(path)?, path, overrides)
     }
 
-    /// TOML of [`Self::record`] for a text that was read from `path`, or replaces it.
+    /// Like [`Self::record`], with the text of the scene instead of the text at `path`.
     ///
     /// # Errors
-    /// As [`Scene::from_toml_with`], if the text is not the scene's.
+    /// As [`Scene::from_toml_with`], if the text is not the text of this scene.
     pub fn record_of(&self, text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         self.record_with(text, path, overrides, None)
     }
 
-    /// TOML of [`Self::record_of`] with the particles that a program has added, if any.
+    /// Like [`Self::record_of`], with the particles that a program has added, if any.
     ///
     /// # Errors
-    /// As [`Self::record_of`]; [`SceneErrorKind::Particles`] if the tables cannot represent them: displaced
-    /// images of a sheared box.
+    /// The errors of [`Self::record_of`], and [`SceneErrorKind::Particles`] if tables cannot represent the particles
+    /// because the images of a sheared box are displaced.
     pub fn record_with(
         &self,
         text: String,
@@ -76,7 +76,7 @@ impl Scene {
             }
         }
         let meshes: Vec<&mut Table> = surfaces.into_iter().chain(counts).collect();
-        // Meshes come after all other files.
+        // In `inputs`, the files of meshes come after all other files.
         let first = self.inputs.len().saturating_sub(meshes.len());
         for (mesh, input) in meshes.into_iter().zip(&self.inputs[first..]) {
             mesh.insert("checksum".to_owned(), Value::String(input.checksum.clone()));
@@ -95,7 +95,8 @@ impl Scene {
         Ok(format!("{HEADER}{text}{listed}"))
     }
 
-    /// Writes particles from a program to the tables of a record. Returns text to append to it.
+    /// Adds particles from a program to a record, as a file or as tables. Returns the text of the tables, to be
+    /// appended to the record.
     fn put_particles(&self, given: KeptParticles<'_>, table: &mut Table) -> Result<String, SceneError> {
         match given {
             KeptParticles::InFile(name, content) => {
@@ -117,7 +118,7 @@ impl Scene {
                 }
                 given.put_box(self, table);
                 let first = table.get("particle").and_then(Value::as_array).map_or(0, Vec::len);
-                // A list written as empty could not be extended.
+                // TOML cannot extend a list that is written as `[]`, so empty lists are removed.
                 table.retain(|key, value| {
                     !["particle", "bond"].contains(&key) || value.as_array().is_none_or(|it| !it.is_empty())
                 });
@@ -127,13 +128,13 @@ impl Scene {
     }
 }
 
-/// Tables of a list with a file name.
+/// Returns the entries of an array of tables that have the key `path`.
 fn with_path(list: &mut Value) -> Vec<&mut Table> {
     let tables = list.as_array_mut().into_iter().flatten().filter_map(Value::as_table_mut);
     tables.filter(|table| table.contains_key("path")).collect()
 }
 
-/// Makes a path absolute that is relative to a folder.
+/// Makes a path absolute. A relative path is relative to `directory`.
 fn make_absolute(name: &mut String, directory: &Path) {
     if let Ok(absolute) = std::path::absolute(directory.join(&*name))
         && let Some(absolute) = absolute.to_str()
@@ -142,14 +143,14 @@ fn make_absolute(name: &mut String, directory: &Path) {
     }
 }
 
-/// The record of a scene with another limit of the measurement.
+/// Replaces the limit of the measurement in the record of a scene.
 pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
     let mut table: Table = record.parse()?;
     record_limit(limit, &mut table);
     Ok(format!("{HEADER}{table}"))
 }
 
-/// The record of a scene without the limit of the measurement. Other text is returned unchanged.
+/// Removes the limit of the measurement from the record of a scene. Text that is not TOML is returned unchanged.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }
@@ -196,7 +197,7 @@ mod tests {
         let record = built.record(&scene, &[]).unwrap();
         let again = Scene::from_toml(record.clone(), "elsewhere/scene.toml").unwrap();
         assert_eq!(again, built);
-        // A replaced file does not match the record, although the scene alone accepts it.
+        // The record rejects a coordinate file that has changed. The original scene has no checksum and accepts it.
         std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
         let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
         assert!(error.contains("start.xyz has changed: its checksum is crc32:"), "{error}");

@@ -9,7 +9,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::Fill;
 
-/// The region of a fill; the whole box if it has none.
+/// Returns the region of a fill, which is the whole box if none is given.
 pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
     let Some(region) = fill.region else {
         return Ok(FillRegion::Box(Region { lower: space.lower, upper: space.upper() }));
@@ -38,7 +38,7 @@ fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Whether a coordinate is outside the box, along an axis with sides.
+/// Whether a coordinate is outside the box. Along an axis that is open on both sides, no coordinate is outside.
 fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
     let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
     space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)
@@ -48,7 +48,7 @@ fn expected(axis: usize, space: &Space) -> String {
     format!("{} from {} to {} as the box", AXES[axis], space.lower[axis], space.upper()[axis])
 }
 
-/// Rejects shapes without extent, NaN and infinite numbers, and shapes on a line.
+/// Rejects shapes without extent, numbers that are not finite, and shapes other than a box in one dimension.
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
         return refuse(at.key("shape"), "a shape in one dimension", "`box`: a line has stretches only");
@@ -79,7 +79,7 @@ fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<()
 fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let bounds = region.bounds(space);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
-        // An end at a side may exceed it by the rounding of a direction.
+        // Round-off of the axis may move the end of a shape slightly beyond a side of the box.
         let rounding = 1e-12 * (bounds.upper[k] - bounds.lower[k] + bounds.lower[k].abs());
         for value in [bounds.lower[k], bounds.upper[k]] {
             if is_outside(value, k, space, rounding) {

@@ -25,12 +25,12 @@ pub fn schema() -> Value {
     generator.into_root_schema_for::<SceneFile>().to_value()
 }
 
-/// The words of a table.
+/// Returns the words in the first column of a table.
 pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// For each kind in a table, the rule that keys of other kinds are not permitted.
+/// Rules of the schema that forbid the keys of other kinds, one rule for each kind in a table.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
@@ -41,8 +41,8 @@ pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])])
     table.iter().map(rule).collect()
 }
 
-/// Removes Rust specifics without a meaning in TOML: names of number formats, line breaks of comments, and
-/// null for missing keys.
+/// Removes traces of Rust that mean nothing in TOML: number formats, line breaks of comments, and null for missing
+/// keys.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::String(text)) = schema.get_mut("description") {
@@ -54,9 +54,10 @@ fn plain(schema: &mut Schema) {
     }
 }
 
-/// The schema of a property when it is given.
+/// Removes null from the types and the default of a property, so that the schema describes only a property that is
+/// given.
 fn given(property: &mut Map<String, Value>) {
-    // A list of tables without entries is empty.
+    // Lists of tables are empty by default, so the schema need not state this default.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");
     if property.get("default").is_some_and(|default| default.is_null() || has_tables) {
         property.remove("default");

@@ -17,13 +17,13 @@ use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, nearest};
 use crate::scene::file::SceneFile;
 
-/// One `key=value` that replaces or adds a value.
+/// An override `key=value`, which replaces or adds a value in the scene.
 struct Override {
     key: String,
     value: String,
-    /// Position of its text, after the file and earlier overrides.
+    /// Position of the override in the whole text: the file, followed by all overrides.
     start: usize,
-    /// `v=value`, padded with spaces so that the value has its position in the whole text.
+    /// The text `v=value`, preceded by spaces so that the value is at its position in the whole text.
     padded: String,
 }
 
@@ -33,11 +33,11 @@ impl Override {
         start..start + self.value.len()
     }
 
-    /// The value as TOML, or else as a bare string.
+    /// Parses the value as TOML, or takes it as a string if it is not TOML.
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
-            // A value with line breaks could contain further keys, so it would not be a single value.
+            // A text with line breaks could contain further keys. It is then taken as a string.
             if let (Some((_, value)), None) = (table.next(), table.next()) {
                 return value;
             }
@@ -46,13 +46,13 @@ impl Override {
     }
 }
 
-/// Override after which particles, bonds and time are taken from a run.
+/// Key of the override that starts a scene from a run. Particles, bonds and time then come from the run.
 const START: &str = "start.from";
 
-/// Tables and keys of a file that conflict with [`START`].
+/// Tables and keys of a scene file that are ignored if the override [`START`] is given.
 const BEFORE_START: [&str; 7] = ["particle", "file", "chain", "fill", "mesh", "bond", "start_time"];
 
-/// A scene's text and its name.
+/// Text, name and overrides of a scene.
 pub(crate) struct Source {
     name: String,
     text: Arc<String>,
@@ -86,19 +86,19 @@ impl Source {
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Empty), 0..0));
         }
         if let Some(range) = tree.get_ref().values().find_map(too_large) {
-            // The record of a run could not store it.
+            // A larger integer could not be stored in the record of a run.
             let message = format!("expected a whole number up to {}", i64::MAX);
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message }), range));
         }
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.mistakes(&error))
     }
 
-    /// Adds the text and the position in it to an error.
+    /// Adds the text of the scene to an error, with the position of the error in this text.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         if error.has_source() {
             return error;
         }
-        // The text is parsed a second time, which is cheaper than keeping the tree of every valid scene.
+        // Parsing the text again after an error is cheaper than keeping the tree of every valid scene.
         let range = self.tree().map_or(0..0, |tree| range_of(error.config_path(), &tree));
         self.at(error, range)
     }
@@ -135,15 +135,15 @@ impl Source {
         self.overrides.iter().any(|this| this.key.split('.').map(str::trim).eq(START.split('.')))
     }
 
-    /// Tables and keys of the file that are left out because overrides start the scene from a run.
+    /// Tables and keys of the file that are ignored because an override starts the scene from a run.
     #[cfg(feature = "cli")]
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// The steps that a key leads to, with indices of entries instead of their names, so that two keys of the
-    /// same value are equal. Parts that do not exist are kept as written.
+    /// Splits a key into its parts, and replaces names of entries by indices. Two keys of the same value then have
+    /// equal parts. Parts that do not exist are kept as written.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());
@@ -169,7 +169,7 @@ impl Source {
         self.at(SceneError::new(ConfigPath::root(), kind), range)
     }
 
-    /// The error with the text that contains a range: the file, or the override.
+    /// Adds the text that contains `range` to an error. The text is the file or an override.
     fn at(&self, error: SceneError, range: Range<usize>) -> SceneError {
         match self.overrides.iter().rev().find(|this| range.start >= this.start) {
             Some(this) => {
@@ -186,7 +186,7 @@ impl Source {
     }
 }
 
-/// Sets a value at a path, through tables by key and through arrays by index or by the entry's `name`.
+/// Sets a value at a path. In an array, the path selects an entry by its index or its `name`.
 fn set<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
@@ -229,7 +229,7 @@ fn set_in<'t>(
     }
 }
 
-/// Index of an entry, given by its `name` or its number.
+/// Index of an array entry that is given by its `name` or its index.
 fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     let named = |element: &Spanned<DeValue<'_>>| {
         let table = element.get_ref().as_table();
@@ -238,7 +238,7 @@ fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     array.iter().position(named).or_else(|| word.parse().ok())
 }
 
-/// The position of an integer within a value that exceeds the largest permitted one.
+/// Position of the first integer in a value that does not fit into an `i64`.
 fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     match value.get_ref() {
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).is_err().then(|| value.span()),
@@ -248,7 +248,8 @@ fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     }
 }
 
-/// The range of the value at a config path, or of the innermost table on the way there.
+/// Range of bytes of the value at a config path. If the path does not exist, it is the range of its deepest part that
+/// exists.
 fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     let mut found: Option<&Spanned<DeValue<'_>>> = None;
     for (depth, step) in at.steps().iter().enumerate() {
@@ -266,8 +267,8 @@ fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     found.map_or(0..0, Spanned::span)
 }
 
-/// The kind of an error that TOML or serde found in a text. Their messages name keys in backticks, the
-/// relevant key first.
+/// Converts an error message of TOML or serde to the kind of a scene error. In a message about an unknown key, the
+/// first word in backticks is this key, and the others are the known keys.
 fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     if message.starts_with("unknown field") {
         let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
@@ -277,7 +278,7 @@ fn kind_of(message: &str, text: &str) -> SceneErrorKind {
         }
     }
     let mut message = message.trim().to_owned();
-    // `[species]` is a single table, and its line is the whole mistake.
+    // The text has a single table such as `[species]` where a list of tables is needed.
     if message.starts_with("invalid type: map, expected a sequence") && text.starts_with('[') {
         let list = format!("`{text}` is one table, expected a list of tables: each begins with `[{text}]`");
         return SceneErrorKind::Syntax { message: list };

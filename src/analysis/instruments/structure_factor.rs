@@ -17,7 +17,8 @@ use vectors::Shell;
 /// Largest number of vectors in a shell.
 const MOST_VECTORS: f64 = 20.0;
 
-/// Largest number of products of a particle and a vector in a sample, as long as a shell keeps six vectors.
+/// Largest number of particles times wave vectors in a sample. It may be exceeded, because a shell keeps at
+/// least six wave vectors.
 const MOST_PRODUCTS: f64 = 4e8;
 
 const FEWEST_VECTORS: f64 = 6.0;
@@ -26,11 +27,11 @@ const FEWEST_VECTORS: f64 = 6.0;
 /// shells of `|q|`.
 ///
 /// Without a periodic axis there are no wave vectors, and nothing is measured. The wave vectors of a sheared
-/// box change while its images slide.
+/// box change because its periodic images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
     times: SamplingTimes,
-    /// In a sheared box, the shells of the last sample.
+    /// Measured shells of wave vectors. In a sheared box they are replaced at each sample.
     shells: Vec<Shell>,
     curve: CurveAverage,
     sliding: Option<Sliding>,
@@ -63,7 +64,8 @@ impl StructureFactor {
         let products: usize = shells.iter().map(|shell| shell.vectors.len()).sum();
         let powers: usize = longest(&shells).iter().sum();
         Self {
-            // Two complex products for each vector, and one for each power.
+            // For each particle, a sample costs two complex products per wave vector, and one per tabulated
+            // power.
             times: budgeted_times(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
             curve: CurveAverage::new(shells.len()),
             sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),
@@ -90,7 +92,7 @@ impl StructureFactor {
                 let vectors = shells.iter().map(|&(index, _)| self.shells[index].vectors.len() as f64).collect();
                 ("|sum_j exp(i q.r_j)|^2, over all samples and wave vectors of the shell", Some(vectors))
             }
-            // The number of vectors varies.
+            // The number of wave vectors in a shell changes from sample to sample.
             Some(_) => ("mean of |sum_j exp(i q.r_j)|^2 over the wave vectors of the shell, over all samples", None),
         };
         let normalisation = Normalisation::of(sum).by_each("samples", "1", samples).by("particles", "1", particles);
@@ -117,7 +119,7 @@ impl StructureFactor {
     }
 }
 
-/// The largest multiples along the axes.
+/// Largest absolute value of the multiples `n` along each axis, over all wave vectors.
 fn longest(shells: &[Shell]) -> [usize; 3] {
     let along = |k: usize| shells.iter().flat_map(move |shell| shell.vectors.iter().map(move |n| n[k].unsigned_abs()));
     std::array::from_fn(|k| along(k).max().unwrap_or(0) as usize)
@@ -171,14 +173,14 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }
 
-/// `sum_j exp(i q.r_j)` for all vectors of all shells in turn.
+/// `sum_j exp(i q.r_j)` for all wave vectors, shell by shell.
 ///
-/// Each particle needs one sine and cosine per axis. Powers follow by multiplication, with errors of `n`
-/// units in the last place.
+/// One sine and one cosine are calculated per particle and axis. Their powers follow by multiplication; the
+/// `n`-th power has a round-off error of `n` units in the last place.
 fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescription) -> Vec<[f64; 2]> {
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
-    // Index of each axis's power in its table. The table begins with the most negative power.
+    // Index of each factor in the table of its axis. The table begins with the most negative power.
     let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
@@ -186,8 +188,8 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // For the phase along x, the shear is removed: the point is moved back to the plane of the box's
-            // lower corner.
+            // The phases below are those of a box without shear. So the shear is removed from x: the shift is
+            // proportional to the height above the lower corner of the box.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }
         for k in (0..3).filter(|&k| longest[k] > 0) {

@@ -20,8 +20,8 @@ const BLOCKS: u32 = 1000;
 /// Measures forces on surfaces from the momentum that particles transfer in contacts, `F = - sum J / t`.
 ///
 /// `J` is the impulse on a particle. Its normal component is never negative. The sum of the normal components
-/// divided by the time and by the area of the surface is the pressure on the surface, if the area is known.
-/// The normal force is also a curve along an axis, by the position of the particle.
+/// divided by the time and by the area of the surface is the pressure on the surface, if the area is known. The
+/// normal force is also reported as a curve along an axis. Each contact counts at the position of the particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct SurfaceForces {
     blocks: SamplingTimes,
@@ -34,14 +34,15 @@ pub(super) struct SurfaceForces {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
-    /// Impulse in this block along the three axes and along the normal, and the number of contacts.
+    /// Sums over the contacts in the current block: the impulse along the three axes, the impulse along the
+    /// normal, and the number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
-    /// Normal force by bin of the profile.
+    /// Sum in the current block, and average, of the normal force in each bin of the profile.
     bins: Vec<(f64, BlockAverage)>,
 }
 
-/// Bins along an axis.
+/// Equal bins along an axis for the profile of the normal force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Profile {
     axis: usize,

@@ -28,15 +28,15 @@ pub struct SystemDescription {
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
-    /// By species, the ratio of the box volume to the volume that its centres can reach, because walls keep
-    /// them a radius away.
+    /// For each species, the ratio of the box volume to the volume that centres can reach. Walls keep centres a
+    /// radius away.
     pub crowding: Vec<f64>,
     /// Ids of the moving particles, ascending.
     pub moving: Vec<u32>,
     /// Contact distances of the cores of each pair of species `[length]`, if they have cores.
     pub cores: SpeciesPairs<f64>,
-    /// For each pair of species with cores, the next larger distance at which the potential has a step, or at
-    /// which the potential of a bond between such particles has a step `[length]`.
+    /// For each pair of species with hard cores, the smallest distance outside the core at which their
+    /// potential, or the potential of a bond between them, has a step `[length]`.
     pub(crate) steps_outside_cores: SpeciesPairs<f64>,
     /// The walls of the box and the other surfaces of the scene.
     pub surfaces: Vec<DescribedSurface>,
@@ -68,11 +68,12 @@ pub struct SystemDescription {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DescribedSurface {
-    /// Its number in events.
+    /// Number of the surface in events.
     pub number: u32,
-    /// Its name; `wall x lower` and so on for the walls of the box.
+    /// Name of the surface. A wall of the box is named after its axis and side, such as `wall x lower`.
     pub name: String,
-    /// Its area, if it is finite and the surface is not a side of the box `[length^2]`.
+    /// Area of the surface `[length^2]`. `None` for walls of the box, for infinite surfaces, and in fewer than
+    /// three dimensions.
     pub area: Option<f64>,
 }
 
@@ -101,20 +102,20 @@ fn described(scene: &Scene) -> Vec<DescribedSurface> {
 }
 
 impl SystemDescription {
-    /// Lower and upper end along an axis of the box, or of a finite surface that reaches beyond it
-    /// `[length]`.
+    /// Lower and upper end of the box along an axis `[length]`.
     pub(crate) fn extent(&self, axis: usize) -> (f64, f64) {
         (self.space.lower[axis], self.space.upper()[axis])
     }
 
-    /// The constants of a scene.
+    /// Describes the system of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let species = scene.particles.iter().map(|particle| particle.species.0).collect();
         Self::with(scene, species, &ApplicableObservables::of(scene))
     }
 
-    /// The constants of a simulation, which may have dropped the initial state of its scene.
+    /// Describes a simulation. The current particles are used, because the simulation may have dropped the
+    /// initial state of its scene.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -169,7 +170,7 @@ impl SystemDescription {
         self.space.is_closed() && self.moving.len() == self.masses.len()
     }
 
-    /// Why Einstein-Helfand relations do not hold; `None` if they do.
+    /// Reason why Einstein-Helfand relations do not hold; `None` if they do.
     pub(crate) fn obstacle_to_transport(&self) -> Option<&'static str> {
         let obstacles = [
             (self.moving.len() < 2, "of fewer than two particles that move"),
@@ -193,7 +194,7 @@ impl SystemDescription {
         if walled.is_empty() { self.axes().collect() } else { walled }
     }
 
-    /// Ratio of the box volume to the volume that the centres of particles like this one can reach.
+    /// Ratio of the box volume to the volume that the centres of particles of this species can reach.
     pub(super) fn crowding_of(&self, id: u32) -> f64 {
         self.crowding[self.species[id as usize] as usize]
     }
@@ -244,9 +245,9 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// Factor of the mean square of a thermal velocity component, `T / m`, along an axis. It is `1 - m / M`,
-    /// with the total moving mass `M`, if the momentum is conserved, because velocities are relative to the
-    /// centre of mass. Otherwise it is 1.
+    /// Ratio of the mean square of a velocity component along an axis to `T / m`. If the momentum is conserved,
+    /// velocities are relative to the centre of mass, and the ratio is `1 - m / M` with the total moving mass
+    /// `M`. Otherwise it is 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
@@ -280,8 +281,8 @@ impl SystemDescription {
     }
 }
 
-/// Finds, for two species that have a core, the next larger distance at which their potential has a step, or
-/// at which the potential of a bond between them has a step.
+/// Finds, for each pair of species with hard cores, the smallest distance outside the core at which their
+/// potential, or the potential of a bond between them, has a step.
 fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
     let next = |core: f64, radii: &[f64]| radii.iter().copied().filter(|radius| *radius > core).reduce(f64::min);
@@ -312,7 +313,7 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// The sample of a snapshot.
+    /// State of all particles in a snapshot.
     #[must_use]
     pub fn of(snapshot: &'a Snapshot) -> Self {
         Self {
@@ -324,8 +325,8 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// A cell list of the given particles, for pairs closer than a range of at most half of the shortest
-    /// period.
+    /// Builds a cell list of the given particles for pairs closer than `range`, which is at most half of the
+    /// shortest period.
     pub(crate) fn cell_list(&self, space: &Space, range: f64, ids: &[u32]) -> CellList {
         CellList::new(space, self.displacement, range, ids.iter().map(|&id| (id, self.positions[id as usize])))
     }
@@ -335,7 +336,7 @@ impl<'a> Sample<'a> {
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);
-        // An axis that is not periodic has an infinite period, and its image is 0.
+        // The image is 0 along an axis that is not periodic.
         let travelled = |k: usize| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] };
         let slid = if self.displacement == 0.0 { 0.0 } else { f64::from(image[1]) * self.displacement };
         position + Vector::new(travelled(0) + slid, travelled(1), travelled(2))

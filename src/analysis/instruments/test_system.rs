@@ -26,7 +26,7 @@ pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescript
     )
 }
 
-/// A scene and its constants.
+/// Describes the system of a scene and starts its simulation.
 pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
     (SystemDescription::of(&scene), Simulation::without_plan(scene))
 }
@@ -48,7 +48,8 @@ pub(super) fn instrument<I>(
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
-/// Runs for a time, passes the requested samples and events to an instrument, and ends the instrument.
+/// Runs a simulation for a time, and passes the requested samples and the events to an instrument. The last
+/// sample is at the end.
 pub(super) fn measure(
     simulation: &mut Simulation,
     system: &SystemDescription,
@@ -114,7 +115,8 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
     }
 }
 
-/// The report of an instrument.
+/// Returns the report of an instrument. Checks that all its numbers are finite and that columns have equal
+/// lengths.
 pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) -> Measured {
     let mut measured = Measured::default();
     instrument.report(system, &mut measured);
@@ -131,12 +133,11 @@ pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) ->
     measured
 }
 
-/// A number by its name.
 pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
     measured.numbers.iter().find(|number| number.name == name).unwrap()
 }
 
-/// Mean and standard error of a number. Both must be there.
+/// Mean and standard error of a number by its name. Panics if one is missing.
 pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {
     let number = number(measured, name);
     (number.mean.unwrap(), number.standard_error.unwrap())

@@ -18,7 +18,8 @@ use crate::engine::event::Event;
 use crate::model::measurement_plan::MOST_TRANSPORT_LAGS as MOST;
 use crate::model::measurement_plan::Transport as Plan;
 
-/// Number of samples that remove round-off from the flows, unless the run is longer than expected.
+/// Default number of samples. Each sample recomputes the flows of momentum and energy, which removes
+/// accumulated round-off.
 const SAMPLES: u32 = 100;
 
 /// Default number of moments per mean free time, and of mean free times in the longest lag.
@@ -31,10 +32,10 @@ const MOST_CHOSEN: f64 = 80.0;
 /// Smallest ratio of the duration to a default span.
 const SPANS: f64 = 20.0;
 
-/// Indices of the curves, each over lags from 1 to the last.
+/// Indices of the curves. Each curve has one element per lag, from lag 1 on.
 const SHEAR: usize = 0;
 const BULK: usize = 1;
-/// Index of the mean that belongs to the squares of [`BULK`].
+/// Index of the curve of means that belongs to the mean squares of [`BULK`].
 const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;
@@ -44,9 +45,9 @@ const CURVES: usize = 4;
 struct Moments {
     /// `xy`, `xz`, `yz`.
     shear: [f64; 3],
-    /// The trace, by axis.
+    /// Trace of the moments `G_ab`, divided by the number of axes.
     bulk: f64,
-    /// The moment of the energy, by axis.
+    /// Moment of the energy along each axis.
     heat: [f64; 3],
 }
 
@@ -63,9 +64,9 @@ struct Moments {
 /// | bulk viscosity | `<(dG_p - <dG_p>)^2> / (2 V T t)`, `G_p = trace(G) / D` |
 /// | thermal conductivity | `<dG_x^2> / (2 V T^2 t)`, averaged over the axes |
 ///
-/// The total energy is constant here, so `<dG_p> = P V t` holds for the run itself. Energy is transferred
-/// only in collisions between hard cores. If particles have potential energies, or differ, so that heat and
-/// matter flow together, the conductivity is not defined.
+/// The total energy is constant here, so `<dG_p> = P V t` holds for the run itself. Energy is transferred only
+/// in collisions between hard cores. The conductivity is not defined for particles with potential energies, and
+/// not for different species, because heat and matter then flow together.
 ///
 /// Small systems of constant energy and momentum have smaller coefficients. For a hundred spheres they are
 /// smaller by a few per cent, and the conductivity by ten per cent.
@@ -80,11 +81,11 @@ pub(super) struct Transport {
     lags: usize,
     /// Number of recorded moments; the first is at the start.
     written: u64,
-    /// Includes the flow of heat if the conductivity is defined.
+    /// Flow of momentum, and also of heat if the conductivity is defined.
     flow: MomentumFlow,
-    /// The most recent moments, at most one per lag; empty if nothing can be measured.
+    /// The latest recorded moments, at most one per lag. Empty if transport coefficients are not defined.
     moments: VecDeque<Moments>,
-    /// `P V` as known after the first span, subtracted so that squares keep their precision.
+    /// Estimate of `P V` from the first span. It is subtracted before squaring to preserve precision.
     virial: Option<f64>,
     average: CurveAverage,
     is_meaningful: bool,
@@ -127,7 +128,8 @@ impl Transport {
         }
     }
 
-    /// Advances to a time, without an event in between, and records moments on the way.
+    /// Advances to a time, without an event in between, and records the moments at all multiples of the
+    /// interval that are reached.
     fn pass(&mut self, time: f64, system: &SystemDescription) {
         loop {
             let due = self.start + self.written as f64 * self.interval;
@@ -156,7 +158,7 @@ impl Transport {
         self.written += 1;
     }
 
-    /// Adds the squared differences to all stored moments, the most recent first.
+    /// Adds the squared differences between the current moments and all stored moments, the most recent first.
     fn compare(&mut self, now: &Moments, virial: f64, dimensions: f64) {
         let square = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         let pairs = pairs_of_axes(dimensions);
@@ -175,7 +177,7 @@ fn pairs_of_axes(dimensions: f64) -> f64 {
     (0.5 * dimensions * (dimensions - 1.0)).max(1.0)
 }
 
-/// Interval and number of lags.
+/// Interval between recorded moments, and number of lags.
 fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
     let free_time = mean_free_time(setup.system, &setup.sample);
     let part = setup.duration / SPANS;

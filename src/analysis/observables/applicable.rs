@@ -37,13 +37,13 @@ pub struct ApplicableObservables {
     /// For each axis, whether the lower and the upper wall have their own pressure: a finite area without
     /// static particles in front of it.
     pub pressed_walls: [[bool; 2]; 3],
-    /// For each axis, the area through which the lower and the upper wall exchange energy `[length^(D - 1)]`:
-    /// a finite wall that has a temperature or dissipates.
+    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`, if the wall exchanges energy with
+    /// the particles: it has a temperature or dissipates. `None` also for an infinite wall.
     pub heat_areas: [[Option<f64>; 2]; 3],
-    /// The axis between walls along which only walls act, so that wall pressures differ from the virial only
-    /// by the change of momentum.
+    /// The only axis between two walls, if no thermostat acts along it. The pressures on its walls differ from
+    /// the virial pressure only by time derivatives of bounded quantities.
     pub(super) balanced_axis: Option<usize>,
-    /// The axis whose walls supply and remove all energy, if there is exactly one.
+    /// The axis whose two walls supply and remove all energy, if there is exactly one.
     pub(super) heated_axis: Option<usize>,
     /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
@@ -147,7 +147,8 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// Counts the free velocity components in a stage with a thermostat, which may change the momentum.
+    /// Starts a stage with a thermostat. It may change the momentum, and so the number of free velocity
+    /// components.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
@@ -166,14 +167,14 @@ impl ApplicableObservables {
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
-    /// Includes the volume in a stage with a barostat and a thermostat. Diameters have grown by a factor
-    /// since the start.
+    /// Starts a stage. If a barostat and a thermostat act, the volume is an observable. `grown` is the factor
+    /// by which diameters have grown since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
 
-    /// Pressure `[energy / length^D]` from the counts in a time, the mean temperature, and the integral of
-    /// `sum m v^2 / V` along each axis between walls.
+    /// Pressure `[energy / length^D]` from the events counted in a time, the mean temperature, and the integral
+    /// of `sum m v^2 / V` along each axis between walls.
     pub(super) fn pressure(
         &self,
         counted: &EventCounts,
@@ -197,7 +198,7 @@ impl ApplicableObservables {
     }
 
     /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to the
-    /// streaming.
+    /// streaming velocity.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
         self.has_temperature.then(|| {
@@ -206,8 +207,9 @@ impl ApplicableObservables {
         })
     }
 
-    /// Calculates the factor and the drift with which a scaling of all velocities relative to the drift
-    /// produces a temperature: `sqrt(T / T_now)`. `None` if there is no temperature or everything is at rest.
+    /// Returns the factor and the drift for a thermostat that scales all velocities relative to the drift: the
+    /// factor `sqrt(T / T_now)` produces the temperature `T`. `None` if no temperature is defined or everything
+    /// is at rest.
     pub(crate) fn scaling(&self, energy: &Energy, temperature: f64) -> Option<(f64, Vector)> {
         let now = self.temperature(energy.thermal, &energy.peculiar_momentum).filter(|now| *now > 0.0)?;
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
@@ -233,7 +235,7 @@ impl ApplicableObservables {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }
     }
 
-    /// The components along the axes with conserved momentum.
+    /// Components of the momentum along the axes on which it is conserved; zero along others.
     fn conserved(&self, momentum: &Vector) -> Vector {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { momentum[k] } else { 0.0 })
     }
@@ -244,7 +246,7 @@ impl ApplicableObservables {
         self.up.is_some()
     }
 
-    /// The height of the centre of mass, and the numbers of particles in the regions.
+    /// Height of the centre of mass, and number of particles in each region.
     pub(super) fn positions(&self, simulation: &Simulation) -> (Option<f64>, Vec<usize>) {
         if self.up.is_none() && self.regions.is_empty() {
             return (None, Vec::new());

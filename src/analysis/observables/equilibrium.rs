@@ -12,11 +12,11 @@ use crate::base::text::{digits, unit as unit_in};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
-    /// All of them are stationary, as far as the data show.
+    /// All observables are stationary, as far as the data show.
     Yes,
-    /// At least one drifts.
+    /// At least one observable drifts.
     No,
-    /// The run is too short for a test, or no fluctuating quantity was measured.
+    /// No verdict, for example because the run is too short or because nothing that fluctuates was measured.
     #[default]
     Unknown,
 }
@@ -31,17 +31,17 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Fewest events per particle before a system can be called in equilibrium. A velocity is forgotten in one or
-/// two collisions; the slowest collective motion of a few hundred particles takes a few more.
+/// Fewest events per particle for a positive verdict. A particle loses the memory of its velocity in one or two
+/// collisions. The slowest collective motion of a few hundred particles takes a few more collisions to decay.
 const FEWEST_EVENTS: f64 = 10.0;
 
 /// Mean number of events per particle below which no drift is reported.
 const FEWEST_TO_DRIFT: f64 = 1.0;
 
-/// Further conditions for the equilibrium of a measurement.
+/// Properties of the scene and of the run that the verdict also depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conditions {
-    /// Dimensions of the scene.
+    /// Number of dimensions of the scene.
     pub dimensions: usize,
     /// Whether energy lost in contacts is supplied again.
     pub has_steady_state: bool,
@@ -61,14 +61,12 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// The reason if energy is lost and not supplied.
     pub(crate) const COOLS: &str = "energy is lost in contacts and nothing supplies it, so there is no steady state";
 
-    /// The reason for equal hard particles on a line.
     const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \
          take the scatter of several seeds as the error";
 
-    /// Derives the equilibrium from the verdict on each observable, by name.
+    /// Derives the verdict on equilibrium from the stationarity of each named observable.
     #[must_use]
     pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
         let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;
@@ -79,7 +77,7 @@ impl Equilibrium {
             }
             _ => None,
         });
-        // A handful of events may drift by chance.
+        // With fewer events than particles, an apparent drift may be chance.
         let is_short = events_per_particle < FEWEST_TO_DRIFT;
         let mut drifting: Vec<String> = if is_short { Vec::new() } else { drifting.collect() };
         let is_unknown = |(_, stationarity): &&(&str, Stationarity)| *stationarity == Stationarity::Unknown;

@@ -7,7 +7,8 @@ use crate::Vector;
 use crate::mesh::report::Inside;
 use crate::model::{CountRegion, CountSpace};
 
-/// The regions, and the searches in their meshes, which are built on first use and are not part of the state.
+/// The regions of a scene, with search structures for their meshes. The search structures are built on first
+/// use and are not saved.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Regions {

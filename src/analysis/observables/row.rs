@@ -14,7 +14,7 @@ pub struct Row {
     pub temperature: Option<f64>,
     /// Current kinetic energy `[energy]`.
     pub kinetic: f64,
-    /// Current potential energy of pairs and of weight `[energy]`.
+    /// Current potential energy of pairs and of gravity `[energy]`.
     pub potential: f64,
     /// Energy supplied so far by thermostats, walls, growth and shear, minus the energy removed by them
     /// `[energy]`.

@@ -25,8 +25,8 @@ fn mixture(space: Space) -> SceneBuilder {
         .add_fill(fill("B", 7))
 }
 
-/// Means of the kinetic energy and of the pair energy: by the observer from two rows, and from event to
-/// event.
+/// Means of the kinetic energy and of the pair energy, first from two rows of an observer, then summed from
+/// event to event.
 fn means(scene: Scene, bath: Option<&Thermostat>) -> [[f64; 2]; 2] {
     let mut observer = Observer::new(&scene);
     observer.set_thermostat(&scene, bath);
@@ -68,7 +68,7 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     ] {
         let [observed, exact] = means(scene.build().unwrap(), bath);
         for k in 0..2 {
-            // A few hundred events with a few roundings each, of energies of a few tens.
+            // The tolerance covers the round-off of a few hundred events, whose energies are a few tens.
             let scale = exact[0].abs() + exact[1].abs();
             assert!((observed[k] - exact[k]).abs() < 1e-11 * scale, "{what}, {k}: {observed:?} {exact:?}");
         }
@@ -85,7 +85,7 @@ fn elastic(space: Space, count: u64) -> SceneBuilder {
         .add_fill(fill)
 }
 
-/// Error of the temperature and whether it is constant, after a number of intervals.
+/// Standard error and stationarity of the temperature after a number of intervals.
 fn of_temperature(
     scene: &Scene,
     bath: Option<&Thermostat>,

@@ -20,7 +20,7 @@ pub(super) struct Isobaric {
 }
 
 impl Isobaric {
-    /// The ensemble of a stage, with the total volume of the particles.
+    /// The ensemble of a stage with a barostat. `filled` is the total volume of the particles.
     pub fn of(acting: Option<(&Barostat, &Thermostat)>, filled: f64) -> Option<Self> {
         let (barostat, thermostat) = acting?;
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
@@ -53,10 +53,10 @@ pub(super) fn filled(scene: &Scene) -> f64 {
     moving.map(|species| own_volume(species.diameter, scene.space.dimensions())).sum()
 }
 
-/// Integrals up to a sample. Between samples the volume is constant.
+/// Time integrals from the first sample to the latest one. Between samples the volume is constant.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct VolumePiece {
-    /// Volume from the sample on `[length^D]`.
+    /// Volume of the box from this sample on `[length^D]`.
     volume: f64,
     /// Virial since the start of the simulation `[energy]`.
     virial: f64,
@@ -65,15 +65,15 @@ pub(super) struct VolumePiece {
 }
 
 impl VolumePiece {
-    /// At the first sample.
+    /// Starts from the current volume and virial, with integrals of zero.
     pub fn of(simulation: &Simulation) -> Self {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
 
     /// Advances to a sample `duration` later; `heat` is the integral of the temperature in between.
     ///
-    /// The pressure of this interval is `(N T + W / (D t)) / V`, with the virial `W` of its events and its
-    /// volume.
+    /// The pressure of this interval is `(N T + W / (D t)) / V`, where `W` is the virial of its events and `V`
+    /// its volume.
     pub fn next(&self, simulation: &Simulation, duration: f64, heat: f64, applicable: &ApplicableObservables) -> Self {
         let next = Self::of(simulation);
         let volume = self.volume;
@@ -82,7 +82,7 @@ impl VolumePiece {
         Self { integrals: std::array::from_fn(|k| self.integrals[k] + more[k]), ..next }
     }
 
-    /// Calculates the means since an earlier sample, divided by the time `duration`.
+    /// Means since an earlier sample: differences of the integrals, divided by the time `duration`.
     pub fn since(&self, earlier: &Self, duration: f64) -> VolumeMeans {
         let [volume, inverse, square, pressure] =
             std::array::from_fn(|k| (self.integrals[k] - earlier.integrals[k]) / duration);
@@ -90,7 +90,7 @@ impl VolumePiece {
     }
 }
 
-/// Means over the time between two rows.
+/// Means of the volume `V`, of `1 / V`, of `V^2` and of the pressure between two rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct VolumeMeans {
     pub volume: f64,
@@ -100,8 +100,8 @@ pub(super) struct VolumeMeans {
 }
 
 impl VolumeMeans {
-    /// Values of the observables for the volume: volume, number density, packing fraction, and the squared
-    /// volume for the compressibility.
+    /// Values of the four observables that depend on the volume: volume, number density, packing fraction, and
+    /// the squared volume for the compressibility.
     pub fn values(&self, ensemble: &Isobaric, moving: f64) -> [f64; 4] {
         [self.volume, moving * self.inverse, ensemble.filled * self.inverse, self.square]
     }

@@ -68,7 +68,8 @@ pub fn tonks(packing_fraction: f64) -> f64 {
     1.0 / (1.0 - packing_fraction)
 }
 
-/// Powers by multiplication, which rounds the same way on all machines; the standard library's powers do not.
+/// Multiplies repeatedly, because this rounds the same way on all machines. The standard library's powers do
+/// not.
 fn whole_power(x: f64, power: i32) -> f64 {
     (0..power).fold(1.0, |product, _| product * x)
 }
@@ -77,7 +78,7 @@ fn whole_power(x: f64, power: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// The tables have this many decimal places.
+    /// Compares a value with a published value that has `digits` decimal places.
     fn assert_near(value: f64, expected: f64, digits: i32) {
         assert!((value - expected).abs() < 0.51 * 0.1_f64.powi(digits), "{value} instead of {expected}");
     }
@@ -97,7 +98,8 @@ mod tests {
         let sixth = std::f64::consts::PI / 6.0;
         let (melting, freezing) = (1.0376, 0.9392);
         assert_near(melting * face_centred_cubic(melting * sixth), 11.566, 3);
-        // Four digits of the density determine the pressure to this precision: dP/drho is about 50.
+        // The published freezing density has four digits. With dP/drho of about 50, it determines the pressure
+        // to 0.5e-4 * 50.
         let fluid = freezing * hard_spheres(freezing * sixth);
         assert!((fluid - 11.566).abs() < 0.5e-4 * 50.0, "{fluid}");
     }

@@ -8,7 +8,8 @@
 
 /// `rho P'' / (2 P')` of an equation of state, with `P = phi Z(phi)` in any unit.
 fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
-    // Central differences have an error of (1e-3)^2 of the curvature, and a round-off of 1e-16 / 1e-6.
+    // With a relative step of 1e-3, central differences have a relative error of about 1e-6, and a round-off
+    // error of 1e-16 / 1e-6.
     let step = 1e-3 * packing_fraction;
     let [below, here, above] =
         [-step, 0.0, step].map(|d| (packing_fraction + d) * compressibility(packing_fraction + d));
@@ -17,21 +18,21 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// Relative reduction of `Z - 1 = W / (D N T t)` and of the number of pairs in contact, compared with an
-/// infinite fluid; 0 if there is no density.
+/// Relative reduction of `Z - 1` and of the number of pairs in contact, compared with an infinite fluid; 0 at
+/// zero density.
 pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     let fewer =
         curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0));
     if fewer.is_finite() { fewer } else { 0.0 }
 }
 
-/// Relative shift of `g` at contact. There are fewer contacts, but `g` is per pair, and each particle has `N
-/// - 1` pairs.
+/// Relative difference of the contact value `g` from an infinite fluid. A finite system has fewer contacts, but
+/// `g` is normalised by the number of pairs, and each particle has only `N - 1` partners.
 pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }
 
-/// Source of the shift.
+/// Source of the finite-size corrections.
 pub(crate) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
 
 #[cfg(test)]
@@ -41,7 +42,7 @@ mod tests {
 
     #[test]
     fn a_dilute_gas_lacks_one_partner_of_n() {
-        // The next term is of order phi.
+        // The dilute limit has a relative error of the order of the packing fraction.
         let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
         assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");
         assert!(shift_of_contact_value(published::hard_spheres, 1e-4, 100).abs() < 1e-5);
@@ -49,7 +50,7 @@ mod tests {
 
     #[test]
     fn the_curvature_is_that_of_carnahan_and_starling() {
-        // By hand at 0.4: P' = 3.0096 / 0.6^4, P'' phi = 0.4 (5.536 / 0.6^4 + 4 P' / 0.6).
+        // By hand at `phi = 0.4`: `P' = 3.0096 / 0.6^4` and `P'' phi = 0.4 (5.536 / 0.6^4 + 4 P' / 0.6)`.
         let first = 3.0096 / 0.1296;
         let second = 0.4 * (5.536 / 0.1296 + 4.0 * first / 0.6);
         let by_hand = second / (2.0 * first);

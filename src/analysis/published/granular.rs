@@ -11,7 +11,7 @@ pub fn haff_temperature(start: f64, time: f64, haff_time: f64) -> f64 {
 }
 
 /// The time in Haff's law for smooth spheres `[time]`: `tau = 6 / ((1 - e^2) G_0)`, with restitution `e` and
-/// the initial collision rate `G_0` per particle. For small `1 - e^2`.
+/// the initial collision rate `G_0` per particle. It holds for small `1 - e^2`.
 ///
 /// Each contact removes `(1 - e^2) T / 2` from a pair on average, so `dT/dt = -(1 - e^2) G T / 3`, and `G` is
 /// proportional to `sqrt(T)`.
@@ -30,7 +30,7 @@ mod tests {
         let tau = haff_time(e, rate);
         let dt = 1e-6 * tau;
         let slope = (haff_temperature(2.0, dt, tau) - 2.0) / dt;
-        // dT/dt = -(1 - e^2) G T / 3; the finite step leaves an error of 1.5e-6.
+        // At the start `dT/dt = -(1 - e^2) G T / 3`. The finite step has a relative error of 1.5e-6.
         assert!((slope / (-(1.0 - e * e) * rate * 2.0 / 3.0) - 1.0).abs() < 2e-6);
         assert_eq!(haff_temperature(2.0, tau, tau), 0.5);
     }

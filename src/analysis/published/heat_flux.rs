@@ -14,10 +14,10 @@ const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 
 /// A gas of equal elastic hard spheres at rest between two parallel thermal plates.
 ///
-/// In the gas `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at the same pressure `p = rho T
-/// Z(phi)` everywhere. At a plate of temperature `T_w`, the gas has the temperature `T_w + zeta l dT/dn`,
-/// with the local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas, and
-/// `zeta = 2.127`. The two conditions and the number of particles determine `q` and `p`.
+/// The heat flux in the gas is `q = - lambda(T, phi) dT/dx` with Enskog's conductivity, at the same pressure `p
+/// = rho T Z(phi)` everywhere. At a plate of temperature `T_w`, the gas has the temperature `T_w + zeta l
+/// dT/dn`, with the local mean free path `l = 1 / (sqrt(2) pi rho sigma^2 chi)`, the derivative into the gas,
+/// and `zeta = 2.127`. The two conditions and the number of particles determine `q` and `p`.
 ///
 /// This is exact to first order in the density and in the ratio of the mean free path to the distance. It
 /// neglects second-order terms in that ratio times the relative temperature difference. It also neglects the
@@ -45,7 +45,7 @@ impl GasBetweenPlates {
     pub fn heat_flux(&self) -> f64 {
         let [lower, upper] = self.temperatures;
         let mut pressure = self.particles_per_area / self.distance * 0.5 * (lower + upper);
-        // Temperatures of the gas at the plates, and the corresponding flux.
+        // Temperatures of the gas at the plates, and the heat flux between them.
         let (mut at, mut flux) = ([lower, upper], 0.0);
         // Each step at least halves the remaining error, down to round-off.
         for _ in 0..100 {
@@ -65,8 +65,8 @@ impl GasBetweenPlates {
         flux
     }
 
-    /// The integrals, over the temperatures of the gas, of the conductivity and of the conductivity times the
-    /// number density.
+    /// Integrals over the temperature of the gas: of the conductivity, and of the conductivity times the number
+    /// density.
     fn integrals(&self, [lower, upper]: [f64; 2], pressure: f64) -> (f64, f64) {
         const STEPS: u32 = 64;
         let width = (lower - upper) / f64::from(STEPS);
@@ -102,11 +102,11 @@ mod tests {
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
         let fourier = 2.0 / 3.0 * lambda * (2.0_f64.powf(1.5) - 1.0) / 1e9;
-        // The midpoint rule has an error of 1 / (24 64^2) of a second derivative; a mean free path is 1e-4 of
-        // the distance.
+        // Two differences remain: the error of the midpoint rule with 64 intervals, and the temperature jumps,
+        // because the mean free path is 1e-4 of the distance.
         assert!((far / fourier - 1.0).abs() < 1e-3, "{far} {fourier}");
-        // Nearly equal temperatures, with three mean free paths between the plates: q = lambda dT / (L + 2
-        // zeta l).
+        // At nearly equal temperatures, with three mean free paths between the plates, the flux is `lambda dT /
+        // (L + 2 zeta l)`.
         let (phi, distance) = (1e-5, 50_000.0);
         let gas = HardSphereFluid::reduced(phi);
         let near = plates(phi, distance, [1.0005, 0.9995]).heat_flux();
@@ -120,8 +120,8 @@ mod tests {
         let flux = hot_below.heat_flux();
         assert!((plates(0.03, 60.0, [1.0, 2.0]).heat_flux() / flux + 1.0).abs() < 1e-12);
         assert_eq!(plates(0.03, 60.0, [1.5, 1.5]).heat_flux(), 0.0);
-        // Twice the lengths, three times the masses and five times the energies: energy / (length^2 time),
-        // with time^2 = mass length^2 / energy.
+        // All lengths are doubled, masses tripled, and energies multiplied by five. The flux scales as energy /
+        // (length^2 time), with time^2 = mass length^2 / energy.
         let scaled = GasBetweenPlates {
             distance: 120.0,
             particles_per_area: 0.25 * hot_below.particles_per_area,
@@ -135,12 +135,12 @@ mod tests {
 
     #[test]
     fn its_conductivity_and_its_jump_are_those_of_the_same_theory() {
-        // In units of p l / sqrt(2 T / m) and with k_B = 1, Sone and others have lambda = 5 sqrt(pi) / 4
-        // gamma_2 with gamma_2 = 1.922284.
+        // Sone and others give the conductivity as `5 sqrt(pi) / 4 gamma_2` with `gamma_2 = 1.922284`, in units
+        // of `p l / sqrt(2 T / m)` with `k_B = 1`.
         let gas = HardSphereFluid::reduced(1e-9);
         let unit = gas.number_density() * gas.mean_free_path() / 2.0_f64.sqrt();
         let theirs = 1.25 * PI.sqrt() * 1.922_284 * unit;
-        // 1.025 has four digits.
+        // The factor 1.025 in the conductivity is rounded to four digits.
         assert!((gas.thermal_conductivity() / theirs - 1.0).abs() < 5e-4, "{}", gas.thermal_conductivity() / theirs);
     }
 }

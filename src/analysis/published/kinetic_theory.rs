@@ -4,14 +4,15 @@ use std::f64::consts::{PI, TAU};
 
 use super::equation_of_state::{hard_disks, hard_spheres, tonks};
 
-/// Ratio of the self-diffusion coefficient to its first Sonine approximation, and the ratios for viscosity
-/// and conductivity: Chapman and Cowling, *The Mathematical Theory of Non-Uniform Gases* (1970).
+/// Ratio of the self-diffusion coefficient to its first Sonine approximation. The next two constants are the
+/// same ratios for viscosity and conductivity: Chapman and Cowling, *The Mathematical Theory of Non-Uniform
+/// Gases* (1970).
 const DIFFUSION_SERIES: f64 = 1.018_96;
 const VISCOSITY_SERIES: f64 = 1.016;
 const CONDUCTIVITY_SERIES: f64 = 1.025;
 
 /// The radial distribution function of hard spheres at contact, `chi = (Z - 1) / (4 phi)`, exact if `Z` is
-/// (here: mKLM).
+/// exact; here `Z` follows from the mKLM equation.
 #[must_use]
 pub fn contact_value(packing_fraction: f64) -> f64 {
     if packing_fraction > 0.0 { (hard_spheres(packing_fraction) - 1.0) / (4.0 * packing_fraction) } else { 1.0 }
@@ -195,13 +196,13 @@ impl HardSphereFluid {
         contact_value(self.packing_fraction)
     }
 
-    /// First Sonine approximation at low density.
+    /// Self-diffusion coefficient of a dilute gas, in the first Sonine approximation `[length^2 / time]`.
     fn dilute_diffusion(&self) -> f64 {
         let area = self.diameter * self.diameter;
         3.0 / (8.0 * self.number_density() * area) * (self.temperature / (PI * self.mass)).sqrt()
     }
 
-    /// `b rho (1 / y + first + second y)`, without dividing by a density that may be 0.
+    /// Returns `b rho (1 / y + first + second y)` without dividing by `y`, which is 0 at zero density.
     fn enskog_series(&self, first: f64, second: f64) -> f64 {
         let (covolume, chi) = (4.0 * self.packing_fraction, self.chi());
         1.0 / chi + first * covolume + second * chi * covolume * covolume
@@ -225,7 +226,8 @@ mod tests {
         for (phi, density, rate, enskog, speedy) in table {
             let fluid = HardSphereFluid::reduced(phi);
             assert!((fluid.number_density() - density).abs() < 0.51e-5);
-            // Six, four and four digits.
+            // In the table, the collision rate has six digits and the diffusion coefficients have four decimal
+            // places.
             assert!((fluid.collision_rate() / rate - 1.0).abs() < 5e-6, "{} {rate}", fluid.collision_rate());
             assert!((fluid.diffusion_coefficient() - enskog).abs() < 0.51e-4);
             let simulated = fluid.simulated_diffusion_coefficient();
@@ -236,7 +238,7 @@ mod tests {
     #[test]
     fn quantities_have_their_dimensions() {
         let reduced = HardSphereFluid::reduced(0.3);
-        // Units of length, mass and energy: a time is l sqrt(m / e) = 2 * 2 = 4.
+        // The unit of length is 2, of mass 12 and of energy 3. The unit of time is then `2 sqrt(12 / 3) = 4`.
         let scaled = HardSphereFluid { diameter: 2.0, mass: 12.0, temperature: 3.0, ..reduced };
         for (a, b, unit) in [
             (scaled.collision_rate(), reduced.collision_rate(), 1.0 / 4.0),
@@ -256,11 +258,13 @@ mod tests {
         let gas = HardSphereFluid::reduced(0.0);
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
-        // Enskog's terms of higher order in the first Sonine approximation: 4/25 (1 + 12 / pi) and 9/25 (1 +
-        // 32 / (9 pi)), divided by the ratio of the series.
+        // In the first Sonine approximation, the coefficients of `y` are `4/25 (1 + 12 / pi)` for the viscosity
+        // and `9/25 (1 + 32 / (9 pi))` for the conductivity. They are divided by the ratios of the full series
+        // to this approximation, and compared with 0.7615 and 0.7575.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
-        // The bulk viscosity is 1.002 eta_0 b rho y.
+        // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas, `b
+        // rho = 4 phi` and `y = Z - 1`.
         let dense = HardSphereFluid::reduced(0.2);
         let expected = 1.0025 * gas.shear_viscosity() * 0.8 * 0.8 * contact_value(0.2);
         assert!((dense.bulk_viscosity() / expected - 1.0).abs() < 1e-3);
@@ -280,17 +284,18 @@ mod tests {
 
     #[test]
     fn diffusion_in_a_periodic_cube_is_slower_by_the_flow_that_outlives_it() {
-        // At high density the factor is 1: 2.837297 / (6 pi).
+        // Without diffusion the factor `nu / (nu + D)` is 1, so the result is 2.837297 / (6 pi).
         assert!((finite_size_of_diffusion(1.0, 1.0, 1.0, 0.0, 1.0) - 0.150_524).abs() < 1e-6);
-        // By hand: T = 3, eta = 2, rho = 0.5, D = 6, L = 4. nu = 4, nu / (nu + D) = 0.4, 8.511891 / (6 pi * 8) * 0.4.
+        // By hand for `T = 3`, `eta = 2`, `rho = 0.5`, `D = 6` and `L = 4`: `nu = 4`, and the result is
+        // `8.511891 / (6 pi * 8) * 0.4`.
         let slower = finite_size_of_diffusion(3.0, 2.0, 0.5, 6.0, 4.0);
         assert!((slower - 0.022_578_49).abs() < 1e-8, "{slower}");
     }
 
     #[test]
     fn a_box_of_few_free_paths_has_no_hydrodynamics() {
-        // At 0.1 the mean free path is 0.9037. A box with L / 2 pi of this size holds 0.19099 (2 pi 0.9037)^3
-        // = 34.97 spheres.
+        // At a packing fraction of 0.1 the mean free path is 0.9037. A cube whose `L / 2 pi` has this length
+        // holds `0.19099 (2 pi 0.9037)^3 = 34.97` spheres.
         let gas = HardSphereFluid::reduced(0.1);
         assert!((gas.mean_free_path() - 0.9037).abs() < 1e-4, "{}", gas.mean_free_path());
         assert!(gas.slower_diffusion(34.0).is_none() && gas.slower_diffusion(36.0).is_some());

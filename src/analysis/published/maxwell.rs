@@ -48,8 +48,8 @@ mod tests {
                     let density = maxwell_speed_density(speed, variance, dimensions);
                     let ends = [speed - 0.5 * step, speed + 0.5 * step];
                     let [low, high] = ends.map(|end| maxwell_speed_below(end, variance, dimensions));
-                    // The midpoint rule: h^2 / 24 of the second derivative, plus the round-off of a
-                    // difference.
+                    // The tolerance covers the error of the midpoint rule, and the round-off of the difference
+                    // of two fractions.
                     assert!((density * step - (high - low)).abs() < 1e-8 * step / variance.sqrt() + 4e-16, "{speed}");
                     one += density * step;
                     square += density * step * speed * speed;

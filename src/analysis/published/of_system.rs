@@ -13,23 +13,23 @@ use crate::model::{Scene, Species, Thermostat};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PublishedValue {
-    /// Name of the observable, or of the number of an instrument: `compressibility_factor`.
+    /// Name of the observable, or of the number of an instrument, such as `compressibility_factor`.
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// Value for a system of this size minus the published value, to first order in `1 / N`. For the
-    /// diffusion coefficient it is to first order in `1 / L`, relative to the system size of its source. 0 if
-    /// unknown, and in files without this field.
+    /// Expected value for a system of this size minus the published value, to first order in `1 / N`. For the
+    /// diffusion coefficient it is to first order in `1 / L`, relative to the system size behind the published
+    /// fit. 0 if unknown, or if a file lacks this field.
     #[serde(default)]
     pub finite_size: f64,
-    /// Label of the result: `mKLM`.
+    /// Short name of the result, such as `mKLM`.
     pub label: String,
     /// The publication, and the conditions under which the result holds.
     pub source: String,
 }
 
 impl PublishedValue {
-    /// Whether it is for a crystal; other values are for a fluid.
+    /// Whether the value holds for the crystal instead of the fluid.
     #[must_use]
     pub fn is_of_crystal(&self) -> bool {
         self.label == CRYSTAL_LABEL
@@ -47,14 +47,13 @@ impl PublishedValue {
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
-/// Label of the values for the crystal.
 pub(crate) const CRYSTAL_LABEL: &str = "Speedy, crystal";
 
-/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent. Up to this fraction,
-/// it gives the dependence of the diffusion coefficient on the size of the box.
+/// Largest packing fraction at which Enskog's viscosity is accurate to a few per cent. Up to this fraction, the
+/// viscosity determines how the diffusion coefficient depends on the size of the box.
 const DIFFUSING: f64 = 0.42;
 
-/// Transport coefficients, which a heat bath changes.
+/// Transport coefficients. Their published values do not hold in an Andersen heat bath.
 const TRANSPORT: [&str; 5] = [
     "diffusion_coefficient",
     "diffusion_coefficient_infinite",
@@ -78,7 +77,7 @@ struct Hard {
     count: u64,
     dimensions: f64,
     is_cube: bool,
-    /// Whether their energy is constant, without a heat bath.
+    /// Whether the energy is constant, because no Andersen heat bath acts.
     is_isolated: bool,
     packing_fraction: f64,
     number_density: f64,
@@ -88,10 +87,11 @@ struct Hard {
     temperature: Option<f64>,
 }
 
-/// Lists published values for a system in equilibrium. `population` is the number of particles of each
-/// species, `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. A
-/// thermostat may act. Andersen collisions destroy the velocity correlations that determine transport. Values
-/// are known only for equal elastic hard particles in a periodic box; otherwise the list is empty.
+/// Lists published values for a system in equilibrium. `population` is the number of particles of each species,
+/// `scale` the factor by which diameters have grown, and the mean temperature is in `[energy]`. Transport
+/// coefficients are left out if an Andersen thermostat acts, because its collisions destroy the velocity
+/// correlations that determine them. Values are known only for equal elastic hard particles in a periodic box;
+/// otherwise the list is empty.
 #[must_use]
 pub fn of_system(
     scene: &Scene,
@@ -145,8 +145,8 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// The compressibility factor and the pressure that follows from it, with the fraction of `Z - 1` that a
-    /// system of this size lacks.
+    /// Published compressibility factor and the pressure that follows from it. `fewer` is the fraction of `Z -
+    /// 1` that a system of this size lacks.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);
@@ -185,14 +185,15 @@ impl Hard {
             }
         }
         if phi >= CRYSTAL {
-            // N - 1 of N sites vibrate: the crystal as a whole may be anywhere.
+            // Only `N - 1` of `N` particles vibrate, because the crystal as a whole may be anywhere.
             let fewer = 1.0 / self.count as f64;
             values.extend(self.pressure(face_centred_cubic(phi), fewer, CRYSTAL_LABEL, SPEEDY_CRYSTAL));
         }
         values
     }
 
-    /// Speedy's diffusion coefficient, for his system size and for an infinite system.
+    /// Speedy's diffusion coefficient with its finite-size correction, and the coefficient of an infinite
+    /// system if that correction is known.
     fn diffusion(&self, fluid: &HardSphereFluid) -> Vec<PublishedValue> {
         let simulated = fluid.simulated_diffusion_coefficient();
         let value = published("diffusion_coefficient", simulated, "Speedy", SPEEDY);
@@ -205,7 +206,7 @@ impl Hard {
         vec![PublishedValue { finite_size, ..value }, infinite]
     }
 
-    /// The pressure of disks or rods, and the collision rate that follows.
+    /// Published values for disks or rods: compressibility factor, pressure and collision rate.
     fn fluid(
         &self,
         compressibility: fn(f64) -> f64,

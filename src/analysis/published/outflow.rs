@@ -7,10 +7,10 @@ use crate::model::measurement_plan::Outlet;
 use crate::model::scene::own_volume;
 use crate::model::{Scene, Species};
 
-/// `C` of Beverloo's law.
+/// Discharge coefficient `C` of Beverloo's law.
 const DISCHARGE: f64 = 0.58;
 
-/// `k` of Beverloo's law, for spheres.
+/// Coefficient `k` of Beverloo's law, for spheres.
 const EMPTY_ANNULUS: f64 = 1.4;
 
 /// Packing fraction of flowing grains.
@@ -19,11 +19,11 @@ const FLOWING: f64 = 0.6;
 const SOURCE: &str = "Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), doi:10.1016/0009-2509(61)85030-6; real, rough grains, \
     with C = 0.58, k = 1.4 and a packing fraction of 0.6";
 
-/// Calculates the outflow rate through an opening `[1 / time]` by Beverloo's law,
-/// `C n sqrt(g) (D - k d)^(5/2)` with `C = 0.58` and `k = 1.4`. `n` is the number density, `g` gravity, `D`
-/// the diameter of the opening and `d` the diameter of the grains. The rate is 0 if the opening is too small.
-/// For a rectangle, the rate is `(4 / pi) C n A sqrt(g D)`, where `A` is the area and `D` is four times the
-/// area over the circumference, both without a border of `k d / 2`.
+/// Calculates the outflow rate through an opening `[1 / time]` by Beverloo's law, `C n sqrt(g) (D - k d)^(5/2)`
+/// with `C = 0.58` and `k = 1.4`. `n` is the number density, `g` gravity, `D` the diameter of the opening and
+/// `d` the diameter of the grains. The rate is 0 if the opening is too small. For a rectangle, the rate is `(4
+/// / pi) C n A sqrt(g D)`, where `A` is the area and `D` is four times the area over the circumference, both
+/// measured without a border of width `k d / 2`.
 ///
 /// Beverloo, Leniger and van de Velde, Chem. Eng. Sci. 15, 260 (1961), [doi:10.1016/0009-2509(61)85030-6](https://doi.org/10.1016/0009-2509(61)85030-6);
 /// rectangles: Fowler and Glastonbury, Chem. Eng. Sci. 10, 150 (1959), [doi:10.1016/0009-2509(59)80042-7](https://doi.org/10.1016/0009-2509(59)80042-7).
@@ -75,7 +75,8 @@ mod tests {
     #[test]
     fn a_square_lets_through_more_than_its_circle_by_its_area() {
         let round = beverloo(1.1, 9.81, Outlet::Round(5.0), 0.5);
-        // 0.58 x 1.1 x sqrt(9.81) x 4.3^2.5
+        // By hand: 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is the diameter of the opening minus 1.4
+        // diameters of a grain.
         assert!((round - 76.617_207_912_919).abs() < 1e-11, "{round}");
         let square = beverloo(1.1, 9.81, Outlet::Rectangular([5.0, 5.0]), 0.5);
         assert!((square / round - 4.0 / PI).abs() < 1e-14);

@@ -1,4 +1,4 @@
-//! Square wells and stepped potentials.
+//! Exact results for square wells and stepped potentials.
 
 use std::f64::consts::PI;
 
@@ -33,13 +33,13 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
         let (core, mixed, well) = (lens(1.0, 1.0, r), lens(well_ratio, 1.0, r), lens(well_ratio, well_ratio, r));
         (1.0 + x) * (1.0 + x) * core - 2.0 * x * (1.0 + x) * mixed + x * x * well
     };
-    // Distances at which the shared volumes change their form.
+    // Between these distances of the pair, the integrand is a polynomial.
     let mut ends = [0.0, well_ratio - 1.0, 1.0, 2.0, well_ratio].map(|end: f64| end.min(well_ratio));
     ends.sort_by(f64::total_cmp);
     let mut sum = 0.0;
     for piece in ends.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        // Gauss's rule: exact up to the fifth power, the highest one here.
+        // Gauss's rule with three points is exact here, because the polynomial has at most the fifth power.
         for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
             let r = middle + half * node;
             let mayer = if middle < 1.0 { -1.0 } else { x };
@@ -70,7 +70,8 @@ mod tests {
 
     #[test]
     fn the_third_virial_of_spheres_is_five_eighths() {
-        // No well, and a shoulder that no particle climbs: spheres of the larger diameter.
+        // A well of depth 0 leaves the core alone. A shoulder that no particle climbs acts as a core of the
+        // larger diameter.
         for lambda in [1.2, 1.5, 1.9, 2.5] {
             assert!((third_virial_of_square_well(lambda, 0.0, 1.0) - 0.625).abs() < 1e-14);
             let large = third_virial_of_square_well(lambda, -800.0, 1.0);

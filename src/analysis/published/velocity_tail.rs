@@ -16,10 +16,10 @@ const INTERVALS: u32 = 400;
 /// Number of decay times of the slowest flow after which the flow is negligible.
 const DECAYS: f64 = 40.0;
 
-/// The tail in a box.
+/// Long-time tail of the velocity autocorrelation in a periodic box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct VelocityTail<'b> {
-    /// Temperature `[energy]` divided by the total moving mass `M`.
+    /// Temperature divided by the total moving mass, `T / M` `[length^2 / time^2]`.
     pub temperature_by_mass: f64,
     /// Sum `nu + D` of the kinematic viscosity and the diffusion coefficient `[length^2 / time]`.
     pub spreading: f64,
@@ -31,8 +31,8 @@ impl VelocityTail<'_> {
     /// Autocorrelation of a velocity component `[length^2 / time^2]`.
     fn correlation(&self, time: f64) -> f64 {
         let dimensions = self.periods.len() as f64;
-        // The sum over all modes is a product of sums along the axes, minus the mode that moves the whole
-        // system.
+        // The sum over all wave vectors is a product of sums along the axes. The wave vector 0, the motion of
+        // the whole system, is subtracted.
         let decay = |period: &f64| self.spreading * (TAU / period) * (TAU / period) * time;
         let modes: f64 = self.periods.iter().map(|period| theta(decay(period))).product();
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
@@ -48,9 +48,10 @@ impl VelocityTail<'_> {
     /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement
     /// between two times misses `[length^2 / time]`.
     ///
-    /// A correlation over a time `t` adds to the displacement from then on, in proportion to the remaining
-    /// time. The slope contains all of it if `t` is before the first time, nothing if it is after the last,
-    /// and the fraction `(1 - u)^2 (2 + u) / 4` in between, with `u` from -1 to 1.
+    /// The autocorrelation at a time `t` adds to the mean squared displacement at all later times, in
+    /// proportion to the time since `t`. The slope contains all of this contribution if `t` is before the first
+    /// time, and nothing if `t` is after the last time. In between it contains the fraction `(1 - u)^2 (2 + u)
+    /// / 4`, where `u` grows linearly from -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {
             let u = (2.0 * time - first - last) / (last - first);
@@ -78,7 +79,7 @@ impl VelocityTail<'_> {
 /// `sum exp(-n^2 s)` over all integers; for small `s` by Poisson's sum `sqrt(pi / s) sum exp(-(pi n)^2 / s)`.
 fn theta(s: f64) -> f64 {
     let (scale, exponent) = if s < PI { ((PI / s).sqrt(), PI * PI / s) } else { (1.0, s) };
-    // At least pi: the fourth term is 1e-22 of the first.
+    // The exponent is at least pi, so the first omitted term is below 1e-21.
     scale * (1.0 + 2.0 * (1..4).map(|n| libm::exp(-f64::from(n * n) * exponent)).sum::<f64>())
 }
 
@@ -113,8 +114,9 @@ mod tests {
                 assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-9, "{time}");
                 let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
                 assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
-                // By hand, the least-squares slope of `-exp(-rate t) / rate^2`, the displacement that a mode
-                // lacks.
+                // After a time `t`, a mode of decay rate `rate` has changed the displacement by `exp(-rate t) /
+                // rate^2` from a straight line. The least-squares slope of this term, with the opposite sign,
+                // was derived by hand.
                 let [first, last] = [time, 4.0 * time];
                 let slope = |rate: f64| {
                     let x = 0.5 * rate * (last - first);
@@ -130,13 +132,13 @@ mod tests {
 
     #[test]
     fn an_infinite_box_has_the_tail_of_ernst_hauge_and_van_leeuwen() {
-        // `(2 / 3) (T / rho) (4 pi (nu + D) t)^(-3/2)` with a density of 0.7 per unit volume, and its
-        // integral.
+        // The tail is `(2 / 3) (T / rho) (4 pi (nu + D) t)^(-3/2)`, with a mass density `rho` of 0.7.
         let (edge, spreading, time) = (1000.0, 1.3, 20.0);
         let mass = 0.7 * edge * edge * edge;
         let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
         let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
-        // The motion of the whole system is left out: a fraction of 3e-5.
+        // The sum over modes omits the motion of the whole system: a fraction of 6e-6 at `time`, and 5e-5 at
+        // four times this time.
         assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
         assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
     }

@@ -6,8 +6,8 @@ use super::ensemble::Ensemble;
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: u32 = 30;
 
-/// Last Newton step in the logarithm of a partition function. The remaining error is of the order of its
-/// square.
+/// The iteration stops after a Newton step below this size, in the logarithm of a partition function. The
+/// remaining error is of the order of its square.
 const LAST_STEP: f64 = 1e-9;
 
 /// Relative round-off error of the minimised function.
@@ -37,9 +37,9 @@ pub struct MultiHistogram<'h> {
 /// ensembles together.
 ///
 /// Let there be `N_k` samples of the ensemble `k`, in which configurations of energy `E` have the weight
-/// `exp(-u_k(E))`; at a temperature `u_k(E) = E / T_k`. With `H(E)` samples of all ensembles in the level
-/// `E`, `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E g(E)
-/// exp(-u_k(E))`.
+/// `exp(-u_k(E))`. In a canonical ensemble `u_k(E) = E / T_k`. If all ensembles together have `H(E)` samples in
+/// the level `E`, then `g(E) = H(E) / sum_k N_k exp(f_k - u_k(E))` with the free energies `exp(-f_k) = sum_E
+/// g(E) exp(-u_k(E))`.
 ///
 /// These are the equations of the multi-histogram method: A. M. Ferrenberg and R. H. Swendsen, Phys. Rev.
 /// Lett. 63, 1195 (1989), [doi:10.1103/PhysRevLett.63.1195](https://doi.org/10.1103/PhysRevLett.63.1195).
@@ -55,7 +55,7 @@ pub struct DensityOfStates {
     variances: Vec<f64>,
     /// Logarithm of the density of states of each level; minus infinity without samples.
     logarithms: Vec<f64>,
-    /// `f_k`, where the first ensemble has zero.
+    /// Free energy `f_k` of each ensemble, relative to the first ensemble.
     free_energies: Vec<f64>,
     /// Means in each level of the quantities measured along with the energies.
     means: Vec<Vec<f64>>,
@@ -66,17 +66,17 @@ pub struct DensityOfStates {
 pub struct Moments {
     /// Logarithm of the configurational partition function, `ln sum_E g(E) exp(-E / T)`, up to a constant.
     pub log_partition: f64,
-    /// `<U>` `[energy]`.
+    /// Mean of the energy, `<U>` `[energy]`.
     pub mean: f64,
-    /// `<(U - <U>)^2>` `[energy^2]`.
+    /// Variance of the energy, `<(U - <U>)^2>` `[energy^2]`.
     pub variance: f64,
 }
 
-/// The minimised function, with its derivatives by all free energies but the first.
+/// The minimised function, with its first and second derivatives by all free energies but the first.
 struct Expansion {
     value: f64,
     gradient: Vec<f64>,
-    /// The lower triangle, row by row.
+    /// Lower triangle of the matrix of second derivatives, row by row.
     hessian: Vec<Vec<f64>>,
 }
 
@@ -112,8 +112,8 @@ impl MultiHistogram<'_> {
     }
 
     /// Calculates initial free energies from the mean energy of each ensemble. For canonical ensembles they
-    /// follow from `df / d(1/T) = <U>` by the trapezoidal rule. For ensembles with weights of the energy, the
-    /// previous value is used.
+    /// follow from `df / d(1/T) = <U>` by the trapezoidal rule. For other ensembles, the value of the previous
+    /// ensemble is repeated.
     #[must_use]
     pub fn start(ensembles: &[Ensemble], means: &[f64]) -> Vec<f64> {
         let mut free_energies = vec![0.0; ensembles.len().min(1)];
@@ -127,7 +127,7 @@ impl MultiHistogram<'_> {
         free_energies
     }
 
-    /// `u_k(E)` of each ensemble, by level.
+    /// For each level `E`, the exponents `u_k(E)` of all ensembles `k`.
     fn reduced_energies(&self) -> Vec<Vec<f64>> {
         let of = |energy: &f64| self.ensembles.iter().map(|ensemble| ensemble.reduced_energy(*energy)).collect();
         self.energies.iter().map(of).collect()
@@ -140,7 +140,7 @@ impl MultiHistogram<'_> {
         (next, expansion)
     }
 
-    /// `ln N_k + f_k` of each ensemble, which is minus infinity without samples.
+    /// `ln N_k + f_k` of each ensemble `k` with `N_k` samples; minus infinity without samples.
     fn offsets(&self, free_energies: &[f64]) -> Vec<f64> {
         self.samples.iter().zip(free_energies).map(|(samples, f)| libm::log(*samples) + f).collect()
     }
@@ -195,7 +195,7 @@ impl DensityOfStates {
         self
     }
 
-    /// Sets the mean of each other quantity in each level.
+    /// Sets the means in each level of the quantities measured along with the energies.
     #[must_use]
     pub fn with_means(mut self, means: Vec<Vec<f64>>) -> Self {
         self.means = means;
@@ -223,7 +223,8 @@ impl DensityOfStates {
         weights
     }
 
-    /// Weights of the levels at a temperature, their sum, and the logarithm of the largest.
+    /// Weights `g(E) exp(-E / T)` of the levels relative to the largest weight, their sum, and the logarithm of
+    /// the largest weight.
     fn weights(&self, temperature: f64) -> (Vec<f64>, f64, f64) {
         let exponents = || self.levels().map(|(energy, logarithm)| logarithm - energy / temperature);
         let most = exponents().fold(f64::NEG_INFINITY, f64::max);
@@ -232,8 +233,8 @@ impl DensityOfStates {
         (weights, sum, most)
     }
 
-    /// Means of the other quantities at a temperature `[energy]`: `<A> = sum_E <A>_E g(E) exp(-E / T) / sum_E
-    /// g(E) exp(-E / T)`, with the mean `<A>_E` in each level.
+    /// Means of the quantities measured along with the energies, at a temperature `[energy]`: `<A> = sum_E
+    /// <A>_E g(E) exp(-E / T) / sum_E g(E) exp(-E / T)`, with the mean `<A>_E` in each level.
     #[must_use]
     pub fn means_at(&self, temperature: f64) -> Vec<f64> {
         let (weights, sum, _) = self.weights(temperature);
@@ -267,8 +268,8 @@ fn log_sum(terms: &[f64]) -> f64 {
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
 }
 
-/// The Newton step by Cholesky's decomposition of a matrix given by its lower triangle, and whether the
-/// samples determine it. If they do not, the step still goes downhill.
+/// Solves for the Newton step by Cholesky's decomposition of `matrix`, given by its lower triangle. Also
+/// returns whether the samples determine the step. If they do not, the step still goes downhill.
 fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
     let count = gradient.len();
     let mut is_determined = true;

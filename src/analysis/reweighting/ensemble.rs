@@ -5,17 +5,17 @@ use crate::model::EnergyWeights;
 /// An ensemble in which a configuration of potential energy `U` has the probability density `exp(-u(U))`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ensemble {
-    /// At a temperature: `u(U) = U / T`.
+    /// The canonical ensemble at a temperature `T`, with `u(U) = U / T`.
     Canonical {
         /// The temperature `T` `[energy]`.
         temperature: f64,
     },
-    /// With weights of the energy: `u(U) = w(U)`.
+    /// A multicanonical ensemble with weights `w` that depend on the energy, `u(U) = w(U)`.
     Multicanonical(EnergyWeights),
-    /// In an umbrella window of a coordinate at one temperature. The coordinate replaces the energy: `u` is
-    /// zero inside the window and infinite elsewhere.
+    /// An umbrella window of a coordinate, at one temperature. The coordinate takes the place of the energy
+    /// `U`: `u` is zero inside the window and infinite outside.
     Window {
-        /// The lower and the upper end.
+        /// Lower and upper end of the window.
         ends: [f64; 2],
     },
 }
@@ -27,7 +27,7 @@ impl Ensemble {
         temperatures.iter().map(|temperature| Self::Canonical { temperature: *temperature }).collect()
     }
 
-    /// `u` at an energy `[energy]`.
+    /// Returns the exponent `u(U)` of the probability density at a potential energy `U` `[energy]`.
     #[must_use]
     pub fn reduced_energy(&self, energy: f64) -> f64 {
         match self {

@@ -6,21 +6,22 @@ use super::ensemble::Ensemble;
 /// Largest number of energy levels. If there are more energies, they are put into this many equal bins.
 const MOST_LEVELS: usize = 4096;
 
-/// Energies belong to the same level if they differ by less than this fraction, the round-off of their sums.
+/// Energies with a smaller relative difference belong to the same level. The difference is round-off in the
+/// sums of pair energies.
 const SAME: f64 = 1e-9;
 
-/// Largest number of blocks, all with the same number of rows.
+/// Largest number of blocks of time.
 const MOST_BLOCKS: u64 = 512;
 
-/// The levels of the occurring energies: the first of two passes.
+/// The energy levels that occur in a run. They are found in a first pass over the energies;
+/// [`EnergyHistograms`] are filled in a second pass.
 ///
-/// Stepped potentials have few energies, and each is a level. Energies that are continuous or too many go
-/// into 4096 equal bins.
+/// Stepped potentials have few energies, and each energy is a level. If there are more than 4096 different
+/// energies, as in continuous potentials, they are counted in 4096 equal bins.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyLevels {
-    /// In ascending order; for bins, their lower edges.
+    /// Energies of the levels in ascending order, or lower edges of the bins.
     levels: Vec<f64>,
-    /// Whether they are bins rather than levels.
     are_bins: bool,
     ends: Option<[f64; 2]>,
     rows: u64,
@@ -56,7 +57,7 @@ impl EnergyLevels {
         if is_it { Ok(place) } else { Err(place) }
     }
 
-    /// Turns too many levels into bins.
+    /// Replaces the levels by equal bins if there are too many.
     fn closed(mut self) -> Self {
         if let Some([least, most]) = self.ends.filter(|_| !self.are_bins && self.levels.len() > MOST_LEVELS) {
             let width = (most - least) / MOST_LEVELS as f64;
@@ -75,7 +76,7 @@ impl EnergyLevels {
     }
 }
 
-/// A block of time.
+/// Sums over the samples in one block of time.
 #[derive(Debug, Clone)]
 struct Block {
     rows: u64,
@@ -83,11 +84,12 @@ struct Block {
     counts: Vec<u32>,
     /// Sum of the energies of each ensemble.
     sums: Vec<f64>,
-    /// Sum of each other quantity over the samples in each level.
+    /// For each quantity measured along with the energies, its sum over the samples in each level.
     others: Vec<Vec<f64>>,
 }
 
-/// Sums over the samples of a level: their number, and their deviations from a reference value.
+/// Sums over the samples in one level: their number, the deviations of their energies from a reference energy,
+/// and the squared deviations.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: f64,
@@ -95,8 +97,8 @@ struct Spread {
     squares: f64,
 }
 
-/// Histograms of the potential energy of several ensembles sampled at the same times, mostly at several
-/// temperatures, in blocks of time: the second pass.
+/// Histograms of the potential energy of several ensembles, mostly at several temperatures, in blocks of time.
+/// All ensembles are sampled at the same times. The levels are known from a first pass, see [`EnergyLevels`].
 #[derive(Debug, Clone)]
 pub struct EnergyHistograms {
     ensembles: Vec<Ensemble>,
@@ -104,21 +106,22 @@ pub struct EnergyHistograms {
     rows_per_block: u64,
     blocks: Vec<Block>,
     spreads: Vec<Spread>,
-    /// Number of other quantities.
+    /// Number of quantities measured along with the energies.
     others: usize,
 }
 
-/// Counts of all levels, and the number of rows behind them.
+/// Number of samples in each level, and number of rows that hold these samples.
 #[derive(Debug, Clone)]
 pub(super) struct Counts {
     pub rows: f64,
     pub levels: Vec<f64>,
-    /// Sum of each other quantity over the samples in each level.
+    /// For each quantity measured along with the energies, its sum over the samples in each level.
     pub others: Vec<Vec<f64>>,
 }
 
 impl EnergyHistograms {
-    /// Empty histograms with known levels, for a number of other quantities measured along with the energies.
+    /// Creates empty histograms with known levels. `others` is the number of quantities measured along with the
+    /// energies.
     #[must_use]
     pub fn new(ensembles: Vec<Ensemble>, levels: EnergyLevels, others: usize) -> Self {
         let levels = levels.closed();
@@ -132,9 +135,9 @@ impl EnergyHistograms {
         }
     }
 
-    /// Adds the energies of all ensembles at one time, in the order of the ensembles, and the other
-    /// quantities: first all quantities of the first ensemble, then all of the second and so on. If a value
-    /// is not finite, nothing is added.
+    /// Adds the energies of all ensembles at one time, in the order of the ensembles. `others` holds the
+    /// quantities measured along with them: first all quantities of the first ensemble, then all of the second,
+    /// and so on. If a value is not finite, nothing is added.
     pub fn add(&mut self, energies: &[f64], others: &[f64]) {
         let count = self.ensembles.len();
         let is_whole = energies.len() == count
@@ -182,8 +185,8 @@ impl EnergyHistograms {
         self.blocks.is_empty()
     }
 
-    /// The density of states determined by all samples together. `None` if the energies of the ensembles do
-    /// not overlap, or if there are none.
+    /// The density of states determined by the samples of all ensembles together. `None` if the energies of the
+    /// ensembles do not overlap, or if there are no samples.
     #[must_use]
     pub fn density_of_states(&self) -> Option<DensityOfStates> {
         if self.is_empty() {
@@ -193,7 +196,6 @@ impl EnergyHistograms {
         self.counts(0..self.blocks()).solve(&self.ensembles, &self.energies().0, &start)
     }
 
-    /// Number of blocks of time.
     pub(super) fn blocks(&self) -> usize {
         self.blocks.len()
     }
@@ -210,7 +212,7 @@ impl EnergyHistograms {
         (0..self.ensembles.len()).map(|place| sum(place) / rows as f64).collect()
     }
 
-    /// Counts of a range of blocks together.
+    /// Sums the counts over a range of blocks.
     pub(super) fn counts(&self, blocks: std::ops::Range<usize>) -> Counts {
         let mut all = Counts {
             rows: 0.0,
@@ -244,13 +246,13 @@ impl Counts {
         add_each(&mut self.others, &other.others);
     }
 
-    /// Means of the other quantities in each level; zero without samples.
+    /// Means in each level of the quantities measured along with the energies; zero in levels without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// Solves for ensembles with equal numbers of samples.
+    /// Solves for the density of states. All ensembles have the same number of samples: one in each row.
     pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
         let samples = vec![self.rows; ensembles.len()];
         MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)

@@ -2,10 +2,10 @@
 
 use super::density_of_states::DensityOfStates;
 
-/// More temperatures than this are never useful.
+/// Largest number of temperatures that is ever useful.
 const MOST_TEMPERATURES: usize = 1000;
 
-/// Number of bisections, down to the last digits.
+/// Number of bisections, enough to reach round-off.
 const HALVINGS: u32 = 60;
 
 impl DensityOfStates {
@@ -19,7 +19,8 @@ impl DensityOfStates {
         let difference = cold.recip() - hot.recip();
         let [of_cold, of_hot] = [cold, hot].map(|temperature| self.probabilities_at(temperature));
         let mut above: f64 = of_cold.iter().sum();
-        // Over the levels below, each with its factor exp((1/T_1 - 1/T_2) (E - E')).
+        // `below` sums over the cold replica's levels `E` below the hot replica's level `E'`, each with the
+        // factor `exp((1/T_1 - 1/T_2) (E - E'))`, where `T_1 < T_2`.
         let (mut below, mut last, mut sum) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((energy, _), (cold, hot)) in self.levels().zip(of_cold.iter().zip(&of_hot)) {
             if below > 0.0 {
@@ -31,17 +32,18 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Finds ascending temperatures from the lowest to the highest `[energy]` with the same
-    /// [acceptance](Self::acceptance) between all neighbours. There are as few temperatures as the requested
-    /// acceptance allows, which is between 0 and 1. `None` if no number of temperatures reaches it, or if
-    /// there would be more than a thousand.
+    /// Finds a list of ascending temperatures from the lowest to the highest `[energy]` with the same
+    /// [acceptance](Self::acceptance) between all neighbours. It has as few temperatures as possible for at
+    /// least the requested acceptance, which is between 0 and 1. `None` if no number of temperatures is
+    /// sufficient, or if more than a thousand are needed.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {
         if !(0.0 < lowest && lowest < highest && highest.is_finite() && 0.0 < acceptance && acceptance < 1.0) {
             return None;
         }
         let fewest = self.ladder(lowest, highest, acceptance, MOST_TEMPERATURES)?;
-        // Finds the largest acceptance that reaches the highest temperature with the same number of steps.
+        // Searches for the largest acceptance with which the same number of steps still reaches the highest
+        // temperature.
         let steps = fewest.len() - 1;
         let (mut from, mut to, mut best) = (acceptance, 1.0, fewest);
         for _ in 0..HALVINGS {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::random::{Purpose, Random};
 
-/// Four levels with known numbers of states.
+/// Energies of four levels, and the number of states of each.
 const ENERGIES: [f64; 4] = [-3.0, -2.0, -1.0, 0.0];
 const STATES: [f64; 4] = [1.0, 9.0, 44.0, 130.0];
 const TEMPERATURES: [f64; 4] = [1.4, 0.8, 0.5, 0.35];
@@ -29,7 +29,7 @@ fn expected_counts_give_the_exact_density_of_states() {
     let counts: Vec<f64> = (0..4).map(count).collect();
     let ensembles = Ensemble::canonical(&TEMPERATURES);
     let histogram = MultiHistogram { ensembles: &ensembles, samples: &samples, energies: &ENERGIES, counts: &counts };
-    // Also from a distant start.
+    // The solution is also found from a distant start.
     for start in [[0.0; 4], [0.0, -3.0, 50.0, -40.0]] {
         let density = histogram.solve(&start).unwrap();
         for (at, temperature) in TEMPERATURES.into_iter().enumerate() {
@@ -83,7 +83,7 @@ fn level(random: &mut Random, temperature: f64) -> f64 {
     ENERGIES[3]
 }
 
-/// Samples at all temperatures. Each repeats the previous one with probability `p`, which gives an
+/// Samples at all temperatures. Each sample repeats the previous sample with probability `p`, which gives an
 /// inefficiency of `(1 + p) / (1 - p)`.
 fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed, Purpose::Placement, 0);
@@ -101,7 +101,7 @@ fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
 
 #[test]
 fn histograms_are_mbar_over_all_samples() {
-    // Levels with the round-off of sums, and continuous energies.
+    // Four levels whose energies have round-off errors, and continuous energies.
     let mut random = Random::new(9, Purpose::Placement, 0);
     let rounded = sampled(1, 200, 0.0).into_iter().map(|row| row.iter().map(|e| e * (1.0 + 1e-15)).collect());
     let continuous = (0..200).map(|_| TEMPERATURES.iter().map(|t| 1.5 * t * random.exponential()).collect());
@@ -139,7 +139,8 @@ fn many_energies_become_bins_of_which_the_moments_are_known() {
 fn errors_are_those_of_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
-    // Uncorrelated, correlated over a few rows, and so strongly correlated that there are few blocks.
+    // The rows are uncorrelated, correlated over a few rows, or so strongly correlated that there are few
+    // blocks.
     for (count, probability, tolerance) in [(400, 0.0, 0.25), (3000, 0.8, 0.25), (1200, 0.95, 0.35)] {
         let mut squares = vec![0.0; expected.len()];
         let mut seeds = 0.0;
@@ -183,7 +184,7 @@ fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
     );
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
-    // If all energies are equal, nothing is uncertain.
+    // If all energies are equal, the errors are zero.
     let same = Reweighting::new(&histograms(&[0.5, 1.0], &vec![vec![-2.0, -2.0]; 50]), 1).unwrap();
     let found = same.estimates(|density| vec![density.at(0.7).mean, density.at(0.7).variance]);
     assert!(found.iter().all(|it| it.standard_error == Some(0.0)), "{found:?}");

@@ -3,14 +3,14 @@
 use super::{BlockAverage, Estimate, standard_error};
 use serde::{Deserialize, Serialize};
 
-/// Number of bins of an element at which neighbours are merged, so that 32 to 64 remain. With 32, the error
-/// of the error, `1 / sqrt(2 (n - 1))`, is 13 %.
+/// An element merges neighbouring bins when it has this many, so that 32 to 64 bins remain. With 32 bins, the
+/// uncertainty of the standard error, `1 / sqrt(2 (n - 1))`, is 13 %.
 const MOST_BINS: usize = 64;
 
 /// Block averages of all elements of a curve: the bins of a histogram or the lags of a correlation function.
 ///
-/// Elements may have different numbers of values, like the lags of a correlation function. Elements combined
-/// by [`Self::combination`] must have been added together.
+/// Elements may have different numbers of values, like the lags of a correlation function. However, elements that
+/// [`Self::combination`] combines must have received their values together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CurveAverage {
     elements: Vec<BlockAverage>,
@@ -29,13 +29,13 @@ impl CurveAverage {
         self.elements.len()
     }
 
-    /// Whether there are no elements.
+    /// Whether the curve has no elements.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.elements.is_empty()
     }
 
-    /// Adds one value to one element. Values that are not finite, or beyond the last element, are ignored.
+    /// Adds one value to one element. Values that are not finite are ignored, and so are elements beyond the last.
     pub fn add(&mut self, element: usize, value: f64) {
         if let Some(average) = self.elements.get_mut(element) {
             average.add(value, 1.0);
@@ -47,8 +47,8 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// A curve with the same number of elements, each the sum of two neighbours, and zeros in the upper half:
-    /// a histogram with bins twice as wide. All elements must have been added together.
+    /// Returns a histogram with bins twice as wide. Each element is the sum of two neighbours, and the upper half is
+    /// zero. All elements must have received their values together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
         let length = self.elements.len();
@@ -67,11 +67,11 @@ impl CurveAverage {
     /// Number of values of an element; 0 if it does not exist.
     #[must_use]
     pub fn count(&self, element: usize) -> f64 {
-        // Each value has the weight 1.
+        // The number of values is the weight, because each value has the weight 1.
         self.elements.get(element).map_or(0.0, |average| average.weight)
     }
 
-    /// Largest number of values of any element.
+    /// The largest number of values that any element has.
     #[must_use]
     pub fn most(&self) -> f64 {
         self.elements.iter().map(|average| average.weight).fold(0.0, f64::max)
@@ -106,14 +106,14 @@ impl CurveAverage {
         self.elements.iter().map(|average| average.estimate()?.standard_error).collect()
     }
 
-    /// The mean of `sum c_k x_k` over `terms` of (element `k`, coefficient `c_k`), and its standard error
-    /// with all correlations of the elements.
+    /// Returns the mean of `sum c_k x_k`, where `terms` lists pairs of an element `k` and its coefficient `c_k`. The
+    /// standard error includes all correlations between the elements.
     ///
-    /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df /
-    /// dx_k`. For a ratio `R = x_a / x_b` these are `[(a, 1 / x_b), (b, -R / x_b)]`.
+    /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df / dx_k`. For a
+    /// ratio `R = x_a / x_b`, the terms are `[(a, 1 / x_b), (b, -R / x_b)]`.
     ///
-    /// `None` if there are no terms or an element has no values. There is no error if the elements have
-    /// different numbers of values.
+    /// Returns `None` if there are no terms or an element has no values. The standard error is unknown if the elements
+    /// have different numbers of values.
     #[must_use]
     pub fn combination(&self, terms: &[(usize, f64)]) -> Option<Estimate> {
         let mut mean = 0.0;
@@ -154,7 +154,7 @@ mod tests {
         let curve = measured(1, 20_000);
         let error = curve.standard_errors()[0].unwrap();
         let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
-        // 32 to 64 bins: three times 13 %, and a little for the choice of the level.
+        // With 32 to 64 bins, the error is known to 13 % or better. The bound is a little more than three times that.
         assert!((error / exact - 1.0).abs() < 0.45, "{error} but {exact}");
         assert!((curve.means()[0].unwrap() - 0.5).abs() < 4.0 * exact);
         assert!(curve.elements.iter().all(|average| average.bins.len() < MOST_BINS));
@@ -167,7 +167,8 @@ mod tests {
         assert!((one.mean - 1.0).abs() < 1e-12 && one.standard_error.unwrap() < 1e-12, "x and 1 - x: {one:?}");
         let difference = curve.combination(&[(0, 1.0), (1, -1.0)]).unwrap().standard_error.unwrap();
         assert!((difference / (2.0 * curve.standard_errors()[0].unwrap()) - 1.0).abs() < 1e-9, "2 x - 1");
-        // R = <2 x y> / <x> = 1, with the variance of (2 x y - R x) / <x> = 2 x (2 y - 1): 4 / 9.
+        // The ratio R = <2 x y> / <x> is 1. Its variance for a single value is that of
+        // `(2 x y - R x) / <x> = 2 x (2 y - 1)`, which is 4 / 9.
         let (a, b) = (curve.means()[2].unwrap(), curve.means()[0].unwrap());
         let ratio = curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap();
         assert!(ratio.mean.abs() < 1e-12, "the derivatives are those of a ratio");
@@ -178,8 +179,8 @@ mod tests {
             curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap().standard_error.unwrap() / exact
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
-        // One error is known to a quarter, with 32 to 64 bins; the mean of forty to 4 %. Three times that,
-        // and the bias of the estimate.
+        // With 32 to 64 bins, a single error is known to a quarter, and the mean of forty errors to 4 %. The bounds are
+        // three times that, and include the bias of the estimate.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 
@@ -193,7 +194,8 @@ mod tests {
                 fine.add_all(values.iter().copied());
                 coarse.add_all((0..length).map(|bin| at(2 * bin) + at(2 * bin + 1)));
             }
-            // Sums of integers are exact except for the divisions of the bins.
+            // Integers add up without rounding, so the means agree exactly. The standard errors do not, because the
+            // mean of each bin is rounded.
             assert_eq!(fine.joined_in_pairs().means(), coarse.means());
             let errors = fine.joined_in_pairs().standard_errors();
             for (error, expected) in errors.into_iter().zip(coarse.standard_errors()) {

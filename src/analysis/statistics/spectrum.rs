@@ -1,66 +1,65 @@
-//! The spectral density of a series at frequency zero. It is the variance of the mean, times the length of
-//! the series.
+//! Spectral density of a series at frequency zero: the variance of its mean, times the length of the series.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Number of steps towards the most likely spectrum.
+/// Number of steps of the fit.
 const STEPS: usize = 150;
 
-/// Slowest relaxation time in the fit, as a fraction of the series. Anything slower looks like a trend.
+/// Slowest relaxation time in the fit, as a fraction of the length of the series. Slower motion looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation time of a quantity in a fit to its differences, as a fraction of the series. The lowest
-/// eight frequencies, of `2 pi / 50` each, are below it.
+/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series. The eight
+/// lowest frequencies are then below the inverse of this time.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Lasting differences are used only if they increase the logarithm of the likelihood by this much. With a
-/// smaller gain, they may explain low frequencies that are weak by chance. One error in a few hundred is then
-/// several times too small.
+/// The fit includes increments of a quantity with longer correlations only if they increase the logarithm of the
+/// likelihood by this much. With a lower threshold, they may explain low frequencies that are weak by chance. One error
+/// in a few hundred is then several times too small.
 const LEAST_GAIN: f64 = 6.0;
 
-/// Fastest relaxation time in the fit, in values of the series. Such a relaxation is white noise to within a
-/// tenth.
+/// Fastest relaxation time in the fit, in values of the series. The density of such a relaxation falls by only a
+/// quarter over the fitted frequencies, so faster relaxations count as white noise.
 const FASTEST: f64 = 0.5;
 
-/// Ratio of successive relaxation times.
+/// Ratio of successive relaxation times in the fit.
 const RATIO: f64 = 1.5;
 
-/// With fewer frequencies, noise that cancels between neighbours cannot be separated from other noise.
+/// With fewer frequencies, changes that cancel from one value to the next cannot be separated from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Weight of the scale-free prior `1 / S(0)`. It offsets the noise that non-negative weights pick up.
+/// Exponent of the prior, which is a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero.
+/// Weights that cannot be negative always fit some of the noise, and the prior offsets this.
 const PRIOR: f64 = 0.5;
 
-/// Largest fraction of the variance in the slowest relaxation. With more, something is slower still, and the
-/// series is too short to resolve it.
+/// Largest fraction of the variance in the slowest relaxation of the fit. With more, there is still slower motion, and
+/// the series is too short to resolve it.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// Fractions of the density at frequency zero in the slowest relaxation. Up to the first there is no doubt;
-/// from the second on, the density may be [`MOST_DOUBT`] times the estimate.
+/// Limits for the slowest relaxation, as fractions of the density at frequency zero. Below the first limit, the
+/// estimate is not enlarged; above the second limit, it is enlarged by [`MOST_DOUBT`].
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// Largest factor between the true density at frequency zero and the estimate, if a motion may be slower than
-/// it seems because the lowest frequencies are too few. With this value the errors of autoregressive series
-/// under white noise agree with theory from three independent values on (measured: see
+/// Largest possible ratio of the true density at frequency zero to the estimate. A motion may be slower than it seems
+/// if only few frequencies resolve it. With this value, the errors of autoregressive series under white noise agree
+/// with theory from three independent values on (measured by the test
 /// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
-/// Number of lowest frequencies that are fitted one by one. Higher frequencies are fitted in groups that grow
-/// with the frequency, because the models are smooth. A group takes no longer than a single frequency.
+/// Number of lowest frequencies that are fitted one by one. Higher frequencies are fitted in groups that grow with the
+/// frequency, because the models are smooth. A group takes no more time than a single frequency.
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
-/// Number of lowest frequencies, and the smallest density at frequency zero as a fraction of their mean
-/// power. The mean power exceeds this bound by chance once in 10,000 cases.
+/// The density at frequency zero is at least [`LEAST`] times the mean power at the [`LOWEST`] lowest frequencies. For
+/// white noise, this limit applies by chance once in 10,000 cases.
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
-/// Largest fraction of the power at the lowest frequency. With more, the series is a single swing, or a
-/// drift.
+/// Largest fraction of the power at the lowest frequency. A series with more is a single swing or a drift.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
-/// A negligible fraction of the variance.
+/// Lower limit for powers and densities, in units of the variance. It prevents divisions by zero.
 const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
@@ -72,49 +71,48 @@ thread_local! {
 /// The spectral density at frequency zero, in units of the variance of the series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Density {
-    /// The most likely value. For independent values it is one.
+    /// The most likely value. It is one for a series of independent values.
     pub at_zero: f64,
-    /// Factor for a safe upper estimate if most of the density is as slow as the series can resolve: 1 to
-    /// [`MOST_DOUBT`].
+    /// Factor from `at_zero` to a safe upper estimate. It grows from 1 to [`MOST_DOUBT`] if most of the density belongs
+    /// to the slowest relaxation of the fit.
     pub doubt: f64,
 }
 
 /// A component that a series may contain.
 #[derive(Clone)]
 struct Part {
-    /// Its mean spectral density in each group of frequencies, for a weight of one.
+    /// Mean spectral density of the component in each group of frequencies, for a weight of 1.
     density: Vec<f64>,
-    /// Spectral density at frequency zero, for a weight of one.
+    /// Spectral density of the component at frequency zero, for a weight of 1.
     at_zero: f64,
     weight: f64,
 }
 
-/// The spectral density at frequency zero of a series of deviations from its mean; `None` if the series
-/// contains correlations too long for its length.
+/// Returns the spectral density at frequency zero of a series, given its deviations from the mean or a trend; `None` if
+/// the correlations are too long for the length of the series.
 ///
-/// The periodogram at the lower half of the frequencies is modelled as a sum of
+/// The periodogram at the lower half of the frequencies `w` is modelled as a sum of
 /// - white noise, `1`;
-/// - relaxations `exp(-k / t)` with about a dozen relaxation times `t`, up to a twelfth of the series, `(1 - r)^2 / (1 -
-///   2 r cos w + r^2)` with `r = exp(-1 / t)`;
-/// - the difference of a quantity between the ends of each interval, which cancels from one interval to the
-///   next, `1 - cos w`;
-/// - if the likelihood increases enough, increments of a quantity with longer correlations, `2 (1 - cos w) S(w)`. A
-///   single relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one `S = (1 - r^2)^3 / ((1 +
-///   r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so does the
-///   momentum that goes to and fro between two walls. The sum of `n` differences is the difference between
-///   both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
+/// - relaxations `exp(-k / t)` with about a dozen relaxation times `t`, up to a twelfth of the series. Their density is
+///   `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
+/// - changes of a quantity without correlations from one interval to the next, `1 - cos w`;
+/// - if the likelihood increases enough, changes of a quantity with longer correlations, `2 (1 - cos w) S(w)`. A
+///   single relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one
+///   `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so
+///   does the momentum of particles that move to and fro between two walls. The sum of `n` changes is the difference
+///   between both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
 ///
-/// with the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a
-/// periodogram are independent and exponentially distributed about the spectral density. Each step multiplies
-/// the weights by the square root of a ratio of gradients and increases the likelihood: C. Févotte and J.
-/// Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
+/// The weights of the components are the most likely non-negative weights (P. Whittle, Ark. Mat. 2, 423 (1953)): the
+/// values of a periodogram are independent and exponentially distributed about the spectral density. Each step of the
+/// fit multiplies the weights by the square root of a ratio of gradients and increases the likelihood: C. Févotte and
+/// J. Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
 pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Density> {
     #[cfg(test)]
     FITS.set(FITS.get() + 1);
     let n = deviations.len();
     let count = (n / 4).max(8.min(n / 2));
     let (cosines, periodogram) = periodogram(deviations, variance, count);
-    // The total power, at both signs of all frequencies, is the number of values.
+    // The total power, over the positive and negative frequencies, equals the number of values.
     if 2.0 * periodogram[0] > MOST_IN_ONE_SWING * n as f64 {
         return None;
     }
@@ -138,7 +136,8 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
         if weight * variance > MOST_IN_SLOWEST {
             return None;
         }
-        // Fast noise hides slow motion in the variance, but not in this ratio.
+        // The doubt depends on the fraction of the slowest relaxation in the density at frequency zero. In the
+        // variance, fast noise would hide slow motion.
         let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
         doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
     }
@@ -153,7 +152,7 @@ struct Powers {
     sums: Vec<f64>,
 }
 
-/// The components with their most likely weights, and the logarithm of the likelihood.
+/// Returns the components with their most likely weights, and the logarithm of the likelihood.
 fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64) {
     let total: f64 = sums.iter().sum();
     for part in &mut parts {
@@ -197,7 +196,7 @@ fn groups(count: usize) -> Vec<Range<usize>> {
     groups
 }
 
-/// A sum of products, as four sums that the processor computes side by side.
+/// Returns the sum of the products of two series. Four partial sums let the processor compute in parallel.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (four_a, four_b) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -229,7 +228,7 @@ fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Ve
     (turns[1..=count].iter().map(|(_, cosine)| *cosine).collect(), (1..=count).map(power).collect())
 }
 
-/// A component with a density at each cosine, averaged over each group of frequencies.
+/// Creates a component from its density as a function of the cosine, averaged over each group of frequencies.
 fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn(f64) -> f64) -> Part {
     let mean = |group: &Range<usize>| {
         cosines[group.clone()].iter().map(|cosine| density(*cosine)).sum::<f64>() / group.len() as f64
@@ -253,8 +252,8 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     parts
 }
 
-/// Differences of quantities that last for several values, with single and double relaxation. The
-/// contribution of both ends is the same at all frequencies.
+/// Components for the changes of a quantity that is correlated over several values, with single and double relaxation.
+/// The values at both ends of the series add the same power at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();
@@ -273,8 +272,8 @@ fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Ve
     parts
 }
 
-/// Index of the slowest relaxation among the components, and its variance for a weight of one; `None` if
-/// there is none.
+/// Returns the index of the slowest relaxation among the components, and its variance for a weight of 1; `None` if the
+/// series is too short for a relaxation.
 fn slowest(n: usize) -> Option<(usize, f64)> {
     let time = SLOWEST * n as f64;
     let r = libm::exp(-1.0 / time);

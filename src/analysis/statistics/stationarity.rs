@@ -1,56 +1,58 @@
-//! Whether a series is stationary, as it is if it began in equilibrium.
+//! Tests whether a time series is stationary, that is, whether it began in equilibrium.
 
 use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
-/// Largest difference between the means of the first quarter and of the second half, in standard errors. The
-/// first number is for errors that are known well. For estimated errors, the second number divided by the
-/// number of independent values is added. With both, fewer than one in 300 stationary series is called
-/// drifting (measured with autoregressive series, from -0.5 to 0.9 between neighbours). It is at most one in
-/// 25 if noise hides slow motion with only three to five independent values.
+/// The two numbers `a` and `b` of a limit. A series drifts if the means of its first quarter and of its second half
+/// differ by more than `a + b / n` standard errors, where `n` is the number of independent values. The second term
+/// allows for the uncertainty of the standard error.
+///
+/// Fewer than one in 300 stationary series is then called drifting (measured with autoregressive series with
+/// correlations from -0.5 to 0.9 between neighbours). If noise hides slow motion with only three to five independent
+/// values, at most one in 25 is called drifting.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit if the error comes from the residuals about a straight line through the series or its second half.
-/// Such errors are too small.
+/// Limit for an error from the residuals about a straight line through the series or its second half. Such errors are
+/// too small, so the limit is larger than [`LIMIT`].
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// Fewest independent values in the second half for a series to be called stationary.
 const FEWEST: f64 = 10.0;
 
-/// Fewest independent values among the residuals about a straight line through the whole series, or through
-/// its last three quarters, for it to be called drifting.
+/// Fewest independent values among the residuals about a straight line for a series to be called drifting. The line
+/// goes through the whole series or through its last three quarters.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
-/// Shorter series have no result.
+/// Series with fewer values have no verdict.
 const FEWEST_VALUES: usize = 20;
 
-/// Neighbouring values of longer series are merged.
+/// In a longer series, neighbouring values are averaged first.
 const MOST_VALUES: usize = 512;
 
 /// Stationarity of a time series, by Geweke's test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
 pub enum Stationarity {
-    /// Stationary, as far as the data show.
+    /// The series is stationary, as far as the data show.
     Stationary,
     /// All values are equal.
     Constant,
-    /// The mean of the second half is above the mean of the first quarter by this much, and not by chance.
+    /// The series drifts. The value is the mean of the second half minus the mean of the first quarter.
     Drifting(f64),
     /// The series is too short to estimate its correlation, or has values that are not finite.
     Unknown,
 }
 
-/// Whether the means of the first quarter and of the second half of an evenly weighted series differ by more
-/// than chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral
-/// density at frequency zero is taken from the second half, which is closer to equilibrium.
+/// Tests whether the means of the first quarter and of the second half of an evenly weighted series differ by more than
+/// chance: J. Geweke, in Bayesian Statistics 4 (Oxford University Press, 1992), p. 169. The spectral density at
+/// frequency zero is taken from the second half, which is closer to equilibrium.
 ///
-/// If the second half may drift itself, the error also includes the error from its residuals about a straight
-/// line. If the second half is too short, the residuals of the whole series are used.
+/// The second half may drift itself. Therefore the test is repeated with the residuals of this half about a straight
+/// line. If the second half has too few independent values, the residuals of the whole series are used.
 ///
-/// By chance, half of a series may look faster than it is, most often when the quarter before differs.
-/// Therefore the series is called drifting only if the residuals of its last three quarters about a straight
-/// line confirm it.
+/// By chance, the second half may seem to change faster than it does, most often when the first quarter differs from
+/// it. Therefore the series is called drifting only if the residuals of its last three quarters about a straight line
+/// confirm it.
 #[must_use]
 pub fn stationarity(series: &[f64]) -> Stationarity {
     if series.len() > MOST_VALUES {
@@ -92,16 +94,17 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Noise of a series about its mean or about a straight line.
+/// Noise of a series about its mean, or about a straight line through it.
 struct Noise {
-    /// Its spectral density at frequency zero.
+    /// Spectral density of the noise at frequency zero.
     density: f64,
-    /// Number of independent values with the same information.
+    /// Number of independent values that would determine the mean as well as this series.
     independent: f64,
 }
 
 impl Noise {
-    /// `None` if it is too slow for its length, or if there is no noise.
+    /// Returns `None` if the correlations are too long for the length of the series, or if its mean and all deviations
+    /// are zero.
     fn of(series: &[f64], is_beside_a_line: bool) -> Option<Self> {
         let n = series.len() as f64;
         let (middle, mean) = (0.5 * (n - 1.0), mean(series));
@@ -113,7 +116,7 @@ impl Noise {
         }
         let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
         if variance.sqrt() <= ROUNDING * mean.abs() {
-            // A line without noise, or a constant half.
+            // There is no noise: the series is a straight line, or its second half is constant.
             return (variance > 0.0 || mean != 0.0).then_some(Self { density: variance, independent: n });
         }
         let relative = spectrum::density_at_zero(&deviations, variance)?.at_zero;
@@ -137,7 +140,7 @@ mod tests {
             let count = 300;
             let series = |seed: &u64| correlated(rho, n, 50_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
-            // One of 300 is expected; five or more occur once in 270 cases.
+            // In 300 stationary series, one false alarm is expected. Five or more occur once in 270 tests.
             assert!(drifting <= 4, "rho {rho}, {n} values: {drifting} of {count}");
         }
     }
@@ -151,14 +154,16 @@ mod tests {
             let series = |seed: &u64| under_noise(rho, n, noise, 60_000 + seed);
             let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
             println!("rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
-            // 10, 7, 3 and 1 are expected; from the second half alone it would be about 30, 26, 14 and 2.
+            // The expected numbers are 10, 7, 3 and 1. A test with the second half alone would give about 30, 26, 14
+            // and 2.
             assert!(drifting <= most, "rho {rho}, {n} values, noise {noise}: {drifting} of {count}");
         }
     }
 
     #[test]
     fn what_is_far_from_where_it_ends_is_drifting() {
-        // A start ten standard deviations off for a fifth of the series, and a slow drift by three.
+        // One series starts ten standard deviations off and relaxes during a fifth of its length. The other drifts
+        // slowly by three standard deviations.
         let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
         let rising = |k: usize| 1.0 * k as f64 / 200.0;
         for (seed, rho) in [(1, 0.0), (2, 0.0), (3, 0.5), (4, 0.5), (5, 0.7)] {

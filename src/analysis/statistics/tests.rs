@@ -2,7 +2,7 @@ use super::*;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// `x' = rho x + noise`, uniform noise of variance 1/12.
+/// Returns an autoregressive series `x' = rho x + noise`, with uniform noise of variance 1/12.
 pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut x = 0.0;
@@ -19,22 +19,23 @@ pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
 
 #[test]
 fn the_error_of_a_correlated_series_is_that_of_theory() {
-    // The mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2) for large n.
+    // For large n, the mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2), where s^2 is the
+    // variance of the noise.
     for (rho, seed) in [(-0.5, 1), (0.0, 2), (0.5, 3), (0.9, 4)] {
         let (n, count) = (1000, 40);
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // One error is known to a sixth, the mean of forty to 2.6 %. The bounds are three times that, a bias
-        // of up to 12 % to the safe side, and Student's factor.
+        // A single error is known to a sixth, and the mean of forty errors to 2.6 %. The bounds include three times
+        // that, a bias of up to 12 % to the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
 
 #[test]
 fn what_cancels_between_neighbours_does_not_count() {
-    // x = e - 0.6 e': the error of its mean is 0.4 times the error of the mean of e. Independent values with
-    // the variance of x would have 1.17 times the error of the mean of e.
+    // The series is x_k = e_(k+1) - 0.6 e_k with white noise e, so the error of its mean is 0.4 times the error of the
+    // mean of e. Independent values with the variance of x would have 1.17 times the error of the mean of e.
     let (n, count) = (200, 60);
     let error = |seed| {
         let noise = correlated(0.0, n + 1, seed);
@@ -42,16 +43,16 @@ fn what_cancels_between_neighbours_does_not_count() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // One error is known to a quarter, the mean of sixty to 3 %. The bounds are three times that, and a bias
-    // of up to 15 % to the safe side.
+    // A single error is known to a quarter, and the mean of sixty errors to 3 %. The bounds include three times that,
+    // and a bias of up to 15 % to the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
 #[test]
 fn differences_of_what_lasts_for_several_values_do_not_count() {
-    // Differences of two quantities under a tenth of white noise. One relaxes, such as the momentum between
-    // two walls, and the other oscillates, such as the virial of a crystal. The mean has the error of the
-    // noise, and 1 / n of the quantity at both ends.
+    // Each series consists of the changes of a quantity and a tenth of white noise. The quantity relaxes, like the
+    // momentum between two walls, or oscillates, like the virial of a crystal. The error of the mean comes only from
+    // the noise and from the values of the quantity at both ends, divided by n.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -74,14 +75,14 @@ fn differences_of_what_lasts_for_several_values_do_not_count() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // 100 seeds determine the scatter to 7 %: three times that around the target of 0.8 to 1.25.
+        // 100 seeds determine the scatter to 7 %. The bounds are three times that around the target of 0.8 to 1.25.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
 
 #[test]
 fn few_independent_values_have_the_error_of_students_distribution() {
-    // The central 68.27 % of Student's t with 7, 10, 20 and 100 degrees of freedom.
+    // Half-width of the central 68.27 % of Student's t, with 7, 10, 20 and 100 degrees of freedom.
     for (freedom, exact) in [(7.0, 1.0767), (10.0, 1.0526), (20.0, 1.0257), (100.0, 1.0050)] {
         assert!((student(freedom) - exact).abs() < 1e-3, "{freedom}: {}", student(freedom));
     }
@@ -89,7 +90,8 @@ fn few_independent_values_have_the_error_of_students_distribution() {
 
 #[test]
 fn slow_motion_is_seen_under_fast_noise() {
-    // A tenth of the variance has a correlation time of ten values. This part causes two thirds of the error.
+    // Slow motion with a correlation time of ten values has a tenth of the variance, but causes two thirds of the
+    // squared error.
     let (n, count) = (400, 60);
     let series = |seed: u64| -> Vec<f64> {
         let noise = correlated(0.0, n, 9000 + seed);
@@ -134,7 +136,8 @@ fn a_ratio_to_zero_is_unknown_and_not_stationary() {
     assert_eq!(zero.stationarity_of_ratio(&some), Stationarity::Constant);
 }
 
-/// A relaxation under white noise. `noise` is its amplitude relative to the driving noise.
+/// Returns an autoregressive series plus white noise. `noise` is the amplitude of the white noise relative to the noise
+/// that drives the series.
 pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
     let slow = correlated(rho, length, seed);
     slow.iter().zip(correlated(0.0, length, 500_000 + seed)).map(|(slow, fast)| slow + noise * fast).collect()
@@ -142,7 +145,7 @@ pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
 
 #[test]
 fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
-    // 3 to 15 independent values of the slow part, which has 2 to 70 % of the variance.
+    // The slow part has 3 to 15 independent values and 2 to 70 % of the variance.
     for (rho, n, noise) in
         [(0.98, 300, 6.0), (0.98, 400, 12.0), (0.97, 200, 2.0), (0.98, 512, 12.0), (0.95, 300, 4.0), (0.95, 600, 4.0)]
     {
@@ -156,7 +159,8 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // The ratio would be up to 1.85 if the slow part counted as certain as the noise.
+        // The ratio would be up to 1.85 if the density of the slow part were taken to be as certain as that of the
+        // noise.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -170,14 +174,14 @@ fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
         mean.abs() < 2.0 * standard_error.unwrap()
     };
     let near = (100..200).filter(is_near).count();
-    // 95 of 100 are expected, with a standard deviation of 2.1.
+    // 95 of 100 means are expected within two standard errors, with a standard deviation of 2.1.
     assert!((89..=100).contains(&near), "{near}");
 }
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // Two hundred rows. About twelve successive rows are correlated. Compares the mean reported error of many
-    // series with the scatter of their means.
+    // A series has two hundred values, and about twelve successive values are correlated. The mean reported error of
+    // many series is compared with the scatter of their means.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {
@@ -189,7 +193,8 @@ fn errors_of_short_series_are_not_too_small() {
     let reported: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
     assert!(reported.len() > 280, "{}", reported.len());
     let mean = reported.iter().sum::<f64>() / reported.len() as f64;
-    // The scatter is known to 1 / sqrt(600) = 4 %; a series of thirty decay times has a bias of ten per cent.
+    // The scatter of 300 means is known to 1 / sqrt(600) = 4 %. The error of a series that lasts thirty decay times has
+    // a bias of ten per cent.
     assert!((0.8..1.2).contains(&(mean / scatter)), "{mean} but {scatter}");
 }
 
@@ -197,7 +202,7 @@ fn errors_of_short_series_are_not_too_small() {
 fn what_only_rises_has_no_error() {
     let rising: Vec<f64> = (0..200).map(f64::from).collect();
     assert_eq!(standard_error(&rising), None);
-    // Half of the values have one sign, half the other: at most two are independent.
+    // The series consists of two constant halves, so at most two values are independent.
     let steps: Vec<f64> = (0..200).map(|k| if k < 100 { -1.0 } else { 1.0 }).collect();
     assert_eq!(standard_error(&steps), None);
 }
@@ -212,12 +217,11 @@ fn the_mean_of_values_that_alternate_is_known() {
 fn a_ratio_of_means_is_no_mean_of_ratios() {
     let (mut a, mut b) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for x in correlated(0.0, 4000, 7) {
-        // b is 1 + x, a is 2 + x.
         a.add(2.0 + x, 1.0);
         b.add(1.0 + x, 1.0);
     }
     let ratio = a.ratio(&b).unwrap();
-    // a - 2 b = - x: the error equals the error of the mean of x, sqrt(1 / 12 / 4000).
+    // The ratio is 2, so its error is that of the mean of a - 2 b = -x, which is sqrt(1 / 12 / 4000).
     let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
     assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
     assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");
@@ -260,7 +264,7 @@ fn too_little_is_none_and_never_nan() {
 
 #[test]
 fn what_has_happened_in_the_last_bin_only_has_no_error() {
-    // Bins have a weight of 2 by now, and the last one is open.
+    // After `MOST_BINS` values, bins have a weight of 2. The value added last is in an incomplete bin.
     let series = |last: f64| {
         let mut average = BlockAverage::new(1.0);
         (0..MOST_BINS).for_each(|_| average.add(2.0, 1.0));
@@ -277,7 +281,7 @@ fn what_has_happened_in_the_last_bin_only_has_no_error() {
     assert_eq!((ratio.standard_error, other.stationarity_of_ratio(&constant)), (None, Stationarity::Unknown));
     assert_eq!(constant.stationarity_of_ratio(&constant), Stationarity::Constant);
     let mut curve = CurveAverage::new(1);
-    // Bins have a weight of 2 from 64 values on; of 129 values the last is in an open bin.
+    // The curve merges its bins at 64 and at 128 values. Value 129 is then in an incomplete bin.
     (0..128).for_each(|_| curve.add(0, 0.0));
     assert_eq!(curve.estimate(0), Some(Estimate { mean: 0.0, standard_error: Some(0.0) }));
     curve.add(0, 1.0);
@@ -309,16 +313,17 @@ fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
         let given: Vec<&[f64; 2]> = all.iter().filter(|both| both[1] > 0.0).collect();
         let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
-        // The scatter is known to 5 %.
+        // The scatter of 200 means is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // A random walk is not bounded. One in six looks bounded for this length, so this estimate is only for
-    // quantities that a conservation law bounds: 8 of 50, with a standard deviation of 2.6.
+    // Independent rates add up to a random walk, which is not bounded. One in six random walks of this length looks
+    // bounded, so this estimate is only for quantities that a conservation law bounds. Eight of 50 are expected, with a
+    // standard deviation of 2.6.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }
 
-/// The variance of a series.
+/// Returns the variance of a series with its error.
 fn variance(series: Vec<f64>) -> Estimate {
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for x in series {
@@ -330,8 +335,8 @@ fn variance(series: Vec<f64>) -> Estimate {
 
 #[test]
 fn a_variance_is_that_about_the_true_mean() {
-    // A series of 400 values has 21 independent ones at rho = 0.9, so the variance about its own mean is 4.8
-    // % too small. The mean of 500 series is known to 1 %.
+    // At rho = 0.9, a series of 400 values contains 21 independent values, so the variance about its own mean is 4.8 %
+    // too small. The mean variance of 500 series is known to 1 %.
     let (rho, length, count) = (0.9, 400, 500);
     let all = (0..count).map(|seed| variance(correlated(rho, length, 90_000 + seed)).mean);
     let exact = 1.0 / 12.0 / (1.0 - rho * rho);
@@ -341,8 +346,8 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // Slow motion with 21, 32 and 63 independent values, and as much noise. With the error of the squares
-    // alone, the second case is off by 1.16 errors.
+    // The slow motion has 21, 32 and 63 independent values, and the noise has the same variance. If the error came from
+    // the squares alone, the deviations in the second case would have an rms of 1.16 reported errors.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();
@@ -356,7 +361,7 @@ fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
         let rms = (all.iter().map(|x| x * x).sum::<f64>() / all.len() as f64).sqrt();
         let far = all.iter().filter(|x| x.abs() > 3.0).count();
         println!("{length}: {rms}, {far} of {}", all.len());
-        // The rms of 200 is known to 5 %, or 8 % with outliers.
+        // The rms of 200 deviations is known to 5 %, or to 8 % with outliers.
         assert!(all.len() >= 160 && (0.7..1.05).contains(&rms) && far <= 6, "{length}: {rms}, {far} of {}", all.len());
     }
 }
@@ -371,7 +376,7 @@ fn a_variance_of_few_independent_values_has_no_error() {
 
 #[test]
 fn a_variance_has_no_error_where_its_mean_has_none() {
-    // One change of sign: nothing is known about the mean, much about the squares.
+    // The series changes sign once. Its mean is then unknown, but the mean of its squares is well known.
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for (k, noise) in correlated(0.0, 64, 7).into_iter().enumerate() {
         let x = if k < 32 { 1.0 + noise } else { -1.0 - noise };

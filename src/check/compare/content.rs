@@ -13,24 +13,24 @@ use crate::io::Folder;
 pub enum Difference {
     /// The file is missing.
     Missing,
-    /// The file is damaged, with a description.
+    /// The file is damaged. The text describes how.
     Damaged(String),
     /// A line of a text differs.
     Line {
-        /// Its number, counted from 1.
+        /// Line number, counted from 1.
         number: u64,
-        /// Its text near the difference; `None` past the end of the file.
+        /// Text of the line near the difference; `None` past the end of the file.
         found: Option<String>,
-        /// The corresponding text of the replay; `None` past its end.
+        /// Corresponding text of the replay; `None` past the end of its file.
         expected: Option<String>,
     },
     /// A byte differs.
     Byte {
-        /// Its offset, counted from 0.
+        /// Offset of the byte, counted from 0.
         offset: u64,
-        /// The byte; `None` past the end of the file.
+        /// Byte of the file; `None` past the end of the file.
         found: Option<u8>,
-        /// The corresponding byte of the replay; `None` past its end.
+        /// Corresponding byte of the replay; `None` past the end of its file.
         expected: Option<u8>,
     },
 }
@@ -57,7 +57,7 @@ impl fmt::Display for Difference {
 pub(super) enum Found {
     Equal,
     Different(Difference),
-    /// The text was not written by the program.
+    /// The report was not written by the program, so it is not compared.
     OtherText,
 }
 
@@ -67,18 +67,18 @@ const TEXTS: [&str; 6] = ["csv", "json", "txt", "xyz", "lammpstrj", "pvd"];
 /// Number of characters shown before and after a difference.
 const SHOWN: [usize; 2] = [24, 40];
 
-/// Keys of the summary that depend on the clock, the machine or the version.
+/// Keys of the summary whose values depend on the clock, the machine or the version.
 const FREE_KEYS: [&str; 6] =
     ["version", "engine", "wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes"];
 
-/// First words of report lines that may differ.
+/// First words of report lines that may differ between a run and its replay.
 const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 
-/// Start of a report written by the program.
+/// Every report written by the program starts with these bytes.
 const HEAD: &[u8] = b"scene    ";
 
-/// Compares a file of a run with the corresponding file of the replay. `ends_itself`: the run ended in a
-/// way that the replay cannot reproduce.
+/// Compares a file of a run with the corresponding file of the replay. If `ends_itself`, a custom instrument ended the
+/// run. The replay cannot reproduce this, so the lines about the ending may differ.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -95,7 +95,8 @@ pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bo
     Ok(difference.map_or(Found::Equal, Found::Different))
 }
 
-/// Whether a line may differ, from all lines up to it.
+/// Decides whether a line may differ. It must see every line in order, because the decision may depend on earlier
+/// lines.
 type IsFree = Box<dyn FnMut(&[u8]) -> bool>;
 
 fn free_lines(name: &str, ends_itself: bool) -> IsFree {
@@ -110,7 +111,7 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
         Folder::REPORT => {
             let mut is_free = false;
             Box::new(move |line| {
-                // Indented lines, such as arrays, belong to the name above them.
+                // An indented line, such as an array, belongs to the last line that is not indented.
                 if !line.starts_with(b" ") {
                     is_free = FREE_LINES.iter().any(|free| line.starts_with(free.as_bytes()))
                         || (ends_itself && line.starts_with(b"ended "));
@@ -135,7 +136,7 @@ impl<R: BufRead> Lines<R> {
         Self { text, is_free, line: Vec::new(), number: 0 }
     }
 
-    /// Advances to the next line, if there is one.
+    /// Advances to the next line that is compared; returns false at the end of the text.
     fn advance(&mut self) -> io::Result<bool> {
         loop {
             self.line.clear();
@@ -167,7 +168,7 @@ fn first_line<R: BufRead>(mut found: Lines<R>, mut expected: Lines<R>) -> io::Re
     }
 }
 
-/// Part of a line around one of its bytes.
+/// Returns the part of a line around the byte at index `at`.
 fn near(line: &[u8], at: usize) -> String {
     let text = line.trim_ascii_end();
     let [before, after] = SHOWN;

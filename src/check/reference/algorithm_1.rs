@@ -1,4 +1,4 @@
-//! Algorithm 1 as printed, with its corrections, for any polynomial overlap function.
+//! Algorithm 1 of the paper, including corrections, for any polynomial overlap function.
 
 use roots::{Convergency, find_root_brent};
 
@@ -10,15 +10,15 @@ use crate::Vector;
 pub struct Polynomial(Vec<f64>);
 
 impl Polynomial {
-    /// A polynomial without leading zeros.
+    /// Creates a polynomial. Coefficients of zero at the highest powers are dropped.
     #[must_use]
     pub fn new(coefficients: &[f64]) -> Self {
         let degree = coefficients.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
         Self(coefficients[..degree].to_vec())
     }
 
-    /// The overlap function of a pair at a discontinuity of distance `s` (paper, equation 6), with `r_ij`, `v_ij` and `a_ij`:
-    /// `f+ = a^2/4 dt^4 + a.v dt^3 + (a.r + v^2) dt^2 + 2 v.r dt + r^2 - s^2`, and `f- = -f+`.
+    /// Returns the overlap function of a pair at a discontinuity of distance `s` (paper, equation 6), with `r_ij`,
+    /// `v_ij` and `a_ij`: `f+ = a^2/4 dt^4 + a.v dt^3 + (a.r + v^2) dt^2 + 2 v.r dt + r^2 - s^2`, and `f- = -f+`.
     #[must_use]
     pub fn overlap(side: Side, s: f64, r: &Vector, v: &Vector, a: &Vector) -> Self {
         let f = [r.dot(r) - s * s, 2.0 * v.dot(r), a.dot(r) + v.dot(v), a.dot(v), 0.25 * a.dot(a)];
@@ -37,7 +37,7 @@ impl Polynomial {
         Self(self.0.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect())
     }
 
-    /// Returns the first `t > after` at which the polynomial changes sign (`FindNextRoot`); a double root
+    /// Returns the first `t > after` at which the polynomial changes sign (`FindNextRoot` in the paper). A double root
     /// does not count.
     #[must_use]
     pub fn next_root(&self, after: f64) -> Option<f64> {
@@ -79,7 +79,7 @@ impl Polynomial {
         Some(last + step)
     }
 
-    /// The sign just after `t`: the sign of the lowest derivative that is not zero at `t`.
+    /// Returns the sign just after `t`. If the polynomial is zero at `t`, its derivative decides.
     fn sign_after(&self, t: f64) -> f64 {
         let value = self.value(t);
         if value != 0.0 {
@@ -91,17 +91,17 @@ impl Polynomial {
         }
     }
 
-    /// The point at which the polynomial changes from `sign` to the opposite sign. The polynomial is known
-    /// to have this sign before, although rounding at `from` may say otherwise.
+    /// Returns the point at which the polynomial changes from `sign` to the opposite sign. It has `sign` before this
+    /// point, even if rounding at `from` says otherwise.
     fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
         // Brent's method multiplies function values. Division by the largest value prevents overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
         let is_before = |t: f64| self.value(t) * sign > 0.0;
-        // A root exactly at the start belongs to the past. The search is for the next sign change.
+        // A root exactly at the start belongs to the past. Brent's method must find the next sign change instead.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        // The crate returns a point of its previous step, which need not be close to the root. The point
-        // counts only if the sign changes there.
+        // The solver may return a point of its previous step, which need not be close to the root. The point counts
+        // only if the sign changes there.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
             .ok()
             .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
@@ -109,7 +109,7 @@ impl Polynomial {
     }
 }
 
-/// The last point, to one floating-point number, at which `is_before` holds.
+/// Returns the last floating-point number between `from` and `to` at which `is_before` holds.
 fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * from + 0.5 * to;
@@ -120,14 +120,14 @@ fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
     }
 }
 
-/// Algorithm 1: the time from now to the next event of a pair with overlap function `f`.
+/// Algorithm 1: returns the time from now to the next event of a pair with the overlap function `f`.
 #[must_use]
 pub fn next_event(f: &Polynomial) -> Option<f64> {
     let derivative = f.derivative();
     if f.value(0.0) > 0.0 {
         return f.next_root(0.0);
     }
-    // The rule is strict: at a turning point the next derivative decides.
+    // At a turning point, the next derivative decides whether the polynomial decreases.
     if derivative.sign_after(0.0) < 0.0 {
         return Some(0.0);
     }
@@ -135,8 +135,8 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
-/// Algorithm 1 for a feature with ends: the first time at which `f <= 0`, `f` decreases, and no extent is
-/// negative.
+/// Algorithm 1 for a feature with ends. Returns the first time at which `f <= 0`, `f` decreases, and the projection of
+/// the particle is on the feature (no extent is negative).
 #[must_use]
 pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Option<f64> {
     let first = next_event(f)?;
@@ -144,7 +144,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // Between two sign changes of these polynomials, the condition stays true or stays false.
+    // The condition can change only where one of these polynomials changes sign.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();
@@ -157,10 +157,10 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     stretch.map(|stretch| stretch[0])
 }
 
-/// Relative width of a closed bracket: a few floating-point numbers.
+/// A search ends when the relative width of its bracket is this small: a few floating-point numbers.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
-/// Ends a search when the bracket is this narrow.
+/// Ends a search when its bracket is as narrow as [`WIDTH`].
 struct NeighbouringFloats;
 
 impl Convergency<f64> for NeighbouringFloats {
@@ -183,14 +183,14 @@ mod tests {
 
     #[test]
     fn the_next_root_is_the_next_sign_change() {
-        // (t - 1)(t - 2)(t - 4)
+        // f = (t - 1)(t - 2)(t - 4)
         let f = Polynomial::new(&[-8.0, 14.0, -7.0, 1.0]);
         for (after, root) in [(0.0, 1.0), (1.5, 2.0), (3.0, 4.0)] {
             let found = f.next_root(after).unwrap();
             assert!((found - root).abs() < 1e-14, "{found} is not {root}");
         }
         assert_eq!(f.next_root(5.0), None);
-        // (t - 1)^2 touches zero without changing sign.
+        // f = (t - 1)^2 touches zero without changing sign.
         assert_eq!(Polynomial::new(&[1.0, -2.0, 1.0]).next_root(0.0), None);
         assert_eq!(Polynomial::new(&[]).next_root(0.0), None);
         assert_eq!(Polynomial::new(&[-1.0, 0.0, 0.0, 1.0]).next_root(0.0), Some(1.0));
@@ -211,11 +211,11 @@ mod tests {
         assert_eq!(first_on(&falling, &[from(1.0), until(3.0)]), Some(2.0));
         assert_eq!(first_on(&falling, &[from(2.0), until(2.0)]), Some(2.0), "ends are on it");
         assert_eq!(first_on(&falling, &[until(1.0)]), None);
-        // The sphere moves onto the feature when it is already too low: an immediate event.
+        // The sphere is already below the height of contact when it moves onto the feature. The event is immediate.
         let late = first_on(&falling, &[from(2.5), until(3.0)]).unwrap();
         assert!((late - 2.5).abs() < 1e-14, "{late}");
         assert_eq!(first_on(&falling, &[from(3.0), until(2.5)]), None);
-        // Down at 1, up at 3, down again at 4: f = -(t - 1)(t - 3)(t - 4).
+        // f = -(t - 1)(t - 3)(t - 4) becomes negative at 1, positive at 3 and negative again at 4.
         let again = first_on(&Polynomial::new(&[12.0, -19.0, 8.0, -1.0]), &[from(2.5)]).unwrap();
         assert!((again - 4.0).abs() < 1e-13, "{again}");
     }

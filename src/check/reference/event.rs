@@ -13,7 +13,7 @@ pub enum EventKind {
     Wall {
         /// Axis of the wall: 0, 1 or 2.
         axis: u8,
-        /// Whether it is the wall at the upper corner.
+        /// Whether the wall is at the upper end of the axis.
         is_upper: bool,
     },
     /// A particle at a surface of the scene.
@@ -30,11 +30,11 @@ pub struct Event {
     pub time: f64,
     /// Kind of the event.
     pub kind: EventKind,
-    /// The particle; in a pair, the one with the lower id.
+    /// The particle. In a pair, this is the particle with the lower id.
     pub particle: ParticleId,
     /// The other particle of a pair.
     pub partner: Option<ParticleId>,
-    /// Unit vector from the partner (or the wall) to the particle.
+    /// Unit vector from the partner, the wall or the surface to the particle.
     pub normal: Vector,
     /// Momentum that the particle gained along `normal` `[mass length / time]`.
     pub impulse: f64,
@@ -42,7 +42,8 @@ pub struct Event {
     pub energy_step: f64,
     /// Kinetic energy lost at an infinite barrier `[energy]`.
     pub dissipated: f64,
-    /// Velocities of the particle and of its partner before the event `[length / time]`; zero for a wall.
+    /// Velocities of the particle and of its partner before the event `[length / time]`. The second is zero at a wall
+    /// or surface.
     pub before: [Vector; 2],
     /// Velocities of the particle and of its partner after the event `[length / time]`.
     pub after: [Vector; 2],

@@ -20,7 +20,7 @@ impl Reference {
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
         let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, restitution };
-        // Like a wall, a static particle has no contact time of its own.
+        // Like a wall, a static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
 
@@ -89,7 +89,7 @@ impl Reference {
         })
     }
 
-    /// The encounter of a particle with a flat barrier that never moves.
+    /// Returns the encounter of a particle with a flat barrier that never moves.
     fn encounter_at_rest(&self, i: u32, normal: Vector, restitution: f64) -> Encounter {
         let Species { diameter, mass, acceleration, .. } = *self.species(i);
         Encounter {
@@ -104,7 +104,7 @@ impl Reference {
         }
     }
 
-    /// Executes the encounter of a particle with something that never moves.
+    /// Executes the contact of a particle with a barrier at rest. A moving surface is at rest in its own frame.
     fn reflect(&mut self, i: u32, encounter: &Encounter, kind: EventKind) -> Event {
         let Encounter { velocity: before, normal, reduced_mass: mass, .. } = *encounter;
         let (_, after) = encounter.leave(self.tc_model.as_mut(), &[i], self.time);

@@ -1,9 +1,9 @@
-//! Moving surfaces: Algorithm 1 in the frame of the surface if the gaps are polynomials in that frame, and
-//! otherwise a search by bisection.
+//! Moving surfaces. If the gap is a polynomial in the frame of the surface, Algorithm 1 finds its root in this frame.
+//! Otherwise the root is found by bisection.
 //!
-//! A time interval is skipped in two cases: if bounds on speed and acceleration show that the gap stays
-//! open or opens, or if they show that the foot stays off the feature. Other intervals are halved down to
-//! round-off. This is slow, but no step is shared with the engine.
+//! A time interval is skipped in two cases: if bounds on speed and acceleration show that the gap stays open or opens,
+//! or if they show that the projection of the particle stays off the feature. Other intervals are halved down to
+//! round-off. This is slow, but shares no step with the engine.
 
 use super::rules::Side;
 use super::surfaces::{Across, Barrier, Feature, Motion};
@@ -12,29 +12,30 @@ use crate::model::MotionKind;
 use crate::model::surface_motion::{Piece, Timeline};
 use std::f64::consts::TAU;
 
-/// Longest time interval of one search; after it, the search is scheduled again `[time]`.
+/// Longest time that one search covers `[time]`. A further search starts when this time has passed.
 pub(super) const LONGEST_SEARCH: f64 = 2.0;
 
-/// A flight beside a surface that oscillates or turns, from a simulated time on.
+/// The motion of a particle beside a surface that oscillates or turns.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Passage {
     pub feature: Feature,
     /// The motion of the particle, starting at the simulated time `now`.
     pub motion: Motion,
-    /// The motion of the surface.
+    /// Motion of the surface in this time interval.
     pub piece: Piece,
     pub now: f64,
 }
 
 impl Motion {
-    /// The motion after a time.
+    /// Returns the motion after a flight of duration `time`.
     pub fn after(&self, time: f64) -> Self {
         let Self { position, velocity, acceleration, .. } = *self;
         let position = position + (velocity + acceleration * (0.5 * time)) * time;
         Self { position, velocity: velocity + acceleration * time, ..*self }
     }
 
-    /// The motion in the frame of the surface, at a time of a piece.
+    /// Returns the motion in the frame of the surface. `piece` describes the motion of the surface at the simulated
+    /// time `time`.
     pub fn seen(&self, piece: &Piece, time: f64) -> Self {
         let moment = piece.at(time);
         let (position, velocity) = moment.seen(&self.position, &self.velocity);
@@ -44,8 +45,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Time from the simulated time `now` to the next event of a sphere with the feature of a moving
-    /// surface. No event before `from` is reported.
+    /// Returns the time from the simulated time `now` to the next event of a sphere with the feature of a moving
+    /// surface, if it is within `horizon`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -70,19 +71,19 @@ impl Feature {
 }
 
 impl Passage {
-    /// The motion in the frame of the surface, `after` the simulated time `now`.
+    /// Returns the motion in the frame of the surface, at a time `after` the simulated time `now`.
     pub fn seen(&self, after: f64) -> Motion {
         self.motion.after(after).seen(&self.piece, self.now + after)
     }
 
-    /// The first event between two times, both counted from now. If the search is cut short: the time up
-    /// to which no event is possible.
+    /// Returns the first event between two times, both counted from `now`. If the search stops after `most` intervals,
+    /// it returns the time up to which no event is possible.
     pub fn first_between(&self, from: f64, to: f64, most: u64) -> Option<f64> {
-        // A time counted from now has the rounding error of the corresponding simulated time.
+        // A time counted from `now` has the rounding error of the simulated time.
         Search { passage: self, shortest: 4.0 * f64::EPSILON * (self.now.abs() + to.abs()), left: most }.first(from, to)
     }
 
-    /// Bounds on speed and acceleration in the frame of the surface between two times.
+    /// Returns bounds on speed and acceleration in the frame of the surface between two times.
     pub fn bounds(&self, from: f64, to: f64) -> (f64, f64) {
         let (fastest, push) = {
             let [one, other] = [from, to].map(|time| self.motion.after(time).velocity.norm());
@@ -104,10 +105,10 @@ impl Passage {
     }
 }
 
-/// A search for the first event of a passage.
+/// A search for the first event of a passage, by repeated halving.
 struct Search<'a> {
     passage: &'a Passage,
-    /// Intervals of this length are not halved further `[time]`.
+    /// Intervals as short as this are not halved further `[time]`.
     shortest: f64,
     left: u64,
 }
@@ -128,7 +129,8 @@ impl Search<'_> {
         if across.lowest_gap_within(half, speed, acceleration) > 0.0 || foot < -speed * half {
             return None;
         }
-        // The squared distance opens by at least twice this.
+        // Upper bound on how fast the opening rate of the gap changes. If the opening rate exceeds this bound times the
+        // half interval, the gap opens during the whole interval.
         let change = match across.barrier {
             Barrier::Flat => acceleration,
             Barrier::Round { .. } => speed * speed + (across.position.norm() + speed * half) * acceleration,
@@ -145,8 +147,8 @@ impl Search<'_> {
 }
 
 impl Across {
-    /// Smallest distance from contact within `time` before and after the present, given bounds on speed
-    /// and acceleration.
+    /// Returns a lower bound of the gap within `time` before and after the present, from bounds on speed and
+    /// acceleration.
     pub fn lowest_gap_within(&self, time: f64, speed: f64, acceleration: f64) -> f64 {
         let (gap, opening) = gap_and_opening(self);
         let length = self.position.norm();
@@ -161,13 +163,14 @@ impl Across {
             }
         };
         let by_rate = opening.abs() + 0.5 * bend * time;
-        // At the centre of a sphere there is no direction in which the gap opens.
+        // At the centre of a sphere, the direction of the gap is undefined. Then only the speed limits the change of
+        // the gap.
         gap - if by_rate < speed { by_rate } else { speed } * time
     }
 }
 
-/// Distance from contact and its rate. For round features, both are multiplied by the distance from the
-/// centre.
+/// Returns the distance from contact, and its rate of change. For round features, the rate is multiplied by the
+/// distance from the centre.
 fn gap_and_opening(across: &Across) -> (f64, f64) {
     let Across { position, velocity, .. } = across;
     match across.barrier {

@@ -1,4 +1,4 @@
-//! Response at a discontinuity along the line of centres, and the TC model at infinite barriers.
+//! Response of particles at a discontinuity along the line of centres, and the TC model at infinite barriers.
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
@@ -17,11 +17,12 @@ pub enum Outcome {
     Bounce,
 }
 
-/// Returns the outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij .
-/// rhat`, and the value of `vn` after the event.
+/// Returns the outcome for a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and the
+/// value of `vn` after the event.
 ///
-/// It crosses if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`: `vn'^2 = vn^2 - 2 dU / mu`.
-/// Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a finite step.
+/// The pair crosses the discontinuity if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`. Then
+/// `vn'^2 = vn^2 - 2 dU / mu`. Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a
+/// finite step.
 pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restitution: f64) -> (Outcome, f64) {
     let across = -side.sign();
     if 0.5 * mu * vn * vn > seen.energy_step {
@@ -31,12 +32,12 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restit
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { restitution } else { 1.0 };
-    // At a turning point, rounding may already have made the pair recede.
+    // Near a turning point, rounding may already have made the pair recede. It then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
-/// Two particles at a discontinuity, or a particle at a wall. A wall is a partner that has no curvature
-/// and never moves.
+/// Two particles at a discontinuity, or a particle at a wall. A wall counts as a partner that has no curvature and
+/// never moves.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Encounter {
     pub seen: Discontinuity,
@@ -49,15 +50,14 @@ pub(super) struct Encounter {
     pub acceleration: Vector,
     /// `1 / |r_ij|`, 0 for a wall.
     pub curvature: f64,
-    /// `mu = 1 / (w_i + w_j)` `[mass]`.
+    /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
-    /// `e` at infinite barriers.
+    /// Restitution `e` at infinite barriers.
     pub restitution: f64,
 }
 
 impl Encounter {
-    /// Returns the outcome and the value of `v_ij` after it. `moving` lists the particles that are not
-    /// static.
+    /// Returns the outcome of the event, and `v_ij` after it. `moving` lists the particles that are not static.
     pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
@@ -70,7 +70,7 @@ impl Encounter {
             restitution: self.restitution,
             approach: (-side.sign() * vn).max(0.0),
             tangential: along.norm(),
-            // d^2|r|/dt^2 = a . rhat + |v along|^2 / |r|.
+            // The second derivative of the distance is a . rhat + |v along|^2 / |r|.
             closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
         };
         let (speed, scale) = tc_model.contact(moving, time, &arrival);
@@ -88,7 +88,7 @@ pub(super) struct Arrival {
     pub approach: f64,
     /// Speed along the barrier `[length / time]`.
     pub tangential: f64,
-    /// Acceleration towards the barrier, from forces and from its curvature `[length / time^2]`.
+    /// Acceleration towards the barrier, from forces and from the curvature of the barrier `[length / time^2]`.
     pub closing: f64,
 }
 
@@ -108,13 +108,13 @@ impl TcModel {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the
-    /// factor for the motion along the barrier.
+    /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the factor by
+    /// which the velocity along the barrier changes.
     ///
-    /// This extends the published model, in which a restitution near 0 leaves no normal speed. A particle
-    /// that arrives fast enough leaves with at least the speed `closing t_c / 2`, which brings it back
-    /// after `t_c`. If its normal speed is almost zero, below a 64th of this speed, it takes the speed
-    /// from the motion along the barrier. The kinetic energy then stays constant.
+    /// This extends the published model, in which a restitution near 0 leaves no normal speed. A particle that arrives
+    /// fast enough leaves with at least the speed `closing t_c / 2`, which brings it back after `t_c`. If it arrives
+    /// with less than a 64th of this speed, it leaves with this 64th, taken from its motion along the barrier at
+    /// constant kinetic energy.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

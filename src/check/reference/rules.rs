@@ -1,19 +1,19 @@
-//! Discontinuities on both sides of a pair, given its state (paper, figures 1 and 2).
+//! The discontinuities that a pair in a given state can reach (paper, figures 1 and 2).
 
 use crate::model::potential::Potential;
 
 /// The side of a discontinuity on which the valid states of a pair lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Side {
-    /// Valid beyond the distance: `f+`, Core and Capture.
+    /// The pair belongs outside the distance. Its overlap function is `f+`, and its outcomes are Core and Capture.
     Positive,
-    /// Events that are possible inside the distance: `f-`, Bounce and Release.
+    /// The pair belongs inside the distance. Its overlap function is `f-`, and its outcomes are Bounce and Release.
     Negative,
 }
 
 impl Side {
-    /// Returns 1 or -1. `f+` times this sign is the overlap function of this side. The valid side is
-    /// towards larger distances for 1, and towards smaller distances for -1.
+    /// Returns 1 if the valid side is at larger distances, and -1 if it is at smaller distances. The overlap function
+    /// of the side is `f+` times this sign.
     #[must_use]
     pub fn sign(self) -> f64 {
         match self {
@@ -28,16 +28,16 @@ impl Side {
 pub(super) struct Discontinuity {
     /// `s` `[length]`.
     pub distance: f64,
-    /// `dU`, the energy needed to cross it `[energy]`.
+    /// `dU`, the energy needed to cross the discontinuity `[energy]`.
     pub energy_step: f64,
 }
 
-/// Returns the discontinuity on one side of a pair in state `k`. The pair is on the negative side of the
-/// outer discontinuity, `s_k`, and on the positive side of the inner discontinuity, `s_{k+1}`. Between the
-/// two, the energy is `U_k`.
+/// Returns the discontinuity on one side of a pair in state `k`. The pair is on the negative side of the outer
+/// discontinuity, `s_k`, and on the positive side of the inner discontinuity, `s_{k+1}`. Between the two, the energy is
+/// `U_k`.
 pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
     let (s, u) = (potential.radii(), potential.energies());
-    // Lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.
+    // The lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.
     let (radius, beyond) = match side {
         Side::Positive => (k, k + 1),
         Side::Negative => (k.checked_sub(1)?, k - 1),

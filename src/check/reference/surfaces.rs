@@ -1,12 +1,12 @@
-//! Surfaces by Algorithm 1 on every feature: faces, edges and corners, each with its own overlap function.
-//! Flat edges are included, too.
+//! Contacts with surfaces by Algorithm 1, applied to every feature: faces, edges and corners, each with its own overlap
+//! function. Edges between coplanar faces are included, too.
 
 use super::algorithm_1::{Polynomial, first_on};
 use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// A feature of a surface, from which the centre of a sphere keeps a distance.
+/// A point, line or plane of a surface, from which the centre of a sphere keeps a distance.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
     /// Index of the surface in the scene.
@@ -16,16 +16,15 @@ pub(in super::super) struct Feature {
 
 #[derive(Debug, Clone, Copy)]
 enum Shape {
-    /// Points at a distance `radius` from `centre`, approached from one side.
+    /// The points at distance `radius` from `centre`, approached from one side.
     Point { centre: Vector, radius: f64, side: Side },
-    /// A line through a point along a unit vector: infinite, or a segment of a given length that begins at
-    /// the point.
+    /// The points at distance `radius` from a line, approached from one side. The line is infinite, or a segment of a
+    /// given `length` that begins at `start`.
     Line { start: Vector, along: Vector, length: Option<f64>, radius: f64, side: Side },
-    /// A half space or, with `corners`, one side of a triangular face.
+    /// A half space or, with `corners`, the space above one side of a triangular face.
     Plane { point: Vector, normal: Vector, corners: Option<[Vector; 3]> },
 }
 
-/// The motion of a sphere: position, velocity, acceleration, radius.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Motion {
     pub position: Vector,
@@ -43,29 +42,29 @@ pub(in super::super) struct Across {
     pub barrier: Barrier,
 }
 
-/// Where the motion across a feature makes contact.
+/// Where a particle makes contact, in terms of the motion across the feature.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum Barrier {
-    /// At a distance from the origin, reached from one side.
+    /// Contact at this distance from the origin, reached from one side.
     Round { distance: f64, side: Side },
-    /// Where the first coordinate, the height above contact, is zero.
+    /// Contact where the first coordinate is zero. This coordinate is the height above contact.
     Flat,
 }
 
-/// The geometry of a contact between a sphere and a feature.
+/// Geometry of the contact between a sphere and a feature.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Touch {
     /// Unit vector from the point, the line or the plane to the centre of the sphere.
     pub normal: Vector,
     pub side: Side,
-    /// `1 / distance` for the part of the velocity across the feature, 0 for a plane `[1 / length]`.
+    /// Curvature across the feature: the inverse distance from its point or line, 0 for a plane `[1 / length]`.
     pub curvature: f64,
-    /// The direction along which the feature has no curvature, if it is a line.
+    /// The direction of the line, along which the feature has no curvature; `None` for a point or a plane.
     pub along: Option<Vector>,
 }
 
-/// How far a foot lies inside each side of a feature, as coefficients of polynomials in time: negative if it
-/// is off the feature. Unused rows are zero.
+/// Distances of a particle's projection from the sides of a feature, as coefficients of polynomials in time. A distance
+/// is negative if the projection is off the feature. Unused rows are zero.
 pub(in super::super) type Extents = [[f64; 3]; 4];
 
 /// All features of the surfaces of a scene.
@@ -114,7 +113,7 @@ fn line([start, end]: [Vector; 2], radius: f64) -> Option<Shape> {
     Some(Shape::Line { start, along, length: Some((end - start).norm()), radius, side: Side::Positive })
 }
 
-/// Both sides of a triangle; `None` if its area is round-off.
+/// Returns both sides of a triangle; `None` if its area is only round-off.
 fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     let [a, b, c] = corners;
     if slenderness(&corners) > 0.25 / f64::EPSILON {
@@ -124,14 +123,14 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// The longest side of a triangle divided by its height: the error of its normal in units of round-off.
+/// Longest side of a triangle divided by its height. This is the error of the normal in units of round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()
 }
 
 impl Feature {
-    /// Time from now to the next event of a sphere with the feature.
+    /// Returns the time from now to the next event of a sphere with the feature.
     pub fn next_event(&self, motion: &Motion) -> Option<f64> {
         let Across { position, velocity, acceleration, barrier } = self.across(motion);
         let f = match barrier {
@@ -144,7 +143,7 @@ impl Feature {
         first_on(&f, extents.as_ref().map_or(&[][..], |extents| extents.as_slice()))
     }
 
-    /// The part of a motion across the feature.
+    /// Returns the components of a motion perpendicular to the feature.
     pub fn across(&self, motion: &Motion) -> Across {
         let Motion { position, velocity, acceleration, radius } = *motion;
         let round = |own: f64, side: Side| Barrier::Round { distance: own + side.sign() * radius, side };
@@ -155,7 +154,7 @@ impl Feature {
             Shape::Line { start, along, radius: own, side, .. } => {
                 let across = |vector: Vector| vector - along * along.dot(&vector);
                 let [position, velocity, push] = [position - start, velocity, acceleration].map(across);
-                // If the acceleration is along the line, its component across the line is only round-off.
+                // If the acceleration is along the line, the component across the line is only round-off.
                 let acceleration = if push.norm() > 1e-14 * acceleration.norm() { push } else { Vector::zeros() };
                 Across { position, velocity, acceleration, barrier: round(own, side) }
             }
@@ -171,8 +170,8 @@ impl Feature {
         }
     }
 
-    /// Distances by which the projection of the particle onto the feature lies inside the sides of the feature, if
-    /// it has sides. For a face, also the height above it.
+    /// Returns the distances of the particle's projection from the sides of the feature, as polynomials in time; `None`
+    /// for a feature without sides. For a face, they include the height above it.
     pub fn extents(&self, motion: &Motion) -> Option<Extents> {
         let Motion { position, velocity, acceleration, .. } = *motion;
         let along = |direction: &Vector, from: &Vector| {
@@ -184,7 +183,7 @@ impl Feature {
                 Some([[foot, rate, bend], [length - foot, -rate, -bend], [0.0; 3], [0.0; 3]])
             }
             Shape::Plane { normal, corners: Some([a, b, c]), point } => {
-                // Counterclockwise about the normal of the corners.
+                // The sign is 1 if the corners run counterclockwise about `normal`.
                 let turn = (b - a).cross(&(c - a)).dot(&normal).signum();
                 let inwards = |from: Vector, to: Vector| {
                     let direction = normal.cross(&(to - from)).try_normalize(0.0).unwrap_or_default() * turn;
@@ -196,7 +195,7 @@ impl Feature {
         }
     }
 
-    /// A contact at a position.
+    /// Returns the geometry of the contact of a sphere whose centre is at `position`.
     pub fn contact(&self, position: &Vector) -> Touch {
         let round = |apart: Vector, side: Side, along: Option<Vector>| Touch {
             normal: apart.try_normalize(0.0).unwrap_or(Vector::x()),
@@ -214,8 +213,8 @@ impl Feature {
         }
     }
 
-    /// Returns the corners of a bounding box of the feature, infinite along unlimited directions. A
-    /// feature approached from inside has no limits.
+    /// Returns the corners of a bounding box of the feature. The box is infinite along directions in which the feature
+    /// is, and for a feature that is approached from inside.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });
@@ -235,8 +234,7 @@ impl Feature {
         }
     }
 
-    /// Returns the largest coordinate of the points that define the feature, plus the radius around them
-    /// `[length]`.
+    /// Returns the largest coordinate of the points that define the feature, plus its radius `[length]`.
     pub fn farthest(&self) -> f64 {
         match self.shape {
             Shape::Point { centre, radius, .. } => centre.amax() + radius,
@@ -270,7 +268,8 @@ impl Feature {
 }
 
 impl Touch {
-    /// The curvature for a velocity, without the component along a line `[1 / length]`.
+    /// Returns the curvature of the feature in the direction of a velocity `[1 / length]`. The component along a line
+    /// does not contribute.
     pub fn curvature_for(&self, velocity: &Vector) -> f64 {
         let tangential = velocity - self.normal * self.normal.dot(velocity);
         let across = self.along.map_or(tangential, |along| tangential - along * along.dot(&tangential));

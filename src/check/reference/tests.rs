@@ -14,15 +14,15 @@ use std::cell::RefCell;
 
 const SCENES: u32 = 60;
 const EVENTS: u64 = 300;
-/// Fewest compared events of each kind; all kinds have a few hundred.
+/// Fewest compared events of each kind. A few hundred of each are expected.
 const FEWEST: u32 = 50;
 
-/// Round-off of a velocity: from all operations of an event in both implementations, and from the small
-/// speed that the engine adds to make a reflection effective.
+/// Relative round-off of a velocity. It covers all operations of an event in both implementations, and the small speed
+/// that the engine adds to make a reflection effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// If the time since the last contact agrees with the contact time to this fraction, it may count as
-/// shorter or longer.
+/// If the time since the last contact equals the contact time within this relative difference, the contact may be
+/// elastic or not.
 const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone)]
@@ -56,8 +56,7 @@ fn recipe() -> impl Strategy<Value = Recipe> {
 }
 
 impl Recipe {
-    /// Steps up and down around a hard core and around a penetrable core, and bonds, beside static spheres
-    /// and between walls.
+    /// Builds a scene with steps up and down around hard and penetrable cores, with bonds, static spheres and walls.
     fn scene(&self) -> Scene {
         let [u, v, w] = self.energies;
         let steps = |last| Potential::new(vec![1.6, 1.3, 1.0], vec![0.0, u, v, last]).unwrap();
@@ -100,8 +99,7 @@ impl Recipe {
 /// Compares each event of the engine with the reference.
 struct Judge<'a> {
     reference: &'a mut Reference,
-    /// TC models with the contact time itself, and with contact times that are shorter and longer by
-    /// rounding.
+    /// TC models with the nominal contact time, and with slightly shorter and longer contact times.
     tc_models: Vec<TcModel>,
     counts: &'a RefCell<BTreeMap<String, u32>>,
 }
@@ -168,8 +166,8 @@ impl Judge<'_> {
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }
 
-    /// Checks that the engine's event is an event that the reference could have produced. The contact time
-    /// may differ from the nominal value by rounding.
+    /// Checks that the reference could have produced an event of the engine. The contact time may differ from its
+    /// nominal value by rounding.
     fn compare(
         &mut self,
         event: &engine::Event,
@@ -194,14 +192,15 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// The largest difference between an event and its expectation, in units of what round-off explains.
+    /// Returns the largest difference between an event and its expectation, divided by its round-off bound.
     fn excess(&self, event: &engine::Event, encounter: &Encounter, weights: [f64; 2], after: &Vector) -> f64 {
         let &Encounter { seen, velocity, reduced_mass: mu, normal, .. } = encounter;
         let is_crossed =
             matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
         let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
         let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
-        // The square root of a rounded square.
+        // A pair that crosses a step gets the square root of a rounded square, which is inaccurate if the square is
+        // small.
         let rounding = ROUNDINGS * fastest * fastest;
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };
@@ -232,7 +231,7 @@ fn every_event_of_the_engine_follows_from_the_rules_and_the_response_of_the_refe
         let mut judge = Judge { reference: &mut reference, tc_models, counts: &counts };
         let mut simulation = Simulation::without_plan(scene);
         let mut verdict = Ok(());
-        // A collapse ends a run, and so does the absence of events.
+        // The result is ignored, because a scene may collapse or run out of events.
         let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
             if verdict.is_ok() {
                 verdict = match (event.kind, event.partner()) {

@@ -24,13 +24,13 @@ const BAMME: Source = Source {
 const SWINGS: Source =
     Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };
 
-/// The TC model excludes flights shorter than this time, so the number of flights is finite.
+/// The TC model keeps flights from being shorter than this time, so the number of flights is finite.
 const CONTACT_TIME: f64 = 1e-9;
-/// Exceeds the number of bounces from a flight time of 1 down to the contact time: 20 / ln(1 / e), for e
-/// up to 0.97.
+/// More than the number of bounces from a flight time of 1 down to the contact time. This number is about
+/// `20 / ln(1 / e)`, for a restitution e up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
-/// Compares the time at which an infinite sequence of bounces ends.
+/// Compares the time at which a ball comes to rest after infinitely many bounces.
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space =
@@ -44,7 +44,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
     let mut simulation = Simulation::without_plan(build(&scene)?);
     let expected = SQRT_2 * (1.0 + restitution) / (1.0 - restitution);
-    // The first contact after which the next flight would be shorter than the contact time.
+    // `rest` is the time of the first contact after which the next flight would be shorter than the contact time.
     let (mut last, mut rest, mut bounces) = (f64::NEG_INFINITY, None, 0.0);
     simulation.advance_with(Until { time: 2.0 * expected, events: MOST_BOUNCES }, |event| {
         if rest.is_none() {
@@ -53,7 +53,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
         }
         last = event.time;
     })?;
-    // The remaining flights take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed
+    // The flights after that contact take at most 1, e, e^2, ... contact times. Each bounce rounds its time and speed
     // by a few units in the last place.
     let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
     Ok(vec![
@@ -87,7 +87,7 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
     let place = |(k, x)| exact(k + 2, end.get(k).map(|position: &Vector| position.x), x);
     compared.extend([-10.0, 11.5, 20.99].into_iter().enumerate().map(place));
     compared.push(exact(5, Some(energy), 3.0));
-    // Two events and one free flight, each rounded to the spacing of floating-point numbers below 32.
+    // Two events and one free flight are each rounded to the spacing of floating-point numbers below 32.
     let rounding = 3.0 * 16.0 * f64::EPSILON;
     Ok(compared.into_iter().map(|comparison| comparison.allow(rounding, "round-off")).collect())
 }
@@ -97,10 +97,10 @@ pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
 /// Contacts with the ends of the string between two calls of `watch`.
 const CHUNK: u64 = 1000;
-/// More than the calls for ten swings: a swing has about a thousand contacts.
+/// Ten swings need far fewer chunks than this limit, because a swing has about a thousand contacts.
 const MOST_CHUNKS: usize = 10_000;
 
-/// Period of a bob on a bond, released from the horizontal.
+/// Compares the period of a bob on a bond that is released from the horizontal.
 pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("validate")
@@ -117,9 +117,9 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
-    // The length is between 1 - slack and 1, and the period is proportional to the square root of the
-    // length. A start in the middle of the slack gives the radial motion of the bob a fraction (4
-    // slack)^(3/2) / 8 of the energy.
+    // The length of the string is between 1 - slack and 1, and the period is proportional to the square root of the
+    // length. A start in the middle of the slack gives the radial motion of the bob a fraction (4 slack)^(3/2) / 8 of
+    // the energy.
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
@@ -136,7 +136,7 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
             break;
         }
         advance(&mut simulation, CHUNK, watch, |event| {
-            // The normal points from the partner to the particle. If it points towards the bob, it has the
+            // The normal of an event points from the partner to the particle. If the partner is the pivot, this is the
             // direction of the string.
             let string = if event.partner().is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
             if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
@@ -148,10 +148,10 @@ fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, St
     Ok(passages)
 }
 
-/// The complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
+/// Returns the complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
 fn elliptic_integral(modulus: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - modulus * modulus).sqrt());
-    // Each step doubles the number of correct digits.
+    // Each step doubles the number of correct digits of both means.
     for _ in 0..8 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
     }

@@ -13,18 +13,18 @@ const LARGEST_ERROR: f64 = 0.05;
 /// Source of a reference value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source {
-    /// Short form: `mKLM 2019`.
+    /// Short form, such as `mKLM 2019`.
     pub short: &'static str,
     /// Full reference.
     pub full: &'static str,
 }
 
-/// Tolerance of a comparison in addition to the statistical error, and its reason.
+/// Tolerance of a comparison in addition to the statistical error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
-    /// In the unit of the quantity; 0 for none.
+    /// Size of the allowance in the unit of the quantity; 0 for none.
     pub amount: f64,
-    /// The systematic difference that it covers.
+    /// Systematic difference that the allowance covers.
     pub reason: &'static str,
 }
 
@@ -40,7 +40,7 @@ pub struct Comparison {
     pub quantity: &'static str,
     /// The measured value; `None` for insufficient data.
     pub measured: Option<f64>,
-    /// Its standard error: 0 if nothing is random, `None` for insufficient data.
+    /// Standard error of the measured value: 0 if nothing is random, `None` for insufficient data.
     pub standard_error: Option<f64>,
     /// The published or exact value.
     pub published: f64,
@@ -53,9 +53,9 @@ pub struct Comparison {
 /// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Within four standard errors plus the allowance.
+    /// The difference is within four standard errors plus the allowance.
     Pass,
-    /// Outside four standard errors plus the allowance.
+    /// The difference is more than four standard errors plus the allowance.
     Fail,
     /// The standard error is unknown, or too large for a conclusion.
     Unresolved,
@@ -70,7 +70,7 @@ impl Verdict {
 }
 
 impl Comparison {
-    /// A mean with its statistical error.
+    /// Creates the comparison of a mean that has a statistical error.
     pub(super) fn statistical(
         quantity: &'static str,
         measured: Option<Estimate>,
@@ -88,7 +88,7 @@ impl Comparison {
         }
     }
 
-    /// A number without statistical error.
+    /// Creates the comparison of a number that has no statistical error.
     pub(super) fn exact(quantity: &'static str, measured: Option<f64>, published: f64, source: Source) -> Self {
         let measured = measured.map(|mean| Estimate { mean, standard_error: Some(0.0) });
         Self::statistical(quantity, measured, published, source)
@@ -99,20 +99,20 @@ impl Comparison {
         Self { allowance: Allowance { amount, reason }, ..self }
     }
 
-    /// Measured minus published value.
+    /// Returns the measured minus the published value.
     #[must_use]
     pub fn difference(&self) -> Option<f64> {
         self.measured.map(|measured| measured - self.published)
     }
 
-    /// Returns the difference in standard errors; `None` without a standard error.
+    /// Returns the difference in units of the standard error; `None` without a standard error.
     #[must_use]
     pub fn deviation(&self) -> Option<f64> {
         let error = self.standard_error.filter(|error| *error > 0.0)?;
         Some(self.difference()? / error)
     }
 
-    /// Whether the difference is within four standard errors plus the allowance.
+    /// Returns the verdict: whether the difference is within four standard errors plus the allowance.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let (Some(difference), Some(error)) = (self.difference(), self.standard_error) else {
@@ -153,7 +153,7 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // The allowance is smaller than the difference by the smallest amount that the sum resolves.
+        // The allowance is too small by the smallest amount that the sum resolves.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

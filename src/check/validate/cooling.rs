@@ -1,7 +1,7 @@
 //! A granular gas that cools by Haff's law.
 //!
-//! The law assumes uncorrelated velocities of particles about to collide, which holds only for small `1 -
-//! e^2` and dilute gases.
+//! The law assumes uncorrelated velocities of particles about to collide. This holds only for dilute gases and small
+//! `1 - e^2`.
 
 use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};
@@ -10,8 +10,8 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before the measurement and during it. The first contacts destroy the lattice. The
-/// measurement ends long before clusters form.
+/// Contacts per particle before the measurement and during it. The first contacts destroy the lattice. The measurement
+/// ends long before clusters form.
 const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
@@ -28,7 +28,7 @@ const GASES: u64 = 8;
 pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let mut slopes = Vec::new();
     for gas in 0..GASES {
-        // These seeds are far from the seeds that users choose.
+        // The high bits of the seed tell the gases apart, because users choose seeds that differ in the low bits.
         slopes.extend(cool(restitution, seed.wrapping_add(gas << 32), watch)?);
     }
     let e = restitution;
@@ -40,7 +40,7 @@ pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) 
     ])
 }
 
-/// Decrease of the logarithm of a gas's temperature per contact per particle.
+/// Returns the decrease of the logarithm of the temperature for each contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
@@ -55,7 +55,7 @@ fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super
     for _ in 0..CONTACTS[1] {
         advance(&mut simulation, block, watch, |_| {})?;
         let kinetic = simulation.energy().kinetic;
-        // One contact per particle has passed.
+        // In this block, each particle had one contact on average.
         slopes.push(-libm::log(kinetic / last));
         last = kinetic;
     }

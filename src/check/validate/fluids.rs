@@ -36,8 +36,8 @@ const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
-/// Densities at which the diffusion coefficient is known. Speedy's fit rests on few points below this
-/// range, and deviates more and more above it.
+/// Packing fractions at which the diffusion coefficient is known. Speedy's fit rests on few points below this range,
+/// and deviates more and more above it.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -45,7 +45,7 @@ pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static
     if DIFFUSING.contains(&packing_fraction) { ALL } else { &ALL[..3] }
 }
 
-/// Hard particles on a lattice in a periodic box, melted or not before the measurement.
+/// Runs hard particles that start on a lattice in a periodic box.
 fn run(
     lattice: Lattice,
     amount: Amount,
@@ -65,7 +65,7 @@ fn run(
     finish(build(&scene)?, watch)
 }
 
-/// Pressure, collision rate, contact value and diffusion of a fluid of hard spheres.
+/// Compares the pressure, collision rate, contact value and diffusion of a fluid of hard spheres.
 pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let has_diffusion = DIFFUSING.contains(&packing_fraction);
     let plan = MeasurementPlan {
@@ -94,12 +94,12 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     Ok(compared)
 }
 
-/// Diffusion coefficient in a periodic cube with a given number of spheres, and its uncertainty.
+/// Returns the diffusion coefficient in a periodic cube with `count` spheres, and its uncertainty.
 ///
-/// The fit was made to simulations in cubes, too. Yeh and Hummer's finite-size term, with Enskog's
-/// coefficients, converts from the size of their cubes to this size. At these densities Enskog's values
-/// are accurate to a few per cent. The uncertainty of the number of spheres in the fit, a factor of two,
-/// matters more: its cube root changes the term by a quarter, and the coefficient by 3 %.
+/// Speedy's fit was made to simulations in cubes, too. Yeh and Hummer's finite-size term, with Enskog's coefficients,
+/// converts from the size of those cubes to this size. At these densities Enskog's values are accurate to a few per
+/// cent. A larger uncertainty is that the number of spheres in the fit is known only to a factor of two. Its cube root
+/// changes the term by a quarter, and the coefficient by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);
@@ -107,15 +107,15 @@ fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     (expected, slower(0.5 * FITTED_SPHERES) - slower(FITTED_SPHERES))
 }
 
-/// Pressure and collision rate of hard disks.
+/// Compares the pressure and the collision rate of hard disks.
 pub(super) fn disks(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let amount = Amount::PackingFraction(packing_fraction);
     let finished = run(Lattice::Hexagonal, amount, MeasurementPlan::default(), effort, seed, watch)?;
     Ok(fluid(&finished, published::hard_disks, packing_fraction, 2.0, effort.particles(), HENDERSON))
 }
 
-/// `Z`, and the corresponding collision rate `G = 2 D (Z - 1) / sqrt(pi)` in `D` dimensions at a temperature
-/// of 1.
+/// Compares the compressibility factor `Z`, and the collision rate that follows from it, `G = 2 D (Z - 1) / sqrt(pi)`
+/// in `D` dimensions at a temperature of 1.
 fn fluid(
     finished: &Finished,
     compressibility: fn(f64) -> f64,
@@ -127,8 +127,8 @@ fn fluid(
     let z = compressibility(packing_fraction);
     let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
     let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
-    // At constant energy, velocities are Maxwellian except for a relative change 1 / (4 D N) of the speed
-    // at contacts.
+    // At constant energy, velocities are not quite Maxwellian. The relative change of the speed at contacts is
+    // `1 / (4 D N)`.
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![
@@ -139,7 +139,7 @@ fn fluid(
     ]
 }
 
-/// Pressure of the face-centred cubic crystal.
+/// Compares the pressure of the face-centred cubic crystal.
 pub(super) fn crystal(number_density: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let amount = Amount::NumberDensity(number_density);
     let finished = run(Lattice::FaceCentredCubic, amount, MeasurementPlan::default(), effort, seed, watch)?;
@@ -162,7 +162,8 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Edges twice as long halve the finite-size term: 1 / (2 (2^(1/3) - 1)) = 1.924 allowances.
+            // Edges twice as long halve the finite-size term. In units of the allowance, the coefficient then changes
+            // by `1 / (2 (2^(1/3) - 1)) = 1.924`.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

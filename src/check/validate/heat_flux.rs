@@ -1,4 +1,4 @@
-//! The heat flux between a hot and a cold plate, compared with kinetic theory with temperature jumps at the
+//! Compares the heat flux between a hot and a cold plate with kinetic theory, which includes temperature jumps at the
 //! plates.
 
 use std::f64::consts::PI;
@@ -17,10 +17,9 @@ pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 /// Temperatures of the plates. The initial temperature of the gas is between them.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// With this many contacts, the flux is accurate to two per cent. Each contact carries only little of the
-/// flux.
+/// With this many contacts, the flux is accurate to two per cent. A single contact carries little of the flux.
 const FEWEST_EVENTS: u64 = 1_000_000;
-/// Edge of the plates, longer than the mean free path.
+/// Edge length of the plates, larger than the mean free path.
 const WIDTH: f64 = 20.0;
 
 const THEORY: Source = Source {
@@ -58,7 +57,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // The effect of one diameter on the distance between the plates: half a diameter at each plate.
+    // Change of the flux for one more diameter between the plates, half a diameter at each plate.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {

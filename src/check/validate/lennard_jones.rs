@@ -19,8 +19,8 @@ const CUTOFF: f64 = 2.5;
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];
-/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`: rare compared with
-/// collisions, but often enough to hold the temperature.
+/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`. This is rare compared with collisions,
+/// but often enough to hold the temperature.
 const BATH_RATE: f64 = 0.5;
 
 pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];
@@ -31,7 +31,7 @@ const ALLEN_TILDESLEY: Source = Source {
 };
 const WIDTH: &str = "the change by extrapolation to steps of zero width";
 
-/// Published values at a density of 0.75 and a temperature of 1.
+/// Published energy per particle and pressure, at a density of 0.75 and a temperature of 1.
 const PUBLISHED: [f64; 2] = [-2.9280, 0.9909];
 
 pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
@@ -56,7 +56,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
     Comparison::statistical(quantity, extrapolated, published, ALLEN_TILDESLEY).allow(change, WIDTH)
 }
 
-/// Returns the total energy per particle, including kinetic energy, and the pressure.
+/// Returns the total energy per particle, including the kinetic energy, and the pressure.
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = one_species(seed, shifted(steps)?, 1.0)
@@ -101,8 +101,7 @@ mod tests {
     #[test]
     fn the_last_step_is_a_small_one() {
         let potential = shifted(100).unwrap();
-        // The outermost step is within 0.017 of the cut-off, where the smooth potential has a slope of
-        // 0.039.
+        // The last step ends within 0.017 of the cut-off, where the smooth potential has a slope of 0.039.
         assert!(potential.energies()[1] < 0.0 && potential.energies()[1] > -0.039 * 0.017);
     }
 }

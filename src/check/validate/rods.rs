@@ -1,9 +1,9 @@
-//! Hard rods on a ring, with exact times of all contacts.
+//! Hard rods on a ring, with a number of contacts that is known exactly.
 //!
-//! Equal rods exchange their velocities, like points that pass through each other on a ring of length `L -
-//! N sigma`. In a time `t`, two velocities meet `|v_i - v_j| t / (L - N sigma)` times, rounded up or down.
-//! Each meeting has the impulse `m |v_i - v_j|`. So the number of contacts of each pair is known to within
-//! one contact, over any time interval.
+//! Equal rods exchange their velocities at a contact, like points that pass through each other on a ring of length
+//! `L - N sigma`. In a time `t`, two such points with velocities `v_i` and `v_j` pass each other
+//! `|v_i - v_j| t / (L - N sigma)` times, rounded up or down. Each pass is a contact with the impulse `m |v_i - v_j|`.
+//! So the number of contacts of each pair of velocities is known to within one contact, over any time interval.
 
 use super::state_point::{Compared, Watch, advance, build, one_species};
 use super::{Comparison, Effort, Source};
@@ -14,7 +14,7 @@ use crate::model::space::Boundary;
 use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 50;
-/// Number of contacts: two thousand for each pair of rods.
+/// Number of contacts: about four hundred for each pair of velocities.
 const EVENTS: u64 = 500_000;
 /// Contacts between two calls of `watch`.
 const CHUNK: u64 = 50_000;
@@ -50,10 +50,11 @@ pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_
         advance(&mut simulation, CHUNK, watch, |_| {})?;
     }
     let (time, event_counts) = (simulation.time(), simulation.event_counts());
-    // Z = 1 + W / (N T t), and T (N - 1) = 2 K on a line, without net momentum.
+    // The compressibility factor is Z = 1 + W / (N T t), where W is the sum of the virial. On a line, without net
+    // momentum, the temperature follows from T (N - 1) = 2 K with the kinetic energy K.
     let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
-    // The configurations of N rods on a ring have the volume L (L - N sigma)^(N - 1): one rod has any
-    // position, and the other rods share the gaps.
+    // The configuration space of N rods on a ring has the volume `L (L - N sigma)^(N - 1)`: one rod has any position,
+    // and the other rods share the gaps. The pressure follows from the derivative of its logarithm with respect to L.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
         Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial.total() / work), expected, TONKS)

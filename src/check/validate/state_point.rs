@@ -1,4 +1,4 @@
-//! A state point: its scene, built and run.
+//! Builds and runs the scene of a state point.
 
 use std::ops::ControlFlow;
 
@@ -16,7 +16,7 @@ use crate::scene::{SceneBuilder, SceneError};
 /// A callback, called every few hundredths of a second. A break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
-/// Why a state point could not be compared.
+/// Reason why a state point could not be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StatePointError {
@@ -32,7 +32,7 @@ pub enum StatePointError {
     /// The run failed its own audit.
     #[error("the audit of the run failed: {0}")]
     Unsound(audit::AuditFault),
-    /// The caller stopped it.
+    /// The caller stopped the run.
     #[error("interrupted")]
     Interrupted,
 }
@@ -43,25 +43,25 @@ pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> 
     builder.interaction("A", "A", potential, restitution)
 }
 
-/// A run with the equilibration and measurement of an effort.
+/// Plans a run with the equilibration and the number of events of an effort.
 pub(super) fn plan(effort: Effort) -> RunPlan {
     let equilibration = Limit::events(equilibration(effort));
     RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
 }
 
-/// Builds a scene that is known to be valid.
 pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {
     builder.build().map_err(|error| StatePointError::Scene(Box::new(error)))
 }
 
-/// Runs a scene as planned, and audits it.
+/// Runs a scene to its planned end, and checks the audit of the run.
 pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePointError> {
     let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
     match finished.ending {
         Ending::Interrupted => return Err(StatePointError::Interrupted),
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
-        // No state point has growing spheres, or an equilibration that ends by a criterion.
+        // All other endings are accepted. Some of them cannot occur, because no state point has growing spheres or an
+        // equilibration that ends by a criterion.
         Ending::Time
         | Ending::Events
         | Ending::Condition
@@ -92,7 +92,7 @@ pub(super) fn advance(
     Ok(())
 }
 
-/// A number measured by an instrument.
+/// Returns a number that an instrument of the run measured.
 pub(super) fn number(finished: &Finished, name: &str) -> Option<Estimate> {
     let number = finished.measured.number(name)?;
     Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
@@ -106,7 +106,7 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
     (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
 }
 
-/// The comparisons of a state point, or the reason why there are none.
+/// Comparisons of a state point, or the reason why it could not be compared.
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
 /// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per

@@ -1,4 +1,4 @@
-//! The exact law of events at the edge of a square well.
+//! Numbers of bounces, releases and captures at the edge of a square well, compared with their exact ratios.
 
 use super::state_point::{Compared, Watch, advance, build, equilibration, mean, one_species};
 use super::{Comparison, Effort, Source};
@@ -10,8 +10,8 @@ use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
 use crate::scene::{Amount, Lattice};
 
-/// Number of blocks; their means give the standard errors. Wells empty and fill within about ten contacts
-/// per particle, and a block is longer than this.
+/// Number of blocks. The standard errors come from the scatter of the block means. Wells empty and fill within about
+/// ten contacts per particle, and a block is longer than this.
 const BLOCKS: u64 = 40;
 const DEPTH: f64 = 1.0;
 
@@ -23,7 +23,7 @@ const BANNERMAN_LUE: Source = Source {
 };
 const FIXED_ENERGY: &str = "first order in 1 / (3 N - 3): the energy is fixed, not the temperature";
 
-/// Events of one block.
+/// Number of events of each kind in one block, and the temperature.
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     captures: f64,
@@ -69,8 +69,7 @@ fn block(
     Ok(Block { temperature: 2.0 * integral / (now - start) / freedom, ..block })
 }
 
-/// Ratios of sums, with errors from linear propagation. The law is evaluated at the temperature of the
-/// blocks.
+/// Compares ratios of event numbers with the law at the mean temperature of the blocks. Errors are propagated linearly.
 fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     let count = blocks.len() as f64;
     let average = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>() / count;
@@ -84,12 +83,13 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
         mean(&residues).map(|residue| Estimate { mean: ratio, ..residue })
     };
     let height = DEPTH / temperature;
-    // d/dT of exp(eps / T).
+    // Derivative of exp(eps / T) with respect to T.
     let slope = -height / temperature * libm::exp(height);
     let bounces = ratio(|block| block.bounces, slope);
-    // At constant energy, velocities with f free components exceed eps with the probability (1 - 2 eps /
-    // (f T))^((f - 1) / 2). In addition, the temperature fluctuates with a variance of at most T^2 2 / f.
-    // This shifts the mean of exp(eps / T) by half of the variance times the curvature of exp(eps / T).
+    // At constant energy with f degrees of freedom, the radial energy of a pair exceeds eps with the probability
+    // `(1 - 2 eps / (f T))^((f - 1) / 2)`. In addition, the temperature fluctuates with a variance of at most
+    // `2 T^2 / f`. This shifts the mean of `exp(eps / T)` by half of the variance times the curvature of
+    // `exp(eps / T)`.
     let allowance = libm::exp(height) * height * ((1.0 - height).abs() + height + 2.0) / freedom;
     vec![
         Comparison::statistical(
@@ -107,7 +107,7 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
 mod tests {
     use super::*;
 
-    /// Blocks that obey the law at their own temperatures, around 2.
+    /// Blocks of events that obey the law, at temperatures from 2 to 2.004.
     fn lawful() -> Vec<Block> {
         let block = |k: u32| {
             let temperature = 2.0 + 1e-3 * f64::from(k % 5);
@@ -121,8 +121,8 @@ mod tests {
     #[test]
     fn blocks_that_obey_the_law_have_no_error_but_the_curvature() {
         let compared = law(&lawful(), 3000.0);
-        // The linear dependence of the law on temperature is removed. Its curvature, (2e-3)^2, and the
-        // products of deviations remain.
+        // The errors do not include the linear dependence of the law on temperature. Its curvature, about (2e-3)^2, and
+        // the products of deviations remain.
         assert!(compared[0].standard_error.unwrap() < 1e-5, "{compared:?}");
         assert!(compared[0].difference().unwrap().abs() < 1e-5, "{compared:?}");
         assert!(compared.iter().all(|comparison| comparison.verdict().is_pass()), "{compared:?}");

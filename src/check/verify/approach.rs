@@ -1,5 +1,5 @@
-//! The motion across one discontinuity: the present and future distance of a pair from the discontinuity,
-//! or of a particle from a wall or a surface.
+//! The motion of a pair towards a discontinuity, or of a particle towards a wall or a surface: its present and future
+//! distance.
 
 use super::foot::Foot;
 use super::rules::{Side, fly};
@@ -10,9 +10,9 @@ use crate::check::reference::{Polynomial, first_on, next_event};
 use crate::engine::States;
 use std::sync::Arc;
 
-/// The derivative of a quartic has three roots.
+/// The overlap function is a quartic, and its derivative has at most three roots.
 const MOST_TURNS: usize = 3;
-/// Relative distance from a root to a time that is certainly before or after it.
+/// Relative offset from a root that is certainly larger than its rounding error.
 const BESIDE: f64 = 8.0 * f64::EPSILON;
 
 /// The discontinuity that a flight approaches.
@@ -20,31 +20,31 @@ const BESIDE: f64 = 8.0 * f64::EPSILON;
 pub(super) enum Boundary {
     /// A sphere of this radius around the partner `[length]`, approached from one side.
     Sphere { distance: f64, side: Side },
-    /// A plane, where the first coordinate is zero.
+    /// The plane on which the first coordinate is zero.
     Plane,
 }
 
-/// A relative flight that begins at a time in the window.
+/// A relative flight that begins at a certain time in the window.
 #[derive(Debug, Clone)]
 pub(super) struct Approach {
-    /// Time in the window at which the state holds `[time]`.
+    /// Time in the window at which the flight begins `[time]`.
     pub since: f64,
-    /// Relative position at that time `[length]`.
+    /// Relative position at the time `since` `[length]`.
     pub position: Vector,
-    /// Relative velocity at that time `[length / time]`.
+    /// Relative velocity at the time `since` `[length / time]`.
     pub velocity: Vector,
     /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
-    /// Position of the particle's foot on a feature with ends. The discontinuity exists only between the
-    /// ends.
+    /// Position of the particle's projection onto the feature, if the feature has ends. The discontinuity exists only
+    /// between the ends.
     pub foot: Option<Foot>,
-    /// The motion beside a surface that oscillates or turns; otherwise the acceleration is constant.
+    /// The motion beside a surface that oscillates or turns; `None` if the acceleration is constant.
     pub swing: Option<Arc<Swing>>,
 }
 
 impl Approach {
-    /// The approach of two particles by nearest image, from a time in the window on.
+    /// Returns the approach of two particles by their nearest images, starting at a time in the window.
     pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
@@ -65,7 +65,8 @@ impl Approach {
         after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
-    /// Whether the discontinuity exists at a time in the window.
+    /// Whether the discontinuity exists at a time in the window. A feature with ends is a discontinuity only between
+    /// its ends.
     pub fn is_on(&self, time: f64) -> bool {
         match &self.swing {
             Some(swing) => swing.at(time).is_on_now(),
@@ -73,20 +74,21 @@ impl Approach {
         }
     }
 
-    /// Whether the discontinuity exists at the start of the flight.
+    /// Whether the discontinuity exists at the start of the flight. A feature with ends is a discontinuity only between
+    /// its ends.
     pub fn is_on_now(&self) -> bool {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }
 
-    /// Distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
+    /// Returns the distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
     ///
-    /// The gap is computed from the positions. In the overlap function, large terms would cancel the
-    /// digits of a small gap.
+    /// The gap is computed from the positions. In the overlap function, the digits of a small gap would be lost between
+    /// large terms.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
 
-    /// Distance from the discontinuity at the start of the flight `[length]`.
+    /// Returns the distance from the discontinuity at the start of the flight `[length]`.
     pub fn gap_now(&self) -> f64 {
         match self.boundary {
             Boundary::Sphere { distance, side } => side.sign() * (self.position.norm() - distance),
@@ -94,7 +96,8 @@ impl Approach {
         }
     }
 
-    /// The smallest gap between two times in the window, excluding the first, while the discontinuity exists.
+    /// Returns the smallest gap between two times in the window. The gap at the first time always counts, but later
+    /// gaps count only while the discontinuity exists.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         if let Some(swing) = &self.swing {
             return swing.lowest(from, to);
@@ -106,7 +109,8 @@ impl Approach {
             }
         };
         look(to);
-        // The minimum is at a turning point or next to an end.
+        // The gap is smallest at a turning point of the overlap function, or where the particle passes an end of the
+        // feature.
         let turns = self.polynomial().derivative();
         let ends = self.foot.iter().flat_map(Foot::polynomials);
         for polynomial in [turns].into_iter().chain(ends) {
@@ -114,8 +118,7 @@ impl Approach {
             for _ in 0..MOST_TURNS {
                 let Some(at) = polynomial.next_root(after).filter(|at| *at < to - self.since) else { break };
                 look(self.since + at * (1.0 - BESIDE));
-                // Rounding may place the root slightly later than the time found. The same root would then
-                // be found again.
+                // The exact root may be slightly later than the time found. The next search would then find it again.
                 after = at * (1.0 + BESIDE);
                 look(self.since + after);
             }
@@ -137,7 +140,7 @@ impl Approach {
         }
     }
 
-    /// The flight from a later time in the window on.
+    /// Returns the same flight, starting at a later time in the window.
     pub fn streamed(&self, time: f64) -> Self {
         if let Some(swing) = &self.swing {
             return swing.at(time);
@@ -147,7 +150,8 @@ impl Approach {
         Self { since: time, position, velocity, foot: self.foot.map(|foot| foot.streamed(dt)), ..self.clone() }
     }
 
-    /// Rate of change of the closing speed, at the start of the flight `[length / time^2]`.
+    /// Returns the magnitude of the rate of change of the closing speed, at the start of the flight
+    /// `[length / time^2]`.
     pub fn curvature(&self) -> f64 {
         let Self { position, velocity, .. } = self;
         match self.boundary {
@@ -161,8 +165,8 @@ impl Approach {
         }
     }
 
-    /// The overlap function, as a function of the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`,
-    /// or its negative if the pair is inside.
+    /// The overlap function, as a function of the time since the start of the flight: `|r + v t + a t^2 / 2|^2 - s^2`,
+    /// or its negative if the pair is inside the discontinuity.
     fn polynomial(&self) -> Polynomial {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         match self.boundary {
@@ -222,14 +226,15 @@ mod tests {
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
-        // At height 1 - t^2 / 2 after time 1, while the foot is at 3 - t, between 0 and 2.
+        // After time 1, the height is 1 - t^2 / 2. The projection onto the feature, which extends from 0 to 2, is at
+        // 3 - t.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
         assert_eq!(ball.next_event(f64::INFINITY), Some(1.0 + 2.0_f64.sqrt()));
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // The feature ends at time 4, at a gap of 1 - 9 / 2.
+        // The projection reaches the end of the feature at time 4, when the gap is 1 - 9 / 2.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

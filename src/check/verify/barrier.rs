@@ -1,9 +1,9 @@
-//! Motion after an infinite barrier: restitution, and the TC model with its memory.
+//! Motion after a contact with an infinite barrier: restitution, and the TC model with its memory.
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;
 
-/// A motion that has reached a barrier, with the round-off of each number.
+/// A motion that has reached a barrier. Each number comes with its round-off.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     pub restitution: f64,
@@ -11,21 +11,21 @@ pub(super) struct Arrival {
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
     pub tangential: (f64, f64),
-    /// Acceleration back towards the barrier, centrifugal or from a force; negative if it leads away `[length
-    /// / time^2]`.
+    /// Acceleration back towards the barrier, centrifugal or from a force `[length / time^2]`. It is negative if it
+    /// leads away.
     pub closing: (f64, f64),
 }
 
-/// One possible outcome at a barrier.
+/// One possible motion after a contact with a barrier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leaving {
-    /// Normal speed away from the barrier, with its uncertainty `[length / time]`.
+    /// Speed away from the barrier, with its uncertainty `[length / time]`.
     pub speed: (f64, f64),
-    /// Speed along the barrier if it changes, with its uncertainty `[length / time]`.
+    /// Speed along the barrier, with its uncertainty `[length / time]`; `None` if it does not change.
     pub sliding: Option<(f64, f64)>,
 }
 
-/// The memory of the TC model.
+/// Remembers the last contact of each particle for the TC model.
 #[derive(Debug)]
 pub(super) struct ContactMemory {
     /// `t_c` `[time]`.
@@ -33,12 +33,12 @@ pub(super) struct ContactMemory {
     last: Vec<Last>,
 }
 
-/// Time of a particle's last contact.
+/// Time of the last contact of a particle.
 #[derive(Debug, Clone, Copy)]
 enum Last {
     Never,
     At(Elapsed),
-    /// No contact since the record began at this time; earlier contacts are unknown.
+    /// No contact since this time, when the record begins. Earlier contacts are unknown.
     Before(Elapsed),
 }
 
@@ -46,8 +46,8 @@ enum Last {
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// Creates the memory for particles without previous contacts, or with an unknown history before a
-    /// time.
+    /// Creates the memory. Without `unknown_before`, there were no earlier contacts. With it, contacts before that time
+    /// are unknown.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
@@ -66,7 +66,7 @@ impl ContactMemory {
             Last::Never => Some(false),
             Last::At(last) => {
                 let since = now.after(&last);
-                // Times are rounded like times since an epoch.
+                // The round-off of a time depends on the time since its epoch.
                 let bound = rounded(since + now.since_epoch.abs().max(last.since_epoch.abs()));
                 let is_close = (since - self.contact_time).abs() <= bound;
                 (!is_close).then_some(since < self.contact_time)
@@ -77,12 +77,12 @@ impl ContactMemory {
         [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
-    /// All ways in which a motion may leave a barrier within round-off.
+    /// Returns all ways in which a motion may leave a barrier within round-off.
     ///
-    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. At least the
-    /// speed `closing t_c / 2` is left, so that the next contact does not follow within `t_c`. If the
-    /// arrival speed is less than this speed divided by [`SLIDING`], the contact slides: the particle
-    /// leaves with this speed, taken from the motion along the barrier.
+    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. A particle that arrives
+    /// fast enough keeps at least the speed `closing t_c / 2`, so that the next contact does not follow within `t_c`.
+    /// If it arrives with less than this speed divided by [`SLIDING`], the contact slides: the particle leaves with the
+    /// divided speed, taken from its motion along the barrier.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
@@ -107,13 +107,14 @@ impl ContactMemory {
     }
 }
 
-/// A contact without normal speed gets the speed `slowest`, at constant kinetic energy.
+/// Returns the motion after a contact that slides: its normal speed is `slowest`, and the kinetic energy stays
+/// constant.
 fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> Leaving {
     let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
     let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
     let left = (energy - speed.0 * speed.0).max(0.0);
-    // Uncertainty of the square. If the square is small, the uncertainty of its root is the root of this
-    // uncertainty.
+    // Uncertainty of the squared speed along the barrier. If this square is small, the uncertainty of the speed is the
+    // root of the uncertainty of the square.
     let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
     let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
     Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }

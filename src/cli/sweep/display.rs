@@ -11,9 +11,9 @@ use indicatif::ProgressBar;
 use crate::cli::progress::bar;
 use crate::cli::warn;
 
-/// Interval of updates of the bar.
+/// Time between two updates of the progress bar.
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Resolution of the bar for each run.
+/// Number of steps of the progress bar for each run.
 const STEPS: u64 = 1000;
 /// Number of runs that are named beside the bar.
 const MOST_NAMED: usize = 3;
@@ -29,7 +29,7 @@ pub struct Display {
 
 struct State {
     over: usize,
-    /// Progress of the active runs, by index.
+    /// Progress of each active run, by the run's index.
     running: BTreeMap<usize, f64>,
     shown: Instant,
 }
@@ -74,7 +74,7 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// A line about a finished run.
+    /// Reports a finished run in one line.
     fn line(&self, sweep: &Sweep, place: usize, fate: &Fate, over: usize) {
         let words = match fate {
             Fate::Done => "done".to_owned(),

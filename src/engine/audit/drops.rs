@@ -1,12 +1,12 @@
 //! Skipped contacts: a pair, or a particle and a wall, flies on into an overlap, and the audit has to find
 //! it.
 //!
-//! In each scene, a number of events passes, and the next contact is skipped. The predictions of both
-//! participants are postponed to a time at which the overlap has a given depth. This depth is chosen at
-//! random over eleven orders of magnitude. Until then the engine runs as usual, including cell transitions
-//! and the events of other particles. A participant may meet another particle or a wall first. The contact is
-//! then due at once, as if a prediction had missed it, or the participants are driven apart, and none of
-//! their events can reveal the overlap. These cases are counted separately.
+//! Each scene runs for a number of events. Then the next contact is skipped: the predictions of its particles
+//! are postponed to a time at which the overlap has a given depth. This depth is chosen at random over eleven
+//! orders of magnitude. Until then the engine runs as usual, including cell transitions and the events of other
+//! particles. One of the particles may meet another particle or a wall first. The skipped contact is then due
+//! at once, as if a prediction had missed it. Or the particles are driven apart, and none of their events can
+//! reveal the overlap. These cases are counted separately.
 //!
 //! An overlap deeper than round-off must be counted at an event, without a search over all pairs. The test
 //! computes round-off independently, with twice as many roundings, and from all motion since the start of the
@@ -31,36 +31,36 @@ mod scenes;
 
 use scenes::Dice;
 
-/// A contact that was skipped.
+/// Result of skipping a contact.
 struct Dropped {
-    /// Depth of the overlap when the contact was executed late, relative to the distance.
+    /// Depth of the overlap when the delayed contact was executed, relative to the distance of the discontinuity.
     depth: f64,
-    /// Round-off bound of this depth.
+    /// Largest relative depth that round-off can cause.
     round_off: f64,
-    /// Whether a participant had another event first.
+    /// Whether the particle or its partner had another event before the delayed contact.
     is_disturbed: bool,
-    /// Whether the rest of the run counts an event in an invalid state.
+    /// Whether the engine counted an event in an invalid state after the contact was skipped.
     is_found: bool,
 }
 
-/// A skipped contact: the participants, the time, and the speed at which the overlap deepens.
+/// A contact to be skipped: its particles, its time, and the growth of the overlap after it.
 struct Passing {
-    /// A particle and its partner, if there is one.
+    /// The particle and its partner. For a surface, the particle is listed twice.
     who: [u32; 2],
     /// Index of the surface, for a contact with a surface.
     surface: Option<u32>,
     time: f64,
     distance: f64,
-    /// Depth relative to the distance, as a function of the time since the contact.
+    /// Depth of the overlap relative to the distance, as a function of the time since the skipped contact.
     depth: Box<dyn Fn(f64) -> f64>,
-    /// Duration for which the overlap becomes deeper.
+    /// Time after the skipped contact during which the overlap becomes deeper.
     deepens_for: f64,
     speed: f64,
-    /// Largest length that was rounded.
+    /// Largest length in the computation, which sets the scale of round-off.
     scale: f64,
 }
 
-/// The next contact of the whole system.
+/// Returns the next contact of the whole system.
 fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>) -> Option<Passing> {
     let predictions = &engine.schedule.predictions;
     let first =
@@ -70,7 +70,7 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     let time = Some(prediction.contact_time).filter(|time| time.is_finite())?;
     let space = &engine.state.space;
     let box_scale = 4.0 * space.farthest_side() + space.size.norm();
-    // Times are rounded relative to the current epoch or an earlier epoch.
+    // `clock` is an upper bound of all event times that were rounded, whatever epoch they were counted from.
     let clock = engine.elapsed() + (time - engine.clock.now) + engine.clock.last_reached;
     let me = engine.streamed(i, time);
     match prediction.contact {
@@ -124,7 +124,8 @@ fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>)
     }
 }
 
-/// Delays the next contact. Returns the consequence, or the reason why it cannot be judged.
+/// Skips the next contact by delaying its prediction. Returns the result, or the reason why the result cannot be
+/// judged.
 fn pass_over<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     dice: &mut Dice,
@@ -173,7 +174,8 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
         return Err("no event in time");
     }
     let scale = passing.scale + engine.counts.accepted_overlap / f64::EPSILON;
-    // A cell transition may have found the overlap earlier.
+    // A cell transition may have revealed the overlap before the delayed contact. The depth is therefore taken at the
+    // present time.
     let depth = (passing.depth)(engine.clock.now - passing.time);
     if is_disturbed {
         let rest = Until { time: engine.time() + 10.0, events: engine.counts.executed + 1_000 };
@@ -236,6 +238,6 @@ fn a_contact_that_is_passed_over_is_found() {
     println!("left out: {left_out:?}\nby decade of depth: found, not found within round-off, not found beyond");
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
-    // If round-off explained every overlap, the test could not fail.
+    // Most overlaps must be too deep for round-off. If round-off explained all of them, the test could not fail.
     assert!(within < judged, "{within} of {judged}");
 }

@@ -1,4 +1,4 @@
-//! A subset of the particles as an engine of its own.
+//! Creates an engine for a subset of the particles.
 
 use super::{Column, Order};
 use crate::engine::pairs::Pairs;
@@ -8,8 +8,8 @@ use crate::engine::sources::Sources;
 use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns an engine for a subset of the particles, in a given order. It has no ids and no event sources
-    /// that act on the whole system. The queue is empty and keeps its settings.
+    /// Returns an engine for a subset of the particles, in a given order. It has no table of ids, and no event sources
+    /// that act on the whole system. Its queue is empty, with the present settings.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

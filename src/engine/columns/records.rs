@@ -1,4 +1,4 @@
-//! Records: all data of a particle, with which it is moved between engines.
+//! Records: complete data of single particles, to move particles between engines.
 
 use crate::Vector;
 use crate::engine::columns::Order;
@@ -15,27 +15,28 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Record {
     pub body: Body,
-    /// Its number in memory.
+    /// The particle's number in memory.
     pub number: u32,
-    /// The row of the species; `None` if there is only one species.
+    /// Row of the particle's species in the tables; `None` if there is only one species.
     pub species: Option<u16>,
-    /// Periods travelled. `None` keeps the present values, or means zero for a new particle.
+    /// Number of periods that the particle has travelled along each axis. With `None`, an existing particle keeps its
+    /// numbers, and a new particle gets zeros.
     pub images: Option<[i32; 3]>,
-    /// Time of its last contact in the TC model, since the epoch.
+    /// Time since the epoch of the particle's last contact in the TC model.
     pub last_contact: f64,
     /// Number of contacts with thermal surfaces so far.
     pub surface_contacts: u32,
-    /// States of its pairs; `None` if pairs have no states.
+    /// States of the particle's pairs; `None` if no pair can be captured.
     pub captured: Option<Vec<PairState>>,
-    /// Cell or list centre. `None` keeps the present value, or derives the value of a new particle from its
-    /// position.
+    /// The particle's cell, or the centre of its neighbour list. `None` keeps the present value, or derives the value
+    /// of a new particle from its position.
     pub place: Option<Place>,
-    /// Prediction of the particle; `None` if the particle must be predicted now.
+    /// Prediction of the particle; `None` if the particle must be predicted anew.
     pub prediction: Option<Prediction>,
 }
 
 impl Record {
-    /// Creates the record of a new particle with the given id, at a time since the epoch.
+    /// Creates the record of a new particle with the given id, in its state at a time since the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },
@@ -52,14 +53,14 @@ impl Record {
 }
 
 impl Record {
-    /// Creates the record of a step that changed only motion and prediction.
+    /// Creates a record that restores the motion and the prediction of a particle.
     pub fn of_motion(number: u32, body: Body, prediction: Prediction) -> Self {
         let record = Self::new(body.name, body.position, body.velocity, body.time);
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Renumbers the other particles in the record. Particles without a number are absent: pairs with them
-    /// are dropped, and an absent partner of a prediction keeps its number.
+    /// Translates the numbers of other particles in the record. If `number` returns `None`, the other particle is
+    /// absent. Its pairs are dropped, but a prediction keeps its old number, marked as absent.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
@@ -74,13 +75,13 @@ impl Record {
 
 #[cfg_attr(not(test), expect(dead_code, reason = "for particles that come and go: no scene has such yet"))]
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns copies of the given particles.
+    /// Returns records of the given particles, in which other particles are given by id.
     pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
         let mut records = Vec::with_capacity(particles.len());
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // The pair states of a static particle are stored with its partners.
+                // A pair with a static particle has its state stored with the other particle only.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());
@@ -95,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Removes particles. Other particles that were predicted to meet a removed particle are predicted again.
+    /// Removes particles. If another particle was predicted to meet a removed particle, it is predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];
@@ -113,11 +114,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with absent particles
-    /// are dropped.
+    /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with particles that are not in
+    /// this engine are dropped.
     ///
-    /// If a particle is copied with its place and prediction, and its partners are present, it continues with
-    /// the same bits.
+    /// A copied particle whose record has a place and a prediction continues with the same bits as the original, if its
+    /// partners are present.
     pub fn insert(&mut self, records: &[Record]) {
         let first = self.particles().end;
         for record in records {
@@ -141,8 +142,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts a particle that has just been inserted. `first` is the number of the first inserted particle.
-    /// The predictions of other particles find a static particle.
+    /// Predicts a particle that has just been inserted. A static particle has no prediction, so the moving particles
+    /// near it are predicted again instead. `first` is the number of the first inserted particle.
     fn predict_inserted(&mut self, particle: u32, record: &Record, first: u32) {
         if self.is_static(particle) {
             let mut near = Candidates::default();

@@ -15,8 +15,8 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// Returns the events, final state and counts of a run. Its particles are shuffled after every `every`
-/// events, and its queue has a given number of buckets.
+/// Returns the events, final state and counts of a run. The particles are shuffled after every `every` events.
+/// `buckets` is the number of buckets of the event queue, if it is given.
 fn run<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     every: u64,
@@ -45,7 +45,7 @@ fn run<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine.counts.totals)
 }
 
-/// Shuffles the particles. They are renumbered in memory, or all are removed and copies are inserted.
+/// Shuffles the particles. They are either renumbered in memory, or all removed and replaced by copies.
 fn shuffle<const FALLING: bool, const TABLE: bool>(engine: &mut Engine<FALLING, TABLE>, random: &mut Random) {
     let mut old: Vec<u32> = engine.particles().collect();
     for last in (1..old.len()).rev() {
@@ -108,8 +108,8 @@ fn at_once() -> Scene {
     scene.build().unwrap()
 }
 
-/// Static spheres with low ids. Several particles reach each of them simultaneously from all sides, many
-/// times. Only the higher ids distinguish these contacts.
+/// Static spheres with low ids. Several particles reach each of them simultaneously from all sides, many times. These
+/// simultaneous contacts differ only in the higher of the two ids.
 fn against_static_spheres() -> Scene {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let mut scene = SceneBuilder::new("static-spheres")

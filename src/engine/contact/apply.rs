@@ -12,39 +12,39 @@ use std::ops::ControlFlow;
 pub(in crate::engine) enum With {
     /// Another particle, which gets the opposite impulse.
     Particle(u32),
-    /// A surface, by index.
+    /// A surface, given by its index.
     Surface(u32),
     /// A heat bath.
     Bath,
-    /// A restraint that holds the distance from other particles within a window.
+    /// A restraint, which keeps the distance of two particles or groups within an umbrella window.
     Restraint,
     /// A program that sets or scales velocities.
     Program,
 }
 
-/// A change of velocities and the energies that belong to it.
+/// A change of velocities in an event, and the energies of the event.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Change {
-    /// The kind of event to count; `None` if it is not an event.
+    /// The kind of the counted event; `None` if the change is not an event.
     pub counted: Option<CountedKind>,
     pub particle: u32,
     pub other: With,
-    /// Velocities of the particle and its partner afterwards `[length / time]`.
+    /// Velocities of the particle and its partner after the change `[length / time]`.
     pub after: [Vector; 2],
     /// Momentum that the particle gains `[mass length / time]`.
     pub impulse: Vector,
-    /// Vector from the other party to the particle, and its squared length.
+    /// Vector along the line of contact, from the partner or the surface to the particle, and its squared length.
     pub line: Vector,
     pub squared: f64,
     /// Distance of the discontinuity `[length]`.
     pub distance: f64,
-    /// `r_ij . J` `[energy]`.
+    /// Virial `r_ij . J` of the impulse `J` `[energy]`.
     pub virial: f64,
     /// Potential energy that the pair gains `[energy]`.
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
-    /// Energy that comes from outside `[energy]`.
+    /// Energy supplied from outside the system `[energy]`.
     pub supplied: f64,
 }
 
@@ -103,8 +103,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// The event for observers. The change is passed by value. Without observers, it is thus never written to
-    /// memory.
+    /// Creates the event for observers. `change` is passed by value, so that it need not be written to memory if there
+    /// are no observers.
     #[cold]
     #[inline(never)]
     fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {
@@ -145,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Counts a change and adds it to all sums.
+    /// Counts an event, and adds its energies and its virial to the sums.
     #[inline(always)]
     fn account(&mut self, change: &Change, before: &[Vector; 2]) {
         let particle = change.particle;
@@ -173,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds a change to the sums for the pressure between walls, and informs a restraint.
+    /// Adds a change to the sums for the pressure between walls, and passes it to the restraint.
     #[cold]
     #[inline(never)]
     fn watch(&mut self, change: Change, before: [Vector; 2]) {
@@ -189,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the impulse from a wall of the box to the sums.
+    /// Adds the impulse and the heat from a wall of the box to the sums.
     fn note_wall(&mut self, change: &Change, surface: u32) {
         let side = self.sources.surfaces.get(surface).and_then(|placed| placed.shape.side());
         let Some((axis, is_upper)) = side else { return };

@@ -8,14 +8,15 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 use crate::physics::response::Approach;
 
-/// A pair at a discontinuity.
+/// A pair of particles at a discontinuity.
 pub(in crate::engine) struct Frame {
     pub i: u32,
     pub j: u32,
     pub side: Side,
     /// `r_ij`.
     pub apart: Vector,
-    /// `r_ij` times `stretch`; the direction of approach if both are at the same point.
+    /// `r_ij` times `stretch`. If both particles are at the same point, a unit vector along which they approach
+    /// replaces `r_ij`.
     pub line: Vector,
     /// See [`stretch`].
     pub stretch: f64,
@@ -27,30 +28,30 @@ pub(in crate::engine) struct Frame {
     pub approach: Approach,
 }
 
-/// Factor that turns the squared length of the line of centres into an ordinary divisor.
+/// Returns a factor for the line of centres that keeps its squared length away from powers of two.
 ///
-/// Spheres of diameter 1 meet where `|r|^2` is within a few floats of 1. Division by `1 + k eps` rounds up
-/// more often than down. The mean bias is a twentieth of a rounding, and it heats a fluid by the same amount
-/// in every event. A factor of 9/16 distributes the roundings evenly. A head-on collision with simple numbers
-/// remains exact. The factor 9/16 turns the squared distance of spheres of diameter 4/3 into a power of two,
-/// so their line keeps its length.
+/// The contact law divides by this squared length. Spheres of diameter 1 meet where `|r|^2` is within a few floats of
+/// 1, and a division by `1 + k eps` rounds up more often than down. The mean bias is a twentieth of a rounding, and it
+/// heats a fluid by the same amount in every event. If the squared length is multiplied by 9/16, the roundings are
+/// evenly distributed, and a head-on collision with simple numbers remains exact. A line keeps its length if this
+/// factor would bring the squared length close to a power of two, for example for spheres of diameter 4/3.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The digits of `9/16 |r|^2`, shifted by a constant. Numbers next to a power of two, on either side, thus
+    // The mantissa of `9/16 |r|^2`, shifted by a constant, so that numbers close to a power of two, on either side,
     // have the smallest values.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
-/// The digits of a float.
+/// Mask of the mantissa bits of an `f64`.
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// Floats within this distance of a power of two are treated as next to it. Contacts are within a few tens of
-/// floats of their distance. The bias decreases with the number of floats.
+/// Number of floats on either side of a power of two that are treated as close to it. A contact is within a few tens of
+/// floats of its distance. The bias of a division decreases with the divisor's distance from the power of two.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// A pair in its present state, both particles streamed to the same time.
+    /// Creates the frame of a pair. Both particles must have been streamed to the same time.
     #[inline]
     pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, opening_speed: f64) -> Frame {
         let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
@@ -68,7 +69,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Records an overlap or a turning point of a pair. The states of the pair were written `flown` ago.
+    /// Records an overlap or a turning point of a pair, if there is one. `flown` is the time since the state of each
+    /// particle was written.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();
@@ -88,13 +90,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// `r . u` of a discontinuity that moves outwards at the speed `u`.
+/// Returns `r . u` for a discontinuity that moves outwards at the speed `u`. `squared` is `|r|^2`.
 #[inline]
 pub(super) fn opening(speed: f64, squared: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }
 }
 
-/// A direction for two particles at the same point: the direction in which they approach each other.
+/// Returns a unit vector that replaces `r_ij` if two particles are at the same point. The pair approaches along this
+/// vector.
 fn any_normal(velocity: &Vector) -> Vector {
     velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
 }

@@ -10,23 +10,24 @@ use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Leaving, Response, respond, tc_contact};
 
-/// Uncertainty of a relative velocity, as a fraction of the speeds: two roundings of each velocity, one in
-/// each of its last two events.
+/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. Each velocity was rounded in each of
+/// its particle's last two events.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
-/// The motion before a contact, for the TC model.
+/// Relative motion before a contact, which the TC model needs.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Arrival {
     /// Normal speed of approach `[length / time]`.
     pub speed: f64,
-    /// Tangential speed `[length / time]`.
+    /// Tangential relative speed `[length / time]`.
     pub tangential: f64,
-    /// Normal acceleration towards the other party `[length / time^2]`, which causes the next contact.
+    /// Relative acceleration along the normal, towards the partner or the surface `[length / time^2]`. It causes the
+    /// next contact.
     pub closing: f64,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The radial motion of a pair after the event, and the factor of the tangential motion.
+    /// Returns the radial motion of a pair after the event, and the factor of its tangential velocity.
     #[inline]
     pub(in crate::engine) fn leave(
         &mut self,
@@ -52,8 +53,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        // A static particle, like a wall, has no previous contact. Otherwise it would make the contacts of
-        // all its partners elastic.
+        // The TC model keeps no contact times of static particles and walls. Otherwise, their frequent contacts with
+        // different particles would all become elastic.
         let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
             (true, _) => &[j],
             (_, true) => &[i],
@@ -61,7 +62,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
         let leaving = self.tc_model(moving, restitution, arrival, time);
-        // Unchanged and elastic contacts avoid the round-off of a square root.
+        // Elastic contacts, and contacts that the TC model does not alter, need no square root and avoid its round-off.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, 1.0);
         } else if leaving.speed != restitution * arriving {
@@ -70,8 +71,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (response, leaving.tangential_scale)
     }
 
-    /// The normal speed after a reflection from a surface, and the factor of the tangential velocity.
-    /// `velocity` is the velocity before, relative to the surface, and `vn` its component along the normal,
+    /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
+    /// `velocity` is the velocity before the contact, relative to the surface. `vn` is its component along the normal,
     /// which points away from the surface. `closing` is the acceleration towards the surface.
     #[inline]
     pub(in crate::engine) fn leave_surface(
@@ -87,12 +88,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
         let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);
-        // Unchanged and elastic contacts: a particle that recedes within round-off keeps its speed.
+        // An elastic contact keeps the normal speed, even if the particle already recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    /// Returns the velocities of a pair after a contact. They follow from the change of `v_ij` along `r_ij`,
-    /// divided by the length of `r_ij`, and from the factor of the tangential velocity.
+    /// Returns the velocities of a pair after a contact. `change` times the line of centres is added to the relative
+    /// velocity, and `tangential_scale` multiplies its tangential part.
     #[inline]
     pub(in crate::engine) fn reflected(
         &self,
@@ -117,9 +118,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Records an inelastic contact whose speed is lost in the rounding of the velocities.
     ///
-    /// In an inelastic collapse each contact leaves a fraction of the speed. In exact arithmetic, infinitely
-    /// many contacts follow within a finite time. With rounding, contacts follow until the speeds have no
-    /// digits left. An ordinary contact is as slow as this only with a probability equal to the square of
+    /// In an inelastic collapse, each contact keeps only a fraction of the speed. In exact arithmetic, infinitely many
+    /// contacts follow within a finite time. With rounding, contacts follow until the relative speed is below the
+    /// round-off of the velocities. The probability that an ordinary contact is as slow as this is the square of
     /// [`LOST`].
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
@@ -146,12 +147,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         leaving
     }
 
-    /// Adds `change` to `v_i - v_j`, at constant total momentum.
+    /// Adds `change` to the relative velocity `v_i - v_j`, at constant total momentum.
     ///
-    /// The heavier particle gets its share `w / (w_i + w_j)`, and the lighter particle gets the remainder, so
-    /// that the sum is exact. If both shares were rounded separately, their sum would always differ from
-    /// `change` by the same amount. An elastic contact would then have a restitution of `1 +- eps` in every
-    /// event.
+    /// The heavier particle gets its share `w / (w_i + w_j)`, where `w` is an inverse mass. The lighter particle gets
+    /// the remainder, so that the sum is exact. If both shares were rounded separately, their sum would always differ
+    /// from `change` by the same amount. An elastic contact would then have a restitution of `1 +- eps` in every event.
     #[inline]
     fn change_relative_velocity(&self, pair: &Frame, change: &Vector, velocities: &mut [Vector; 2]) {
         let (wi, wj) = (self.inverse_mass(pair.i), self.inverse_mass(pair.j));
@@ -162,13 +162,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Rounds a reflection outwards. The pair must leave the discontinuity in the rounded numbers that
-    /// detection sees.
+    /// Rounds a reflection outwards. The pair must leave the discontinuity in the rounded numbers that the next
+    /// prediction uses.
     ///
-    /// A change below the spacing of floats has no effect, and the same event would be due again forever. The
-    /// change is therefore replaced by this spacing, doubled until it has an effect. This alters the energy
-    /// by round-off only. At relative rest, a pair outside its core stays where it is. A pair at the end of
-    /// its bond must move inside.
+    /// A velocity change below the spacing of floats has no effect, and the same event would be due again forever. The
+    /// change is therefore replaced by this spacing, and doubled until it has an effect. This alters the energy by
+    /// round-off only. A pair at relative rest may stay at its core, but at the end of its bond it must move inwards.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;
@@ -186,7 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let speed = velocities[0].amax().max(velocities[1].amax());
         let mut change = side.sign() * f64::EPSILON * speed;
         let normal = line / approach.squared.sqrt();
-        // After 52 doublings, the spacing of a float is as large as the float.
+        // After 52 doublings, the change is as large as the speed.
         for _ in 0..52 {
             self.change_relative_velocity(pair, &(normal * change), velocities);
             if !is_closing(velocities) {
@@ -196,7 +195,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The relative velocity of the images that meet, from the velocities of the particles.
+    /// Returns the relative velocity of the two images that meet. In a sheared box it can differ from the difference of
+    /// the particles' velocities.
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];

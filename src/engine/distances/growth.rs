@@ -17,27 +17,28 @@ use crate::physics::motion::RelativeState;
 /// and lists are rebuilt more often. With a larger factor, searches cover larger distances.
 const STAGE: f64 = 1.1;
 
-/// Growth of the diameters, which are `1 + rate (t - start)` times the diameters of the scene.
+/// Growth of all diameters. At a time `t`, they are `1 + rate (t - start)` times the diameters of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct GrowingDiameters {
     /// `[1 / time]`
     pub rate: f64,
-    /// Time since the epoch.
+    /// Time since the epoch at which the growth started.
     start: f64,
     /// Cells and lists are valid for diameters up to this factor times the diameters of the scene.
     pub reach: f64,
-    /// Factor at which the growth ends.
+    /// Factor of the diameters at which the growth ends.
     largest: f64,
 }
 
 impl GrowingDiameters {
-    /// The factor of all diameters at a time since the epoch.
+    /// Returns the factor of all diameters at a time since the epoch.
     #[inline]
     pub fn scale(&self, time: f64) -> f64 {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// The factor of all diameters at a time since the epoch, and its growth rate `[1, 1 / time]`.
+    /// Returns the factor of all diameters at a time since the epoch, and the growth rate of this factor
+    /// `[1, 1 / time]`.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {
         [self.scale(time), self.rate]
@@ -55,12 +56,13 @@ impl GrowingDiameters {
     }
 }
 
-/// Time until two spheres touch. Their contact distance is now `distance` and grows at `speed`.
+/// Returns the time until two spheres touch. `distance` is their present contact distance, which grows at `speed`.
 ///
-/// `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`, with the rule of
-/// [`crate::physics::detection`]: the first time at which `f <= 0` and falling. If growth is faster than the
-/// relative motion, every pair meets in the end, and the quadratic opens downwards. It has the same form as
-/// the height of a ball above a floor, with an acceleration of either sign.
+/// With the relative position `r`, the relative velocity `v`, the contact distance `s` and its growth rate `u`, the
+/// overlap function is `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`. As in
+/// [`crate::physics::detection`], the contact is the first time at which `f <= 0` and `f` falls. If the spheres grow
+/// faster than they move, every pair meets in the end, and the quadratic opens downwards. The function has the same
+/// form as the height of a ball above a floor, with an acceleration of either sign.
 #[inline]
 pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);
@@ -68,7 +70,7 @@ pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, spee
     plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
 }
 
-/// Counts that continue when an engine is replaced.
+/// Counts that continue when one engine replaces another.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Carried {
     event_counts: EventCounts,
@@ -78,7 +80,6 @@ pub(in crate::engine) struct Carried {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Counts to carry over to an engine with other diameters.
     pub fn carried(&self) -> Carried {
         Carried {
             event_counts: self.counts.totals,
@@ -88,7 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Continues the counts of another engine.
+    /// Continues the counts of the replaced engine, and sets the image numbers of all particles.
     pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
         let wrapped = std::mem::take(&mut self.counts.totals);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
@@ -112,8 +113,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Sorts the spheres into new cells or lists when they have reached the largest size for the present
-    /// cells or lists.
+    /// Sorts the spheres into new cells or lists. They have grown to the largest size that the present cells or lists
+    /// allow.
     pub(in crate::engine) fn begin_distance_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.distances.growing else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -132,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.fill_lists();
     }
 
-    /// The longest distance at which a pair meets before the spheres are sorted again.
+    /// Returns the longest contact distance of any pair until the spheres are sorted again.
     fn longest_meeting(&self) -> f64 {
         self.distances.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
     }
@@ -186,11 +187,11 @@ mod tests {
     #[test]
     fn spheres_that_grow_meet_at_rest_and_when_they_part_slowly() {
         assert_eq!(next_contact(&state(2.0, 0.0), 1.0, 0.5), Some(2.0));
-        // 2 + t/4 = 1 + t/2
+        // The centres are 2 + t/4 apart, and the diameter is 1 + t/2.
         assert_eq!(next_contact(&state(2.0, 0.25), 1.0, 0.5), Some(4.0));
         assert_eq!(next_contact(&state(2.0, 0.5), 1.0, 0.5), None);
         assert_eq!(next_contact(&state(2.0, 1.0), 1.0, 0.5), None);
-        // 2 - t = 1 + t
+        // The centres are 2 - t apart, and the diameter is 1 + t.
         assert_eq!(next_contact(&state(2.0, -1.0), 1.0, 1.0), Some(0.5));
     }
 
@@ -198,7 +199,7 @@ mod tests {
     fn a_contact_is_due_at_once_only_where_the_gap_closes() {
         assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
         assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
-        // The pair recedes at 0.25, but the diameter grows at 0.5. The contact is thus immediate.
+        // The pair recedes at 0.25, but its contact distance grows at 0.5. The contact is therefore immediate.
         assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
     }
 }

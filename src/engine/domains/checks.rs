@@ -1,17 +1,17 @@
-//! In debug builds, and on request of a test, randomly chosen windows are repeated by a single engine.
+//! In debug builds, and in tests that ask for it, a single engine repeats randomly chosen windows.
 
 use super::Domains;
 use crate::engine::Until;
 use crate::engine::parts::Engine;
 use crate::engine::prediction::Prediction;
 
-/// One in this many windows is checked.
+/// On average, one window in this many is checked.
 const ONE_OF: u64 = 32;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// A copy of the whole engine that runs the next window serially, if that window is checked.
+    /// Returns a copy of the whole engine that can run the next window serially, if that window is to be checked.
     pub(super) fn copy_to_check(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Option<Engine<FALLING, TABLE>> {
-        // A pseudo-random choice that is equal in all processes.
+        // All processes must check the same windows, so the pseudo-random number depends on the number of windows only.
         let random = self.work.windows.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         let checked = self.checked.filter(|checked| *checked != self.work.windows)?;
         if !random.is_multiple_of(ONE_OF) {
@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Some(whole.clone())
     }
 
-    /// Compares the complete state of the domains after a window with the state of the single engine.
+    /// Compares the complete state of the system with the state of a single engine after a window.
     pub(super) fn check_window(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,
@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = &self.cut else { return };
         let time = whole.clock.start + (whole.clock.epoch + cut.now);
         let result = other.advance(Until { time, ..until }, &mut None);
-        // If this time is rounded, the comparison would be at another time.
+        // The states cannot be compared if rounding changes this time, or if the two engines are in different epochs.
         if other.clock.epoch != whole.clock.epoch || other.since_epoch(time) != cut.now || cut.now <= 0.0 {
             return;
         }
@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
     }
 }
 
-/// The state of a particle in an engine, without fields that are unused at present.
+/// Returns the state of a particle as text. If no contact is predicted, the unused data of the contact are left out.
 fn all_of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> String {
     let mut record = engine.record(particle);
     record.captured.iter_mut().for_each(|captured| captured.sort_by_key(|pair| pair.partner));

@@ -1,4 +1,4 @@
-//! A system cut into domains, and a single window of its run. Each process runs its share of the domains.
+//! A system that is cut into domains, and a single window of its run. Each process runs its own share of the domains.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};
@@ -16,25 +16,25 @@ use std::time::Instant;
 #[derive(Debug, Clone)]
 pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
-    /// Domains of this process.
+    /// The domains that this process runs.
     pub domains: Vec<Domain<FALLING, TABLE>>,
     /// Time that all domains have reached, since the epoch.
     pub now: f64,
-    /// Time of the last step.
+    /// Time of the last step since the epoch, or the time limit once the run has reached it.
     pub latest: f64,
-    /// Steps of the epoch so far.
+    /// Number of steps in this epoch so far.
     pub steps: u64,
     /// Whether the single engine has the current state, and whether it has everything it needs to continue
     /// from there.
     pub is_settled: bool,
     pub is_complete: bool,
-    /// Whether no window has been accepted since the cut.
+    /// Whether no window has been accepted yet since the system was cut.
     pub is_fresh: bool,
-    /// Results of the last comparison for each domain of this process, and the outcomes that all processes
-    /// need.
+    /// Results of the last comparison for each domain of this process, and outcomes of the last window for the domains
+    /// of all processes.
     pub compared: Vec<Compared>,
     pub outcomes: Vec<Outcome>,
-    /// The heat bath before this window.
+    /// State of the heat bath before this window, for a rollback.
     pub bath: Option<Andersen>,
 }
 
@@ -42,13 +42,15 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
 pub enum End {
     /// All domains agree.
     Agreed,
-    /// The window must end before this time, because a copy differs or a particle came too far.
+    /// A particle and its copy differ in a step at this time. The window must end before it.
     Difference(f64),
+    /// A domain cannot continue alone at this time. The window must end before it.
     Uncovered(f64),
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Draws the heat bath's collisions of a window and hands them to the domains that hold the particles.
+    /// Draws the collisions with the heat bath for a window, and passes each collision to the domains that hold the
+    /// particle.
     pub fn draw_collisions(&mut self, whole: &mut Engine<FALLING, TABLE>, stop: f64) {
         self.bath.clone_from(&whole.sources.andersen);
         if self.bath.is_none() {
@@ -64,7 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         }
     }
 
-    /// Runs each domain alone and compares the results.
+    /// Runs each domain alone, and then compares the domains.
     pub fn run(&mut self, team: &Team, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         team.within(|| self.run_and_compare(team, stop, is_observed, work))
     }
@@ -122,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         team.each(self.domains.iter_mut().collect(), |domain| domain.refresh(&published, &transfers));
     }
 
-    /// Moves all domains to the next epoch, once the single engine has moved.
+    /// Starts the next epoch in all domains, after the single engine has started it.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved, team: &Team) {
         let to_publish = team.each(self.domains.iter_mut().collect(), |domain| domain.follow(whole, moved));
         self.compared =

@@ -1,5 +1,5 @@
-//! A domain: an engine that owns particles, holds copies of the particles around them, and runs alone for a
-//! window.
+//! A domain: an engine that owns some of the particles and holds copies of the particles around them. It runs alone for
+//! a window of time.
 
 use super::exchange::Step;
 use super::log::Log;
@@ -15,15 +15,15 @@ use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;
 
-/// A particle in a domain.
+/// An owned particle or a copy that a domain holds.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
     /// For an owned particle, the domains that hold it, including this one; empty for a copy.
     pub known_to: u64,
-    /// Its number in the whole system.
+    /// The particle's number in the whole system.
     pub whole: u32,
-    /// The number of the domain that owns it.
+    /// Number of the domain that owns the particle.
     pub owner: u8,
     /// Digest of all steps of the particle in this window and of their results, predictions included. It is 0
     /// before the first step. If two states are equal before a window and their digests are equal, they are
@@ -32,7 +32,6 @@ pub struct Held {
 }
 
 impl Held {
-    /// Creates the entry of a particle before a window.
     pub fn new(whole: u32, owner: u8, known_to: u64) -> Self {
         Self { known_to, whole, owner, digest: 0 }
     }
@@ -48,34 +47,35 @@ impl Held {
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
-    /// The number of this domain, and its bit in sets of domains.
+    /// The number of this domain, and the bit that represents it in sets of domains.
     pub number: u8,
     pub bit: u64,
-    /// The particles by local number.
+    /// The owned particles and the copies, by local number.
     pub held: Vec<Held>,
     /// Owned particles, and owned particles that another domain also holds.
     pub owned: Marks,
     pub shared: Marks,
-    /// Local index by global index; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles elsewhere.
+    /// Local number by global number; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles that
+    /// this domain does not hold.
     pub here: Vec<u32>,
-    /// Events that other domains count, and this domain does not.
+    /// Event counts of copies. They are not used, because the owners of the particles count these events.
     pub elsewhere: Box<Counts>,
-    /// Number of particles at the cut.
+    /// Number of particles that this domain held when the system was cut.
     first: usize,
-    /// States before each step, to roll this window back.
+    /// Log of the states before each step, to roll this window back.
     pub log: Log,
-    /// Whether a contact changes nothing but motion and prediction.
+    /// Whether contacts change only motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps of shared particles in this window, and the particles that had these steps, each listed once.
+    /// Steps in this window of particles that several domains hold. The second list names each of these particles once.
     pub steps: Vec<Step>,
     pub touched: Vec<u32>,
     /// Owned particles that changed their cell or their list centre in this window.
     pub moved: Vec<u32>,
-    /// Statistics of the steps of this window.
+    /// Counts of the steps of this window.
     pub tally: Tally,
     /// Upcoming collisions with the heat bath in this window, by local number. The next collision is last.
     pub collisions: Vec<(u32, Collision)>,
-    /// Time of an event that this domain cannot handle alone.
+    /// Time in this window at which the domain could not continue alone, if any.
     pub trouble: Option<f64>,
 }
 
@@ -132,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         domain
     }
 
-    /// Asks for large pages. Arrays that have grown have lost their large pages.
+    /// Requests large memory pages again, because arrays that have grown have lost them.
     fn enlarge(&self) {
         self.engine.enlarge();
         enlarge(&self.held);
@@ -146,14 +146,14 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.set_held(id(self.held.len() - 1), held);
     }
 
-    /// Changes how a particle is held.
+    /// Sets the owner of a particle and the domains that hold it.
     pub fn set_held(&mut self, particle: u32, held: Held) {
         self.held[particle as usize] = held;
         self.owned.put(particle, held.is_owned());
         self.shared.put(particle, held.known_to != self.bit);
     }
 
-    /// Local numbers of the owned particles.
+    /// Returns the local numbers of the owned particles.
     pub fn owned_particles(&self) -> impl Iterator<Item = u32> {
         self.engine.particles().filter(|&particle| self.owned.has(particle))
     }
@@ -164,14 +164,15 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Time of the next step of an owned particle.
+    /// Returns the time of the next step of any owned particle.
     pub fn next_due(&self) -> f64 {
         let due = |particle: u32| self.engine.schedule.predictions[particle as usize].due_time();
         self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
     }
 
-    /// Moves to the next epoch with the whole system. Particles without recent events are brought forward.
-    /// Returns the particles to publish, by local number, with the domains that hold copies of them.
+    /// Starts the next epoch of this domain, after the whole system has started it. Owned particles without recent
+    /// events are brought forward to the epoch. Returns the local numbers of those that other domains hold, with the
+    /// sets of these domains.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -202,7 +203,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held.len() > most(self.first)
     }
 
-    /// Outcome of this window. Resets the counts.
+    /// Returns the outcome of this window, and resets the counts.
     pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
         let none = Box::new(self.engine.no_counts());
         Outcome {
@@ -224,7 +225,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         (self.tally, self.trouble) = (Tally::new(), None);
     }
 
-    /// Rolls this window back.
+    /// Rolls this window back to its start.
     pub fn undo(&mut self, start: f64) {
         self.engine.clock.now = start;
         let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };

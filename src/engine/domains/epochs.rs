@@ -1,4 +1,4 @@
-//! Epochs of a system in domains.
+//! Epochs of a system that runs in domains.
 
 use super::{Domains, Next};
 use crate::engine::clock::Clock;
@@ -7,8 +7,7 @@ use crate::engine::{Reason, Until};
 use std::time::Instant;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
-    /// Ends the epoch as the event loop does. This happens in the single engine if all particles must be
-    /// examined, and otherwise in the domains.
+    /// Ends the epoch. The single engine does this if all particles must be examined. Otherwise the domains do it.
     pub(super) fn move_epoch(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         let is_looked_at = Clock::is_looked_at(whole.clock.epochs + 1);
         let is_proof_due = until.time == f64::INFINITY && whole.is_proof_due();
@@ -30,12 +29,12 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Next::Done
     }
 
-    /// Ends the epoch in the single engine, and cuts the system again.
+    /// Ends the epoch in the single engine. The system is then cut again.
     fn move_epoch_of_whole(&mut self, whole: &mut Engine<FALLING, TABLE>, until: Until) -> Next {
         self.settle(whole);
         self.settle_lists(whole);
         let Some(cut) = &mut self.cut else { return Next::Done };
-        // If nothing more happens, time ends with the last step.
+        // If no event follows, the run ends at the time of the last step.
         whole.clock.now = cut.latest;
         if until.time == f64::INFINITY && whole.is_shown_to_be_over() {
             return Next::Return(Reason::Idle);

@@ -1,4 +1,4 @@
-//! Comparison of domains after a window, and exchange of differences.
+//! Compares the domains after a window, and sends the current states of particles whose copies differ.
 
 use super::domain::{Domain, Held};
 use super::marks::Marks;
@@ -10,71 +10,70 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::{absent, id_of};
 use serde::{Deserialize, Serialize};
 
-/// A step of a shared particle, which the domains compare.
+/// A step of a particle that several domains hold. The domains compare these steps.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Step {
-    /// Local number of the particle; in messages to other domains, its global number.
+    /// Local number of the particle. In a message to another domain, it is the global number.
     pub particle: u32,
-    /// Whether the step only repeated a prediction. No other particle can have read that prediction.
+    /// Whether the step only predicted the particle again. Such a step changes no data that other particles read.
     pub is_void: bool,
-    /// Time since the epoch.
+    /// Time of the step since the epoch.
     pub time: f64,
-    /// Hash of the step and of the motion after it.
+    /// Hash of the time of the step and of the data that the step changed.
     pub hash: u64,
-    /// Domains that can read the particle before or after the step.
+    /// Domains whose particles can read this particle before or after the step, as bits.
     pub readers: u64,
 }
 
-/// Report of a domain on the steps of its copies in a window, to their owner.
+/// The report of a domain to the owner of its copies, on the steps of these copies in a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
     pub to: u8,
-    /// Global numbers of the particles that had steps, and the digests of their steps.
+    /// Global numbers of the copies that had steps, and the digests of these steps.
     pub touched: Vec<(u32, u64)>,
-    /// All steps of these particles, by global number.
+    /// All steps of these copies. Particles are given by global number.
     pub steps: Vec<Step>,
 }
 
-/// Current state of a particle, sent by its owner.
+/// Current state of a particle, which its owner sends to domains with copies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Published {
     /// The domain that owns the particle.
     pub from: u8,
-    /// Global number, as everywhere in the record.
+    /// Global number of the particle. The record uses global numbers, too.
     pub particle: u32,
-    /// The id of the partner in the particle's prediction.
+    /// The id of the particle's predicted partner.
     pub partner: u32,
-    /// The domains that receive it.
+    /// The domains to which the state is sent, as bits.
     pub to: u64,
     pub record: Record,
 }
 
-/// A particle that has come near other domains, or has entered the region of another domain.
+/// A particle whose move requires copies in more domains, or a new owner.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Transfer {
     /// Global number.
     pub particle: u32,
-    /// Domains that hold the particle from now on, and the domain that owns it.
+    /// The domains that hold the particle from now on, as bits, and the domain that owns it.
     pub known_to: u64,
     pub owner: u8,
 }
 
-/// Result of a comparison.
+/// Result of comparing the owned particles of a domain with their copies.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
-    /// Time of the first step of an owned particle that differs from the step of a copy. A copy counts only
-    /// if particles of its domain may have read it.
+    /// Time of the first step in which an owned particle and a copy differ. Copies that no particle of their domain can
+    /// have read are ignored.
     pub difference: Option<f64>,
-    /// Owned particles with different copies at the end, by local number, and the domains that hold these
-    /// copies.
+    /// Owned particles to send to other domains, by local number, and the receiving domains as bits.
     pub to_publish: Vec<(u32, u64)>,
     /// Owned particles that other domains will hold or own from now on.
     pub transfers: Vec<Transfer>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Reports the steps of copies to each of the domains that own the particles.
+    /// Creates a report for each other domain, on the steps of this domain's copies of the other domain's particles.
     pub fn reports(&self, domains: usize) -> Vec<Report> {
         let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
         let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();
@@ -94,8 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         reports
     }
 
-    /// Compares the particles of this domain, after a window, with the reports on their copies in other
-    /// domains.
+    /// Compares the owned particles of this domain, after a window, with the reports of other domains on their copies.
     pub fn compare(&self, regions: &Regions, reports: &[Report]) -> Compared {
         let mut compared = Compared::default();
         for report in reports.iter().filter(|report| report.to == self.number) {
@@ -110,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Compares the steps of owned particles with the steps of their copies in another domain.
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
-        // The local and the global number of each particle.
+        // Local and global numbers of the particles that differ from their copies.
         let mut differing = Vec::new();
         let mut are_touched = Marks::default();
         for &(whole, digest) in &report.touched {
@@ -135,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Finds owned particles that have come near other domains, or into another region.
+    /// Finds owned particles whose moves require copies in more domains, or a new owner.
     fn find_transfers(&self, regions: &Regions, compared: &mut Compared) {
         let mut near = Candidates::default();
         for &particle in &self.moved {
@@ -148,12 +146,15 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
                 continue;
             }
             if owner != self.number && new & 1 << owner == 0 {
-                // The copy in the new owner may have another prediction, which did no harm there.
+                // The new owner already has a copy. The prediction of this copy may differ without harm, because no
+                // other particle has read it.
                 compared.to_publish.push((particle, 1 << owner));
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // These domains did not hold it.
+                // Some domains get a new copy of the particle. They also need the current predictions of particles that
+                // are predicted to meet it. In their present copies of these predictions, the particle is marked as
+                // absent.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -183,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         published.collect()
     }
 
-    /// Overwrites copies with their owners' states.
+    /// Applies the states and transfers that other domains have sent: updates and adds copies, and changes owners.
     pub fn refresh(&mut self, published: &[Published], transfers: &[Transfer]) {
         let bit = self.bit;
         let mut for_this: Vec<&Published> = Vec::new();
@@ -194,7 +195,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             for_this.push(one);
         }
-        // The records refer to each other by number, so the numbers become local here.
+        // The records refer to other particles by global number. These numbers are translated into local ones.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));
@@ -216,7 +217,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Adds copies of new particles from their records.
+    /// Adds particles that this domain did not hold, from their records.
     pub fn add_copies(&mut self, records: &[Record]) {
         let first = self.engine.particles().end;
         let mut new: Vec<&Record> = records.iter().filter(|record| record.number >= first).collect();
@@ -236,7 +237,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Writes records by local number in order, updates lists, and puts predictions into the queue.
+    /// Writes records into the engine in the given order, updates neighbour lists, and puts predictions into the queue.
     pub fn write(&mut self, records: &[Record]) {
         let (mut written, mut moved) = (Vec::with_capacity(records.len()), Vec::new());
         for record in records {
@@ -258,7 +259,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// The steps of the given particles, grouped by particle in the order in which they happened.
+/// Returns the steps of the given particles, grouped by particle. The steps of each particle are in the order of time.
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     let mut wanted = Marks::default();
     particles.iter().for_each(|&particle| wanted.put(particle, true));
@@ -267,17 +268,18 @@ fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     steps
 }
 
-/// Steps of one particle, from a grouped list.
+/// Returns the steps of one particle from a list that is sorted by particle.
 fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
     let first = steps.partition_point(|step| step.particle < particle);
     let end = steps.partition_point(|step| step.particle <= particle);
     &steps[first..end]
 }
 
-/// Time of the first step of a particle that differs from the step of its copy. `None` if no step can have
-/// been read in the domain of the copy.
+/// Returns the time of the first step in which a particle and its copy differ. Returns `None` if they agree, or if no
+/// particle in the domain of the copy can have read the copy.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
-    // The readers of the first step include the domains that can read the initial position.
+    // The readers of a step include the domains that can read the particle's position before the step, so the initial
+    // position is covered.
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
     }
@@ -292,7 +294,8 @@ fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
     }
 }
 
-/// Hash of a list of numbers. Each number is mixed in by an invertible multiplication.
+/// Returns a hash of a list of numbers. Each number is mixed in by a multiplication whose high and low halves are
+/// combined.
 #[inline(always)]
 pub fn hash<const N: usize>(start: u64, numbers: [u64; N]) -> u64 {
     const FACTOR: u64 = 0x9e37_79b9_7f4a_7c15;

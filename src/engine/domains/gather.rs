@@ -20,7 +20,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         let Some(cut) = self.cut.as_mut().filter(|cut| !cut.is_settled) else { return };
         let begin = Instant::now();
         cut.is_settled = true;
-        // As in the single engine, time pauses at the last step.
+        // When the single engine pauses, its time is the time of the last step. The gathered state has the same time.
         whole.clock.now = cut.latest;
         whole.schedule.queue.resume(cut.now, cut.steps);
         let record = |domain: &Domain<FALLING, TABLE>, particle: u32| {
@@ -28,14 +28,14 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         };
         cut.gather(&self.team, record, |(particle, mut record)| {
             let of_id = |id: u32| whole.state.numbers.get(id as usize).copied();
-            // The record has global numbers already, except for absent partners.
+            // Particles in the record have global numbers already, except absent partners, which are given by id.
             record.renumber(|number| number.checked_sub(FIRST_ABSENT).map_or(Some(number), of_id));
             whole.write_record(particle, &record);
         });
         self.work.gathering += begin.elapsed();
     }
 
-    /// Copies the lists of all particles to the single engine.
+    /// Copies the neighbour lists of all particles to the single engine.
     pub(super) fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
         let begin = Instant::now();
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Collects the data of each particle from the domain that owns the particle, and writes the data here.
+    /// Passes data of each particle, taken from the domain that owns the particle, to `write`.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

@@ -1,4 +1,4 @@
-//! States of particles before each step of a window.
+//! Log of the states of particles before each step of a window, for a rollback.
 
 use crate::engine::columns::records::Record;
 use crate::engine::hardware::pages::enlarge;
@@ -6,12 +6,13 @@ use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::prediction::Prediction;
 use crate::engine::state::Body;
 
-/// Log to roll a window back, by local number. It holds motions and predictions, or complete records, in the
-/// order of the steps. Each kind has its own compact array, because the log is written at each step and would
+/// Log to roll a window back. Its entries are in the order of the steps. An entry is either a motion and a prediction,
+/// or a complete record. Each kind has its own compact array, because the log is written at each step and would
 /// otherwise push other data out of the caches.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
-    /// The particle of the motion and prediction that follow; [`NO_PARTICLE`] before the next record.
+    /// One element per entry of the log: a particle if the entry has a motion and a prediction, or [`NO_PARTICLE`] if
+    /// it has a record.
     order: Vec<u32>,
     bodies: Vec<Body>,
     predictions: Vec<Prediction>,
@@ -19,7 +20,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Adds a step that changes only motion and prediction.
+    /// Saves the motion and prediction of a particle before a step that changes nothing else.
     #[inline]
     pub fn push_motion(&mut self, particle: u32, body: Body, prediction: Prediction) {
         self.order.push(particle);
@@ -40,7 +41,7 @@ impl Log {
         self.records.clear();
     }
 
-    /// Removes all entries and returns them, the latest first. They must be restored in this order.
+    /// Removes all entries and returns them, latest first. The caller must restore them in this order.
     pub fn undone(&mut self) -> Vec<Record> {
         let (mut bodies, mut predictions) = (self.bodies.drain(..).rev(), self.predictions.drain(..).rev());
         let mut records = self.records.drain(..).rev();
@@ -53,7 +54,7 @@ impl Log {
         undone.collect()
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the largest arrays.
     pub fn enlarge(&self) {
         enlarge(&self.bodies);
         enlarge(&self.predictions);

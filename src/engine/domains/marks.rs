@@ -1,6 +1,6 @@
 //! Sets of particles.
 
-/// A set of particles as bits, small enough to stay in the cache.
+/// A set of particles as bits. It is small enough to stay in the cache.
 #[derive(Debug, Clone, Default)]
 pub struct Marks(Vec<u64>);
 

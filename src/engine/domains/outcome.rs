@@ -5,30 +5,29 @@ use crate::engine::event::Event;
 use crate::engine::parts::Counts;
 use serde::{Deserialize, Serialize};
 
-/// An event and its time since the epoch.
+/// An observed event, with its time since the epoch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Seen {
     pub time: f64,
     pub event: Event,
 }
 
-/// Number of steps in a window of a domain, and the times of its last steps.
+/// Step counts and event times of a domain in a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
-    /// Steps of owned particles, and of all particles.
+    /// Number of steps of owned particles, and of all particles that the domain holds.
     pub done: u64,
     pub done_in_all: u64,
-    /// Time of the last step of an owned particle.
+    /// Time of the last step of an owned particle in this window.
     pub latest: f64,
-    /// Events, if they are observed.
+    /// Observed events of owned particles; empty if the run is not observed.
     pub events: Vec<Seen>,
-    /// Times of the last events, and of the transitions after them.
+    /// Times of the latest events of owned particles, and times of the transitions since the last of these events.
     pub last: Vec<f64>,
     pub quiet: Vec<f64>,
 }
 
 impl Tally {
-    /// Empty tally for a new window.
     pub fn new() -> Self {
         Self {
             done: 0,
@@ -44,17 +43,17 @@ impl Tally {
 /// Outcome of a window in one domain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Time of the first step of an owned particle that differs from the step of its copy in a domain that
-    /// may have read the copy.
+    /// Time of the first step in which an owned particle and its copy in another domain differ. Copies that no particle
+    /// of their domain can have read are ignored.
     pub difference: Option<f64>,
     /// Event counts of owned particles.
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// Whether the domain has grown so much that a new cut pays.
+    /// Whether the domain has received so many copies that it pays to cut the system again.
     pub has_grown: bool,
 }
 
-/// Time of the last event of a window, and the number of transitions after it.
+/// Returns the time of the last event of a window, and the number of transitions after it.
 pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     let last = outcomes.iter().filter_map(|outcome| outcome.tally.last.last().copied()).max_by(f64::total_cmp);
     let after =
@@ -62,8 +61,9 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// State of the standstill watch after a window: since when time stands still, and the number of events since
-/// then. `None` if the outcomes do not contain enough event times. `span` is the span of the queue.
+/// Returns the state of the standstill watch after a window: the time at which its count began, and the number of
+/// events since then. Returns `None` if the outcomes do not contain enough event times, or if time stands still. `span`
+/// is the span of the queue.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
@@ -86,7 +86,7 @@ pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> O
     Some(standstill)
 }
 
-/// The events of all domains in the order of time; `None` if events of two domains were simultaneous.
+/// Returns the events of all domains in the order of time. Returns `None` if two domains had simultaneous events.
 pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
     let mut events: Vec<(usize, Seen)> = Vec::new();
     for (number, outcome) in outcomes.iter_mut().enumerate() {

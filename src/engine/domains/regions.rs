@@ -1,75 +1,76 @@
-//! Regions: blocks of the box, and the domains that own, hold or read a particle at each place.
+//! Regions: the blocks into which the box is cut, and the domains that own, hold or read a particle at each place in
+//! the box.
 
 use crate::base::numbers::{trunc_to_u32, trunc_to_usize};
 use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Columns per range of the neighbour search; they set the resolution of places.
+/// Number of columns per range of the neighbour lists. Domains distinguish positions only by their columns.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
-/// Maximum number of columns, however long the box is. It is limited because every cut goes over all columns.
+/// Maximum number of columns of an axis, in total and per particle. It is limited because every cut of the box visits
+/// all columns.
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
 /// Number of particles that are sampled to choose the cuts of the box.
 const SAMPLE: usize = 20_000;
 
-/// Widths of the layers around a region, in ranges of the neighbour search.
+/// Widths of the layers around the region of a domain, in units of the range of the neighbour search.
 #[derive(Debug, Clone, Copy)]
 pub struct Halo {
-    /// Largest distance of owned particles from their region.
+    /// Largest distance of an owned particle from the region of its domain.
     pub slack: f64,
-    /// Width of the margin of copies beyond what owned particles can read.
+    /// Width of the outermost layer. Its copies are too far away to affect an owned particle directly.
     pub margin: f64,
 }
 
-/// Column of a particle along each cut axis.
+/// Column of a particle along each of the axes that are cut.
 pub type Columns = [u32; 3];
 
-/// Blocks of the box. The box is cut into slabs along one or more axes, and the blocks are the intersections
-/// of the slabs.
+/// Blocks of the box. The box is cut into slabs along one or more axes, and the blocks are the intersections of the
+/// slabs.
 ///
-/// A place is a cell or the centre of a list.
+/// The place of a particle is its cell, or the centre of its neighbour list.
 #[derive(Debug, Clone)]
 pub struct Regions {
-    /// The cut axes, at least one.
+    /// The axes along which the box is cut; empty if there is only one domain.
     axes: Vec<Axis>,
 }
 
-/// An axis divided into columns: the columns of the cells, or fine columns for the centres of lists.
+/// An axis that is divided into columns. With cells, these are the columns of cells. With lists, the columns are finer.
 #[derive(Debug, Clone)]
 struct Axis {
     axis: usize,
     lower: f64,
     per_width: f64,
     is_periodic: bool,
-    /// Index of the last column.
     last: u32,
-    /// Number of columns across which a particle can be read.
+    /// Number of columns over which the prediction of a particle can read other particles.
     reach: f64,
-    /// Particles in each column.
+    /// Number of particles in each column.
     load: Vec<usize>,
     slabs: Slabs,
 }
 
-/// Sets of domains, as bits, for each column of an axis. Each set considers this axis alone. The set of a
-/// place is the intersection of the sets of all axes.
+/// Sets of domains, as bits, for each column of an axis. A set considers this axis alone. The set of a place is the
+/// intersection of the sets of its columns along all axes.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
-    /// The domains whose regions contain the column.
+    /// Domains whose regions contain the column. Only this axis counts.
     owners: Vec<u64>,
-    /// Domains that may own a particle there.
+    /// Domains that may own a particle in this column.
     near: Vec<u64>,
-    /// Domains whose particles may read a particle there.
+    /// Domains whose predictions may read a particle in this column.
     readers: Vec<u64>,
-    /// Domains that hold a copy of a particle there at the start.
+    /// Domains that hold a copy of a particle in this column when the system is cut.
     holders: Vec<u64>,
 }
 
 impl Regions {
-    /// Regions of up to 64 domains with about equal numbers of particles. Of all possible divisions into
-    /// blocks, chooses the division with the smallest maximum size of a domain, copies included.
+    /// Divides the box into regions of up to 64 domains, with about equal numbers of particles. Among all divisions
+    /// into blocks, chooses the one whose largest domain is smallest, copies included.
     pub fn of<const FALLING: bool, const TABLE: bool>(
         engine: &Engine<FALLING, TABLE>,
         domains: usize,
@@ -90,7 +91,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// Returns the initial number of sampled particles in the largest domain.
+    /// Returns the number of sampled particles that the largest domain holds at the cut, copies included.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -108,7 +109,7 @@ impl Regions {
         counts.into_iter().max().unwrap_or(0)
     }
 
-    /// The columns of a particle's place.
+    /// Returns the columns that contain a particle's place.
     #[inline]
     pub fn columns<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -122,7 +123,7 @@ impl Regions {
         columns
     }
 
-    /// The domain whose region contains a place.
+    /// Returns the domain whose region contains a place.
     #[inline]
     pub fn owner(&self, columns: Columns) -> u8 {
         #[expect(clippy::cast_possible_truncation, reason = "a number of a bit")]
@@ -130,25 +131,25 @@ impl Regions {
         owner
     }
 
-    /// The domains that may own a particle at a place.
+    /// Returns the domains that may own a particle at a place.
     #[inline]
     pub fn near(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.near)
     }
 
-    /// The domains whose particles may read a particle at a place.
+    /// Returns the domains whose predictions may read a particle at a place.
     #[inline]
     pub fn readers(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.readers)
     }
 
-    /// The domains that begin with a copy of a particle at a place.
+    /// Returns the domains that get a copy of a particle at a place when the system is cut.
     #[inline]
     pub fn holders(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// Domains that all axes have in common; the first domain if nothing is cut.
+    /// Returns the intersection of the sets of all axes, or only the first domain if the box is not cut.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {
@@ -162,7 +163,7 @@ impl Regions {
 }
 
 impl Axis {
-    /// An axis that is not cut yet; `None` for a flat axis.
+    /// Creates an axis that is not cut yet. Returns `None` for a flat axis.
     fn of<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, axis: usize) -> Option<Self> {
         let space = &engine.state.space;
         if space.boundary[axis] == Boundary::Flat {
@@ -187,7 +188,7 @@ impl Axis {
         Some(of)
     }
 
-    /// The slabs along an axis, with about equal numbers of particles.
+    /// Cuts the axis into slabs with about equal numbers of particles.
     fn cut(&self, numbers: [usize; 3], halo: Halo) -> Self {
         let columns = self.load.len();
         let none = || vec![0; columns];
@@ -196,7 +197,7 @@ impl Axis {
         let of_slab: Vec<u64> = (0..numbers[self.axis]).map(|slab| domains_of(numbers, self.axis, slab)).collect();
         let mut before = 0;
         for (owners, count) in slabs.owners.iter_mut().zip(&self.load) {
-            // The middle of the column decides.
+            // The middle particle of a column decides to which slab the column belongs.
             let slab = (2 * before + count) * numbers[self.axis] / (2 * total);
             *owners = of_slab[slab.min(numbers[self.axis] - 1)];
             before += count;
@@ -213,8 +214,8 @@ impl Axis {
 
     /// Adds the owners of each column to the sets of all columns within `width` columns of it.
     ///
-    /// Goes from slab to slab. A halo as wide as the box thus costs one pass over the columns per slab, not
-    /// one per column.
+    /// Works slab by slab. Even for a halo as wide as the box, this takes one pass over the columns per slab, instead
+    /// of one per column.
     fn widen(&self, owners: &[u64], width: usize, sets: &mut [u64]) {
         let columns = owners.len();
         let mut begin = 0;
@@ -245,9 +246,10 @@ impl Axis {
     }
 }
 
-/// Returns the number of columns of an axis, and the number of columns across which a particle can be read.
+/// Returns the number of columns of an axis, and the number of columns over which the prediction of a particle can read
+/// other particles.
 ///
-/// Captured partners may be further apart than the search range.
+/// Captured partners may be further apart than the range of the neighbour search.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     axis: usize,
@@ -265,13 +267,13 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
             let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
             let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
             let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
-            // One more, because a centre may be anywhere in its column.
+            // One column more, because the centre of a list may be anywhere in its column.
             (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
         }
     }
 }
 
-/// All triples of factors of a number. Triples that contain more factors of 1 come first.
+/// Returns all ordered triples of numbers with the given product. Triples with more ones come first.
 fn factors(product: usize) -> Vec<[usize; 3]> {
     let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
     let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);
@@ -280,7 +282,7 @@ fn factors(product: usize) -> Vec<[usize; 3]> {
     factors
 }
 
-/// The set of domains in a slab of an axis.
+/// Returns the domains in a slab of an axis, as bits.
 fn domains_of(numbers: [usize; 3], axis: usize, slab: usize) -> u64 {
     let [_, ny, nz] = numbers;
     let block = |domain: usize| [domain / (ny * nz), domain / nz % ny, domain % nz];
@@ -310,7 +312,7 @@ mod tests {
                 assert!(sets.iter().all(|set| set & 1 << owner != 0 && *set < 1 << domains), "{domains} {sets:?}");
                 assert_eq!((sets[0] & !sets[1], sets[1] & !sets[2]), (0, 0), "{domains} {sets:?}");
             }
-            // Shares are equal to within one lattice plane.
+            // The domains own equal numbers of particles, to within one lattice plane.
             let is_fair = |count: &usize| count.abs_diff(32_000 / domains) <= 800;
             assert!(owned.iter().all(is_fair), "{owned:?}");
         }

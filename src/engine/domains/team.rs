@@ -18,7 +18,7 @@ pub struct Team {
     /// Worker threads; `None` if all work is done in the calling thread.
     pool: Option<Arc<ThreadPool>>,
     transport: Option<Arc<dyn Transport>>,
-    /// Domains of each process.
+    /// Number of domains of each process.
     share: usize,
     /// Number of bytes sent to other processes.
     sent: Arc<AtomicU64>,
@@ -30,7 +30,7 @@ impl Team {
     pub fn new(domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) -> Self {
         let processes = transport.as_ref().map_or(1, |transport| transport.size());
         let share = domains.clamp(1, (Threads::MOST / processes).max(1));
-        // A single thread if the system provides no others.
+        // If the operating system cannot start more threads, the calling thread does all work.
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build().ok()).flatten();
         Self { pool: pool.map(Arc::new), transport, share, sent: Arc::default() }
     }
@@ -40,12 +40,11 @@ impl Team {
         self.sent.load(Ordering::Relaxed)
     }
 
-    /// Counts bytes that are sent.
     fn count_sent(&self, bytes: usize) {
         self.sent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
-    /// Domains of all processes.
+    /// Number of domains in all processes.
     pub fn domains(&self) -> usize {
         self.share * self.transport.as_ref().map_or(1, |transport| transport.size())
     }
@@ -56,7 +55,7 @@ impl Team {
         rank * self.share..(rank + 1) * self.share
     }
 
-    /// The domains of a process, as a set.
+    /// Returns the domains of a process, as bits.
     fn domains_of(&self, rank: usize) -> u64 {
         (rank * self.share..(rank + 1) * self.share).fold(0, |set, domain| set | 1 << domain)
     }
@@ -66,13 +65,13 @@ impl Team {
         self.transport.is_some()
     }
 
-    /// The number of threads of this process that `domains` keep busy.
+    /// Returns the number of threads of this process that are busy when it runs this many domains.
     pub fn busy_threads(&self, domains: usize) -> u32 {
         let threads = self.pool.as_ref().map_or(1, |pool| pool.current_num_threads());
         trunc_to_u32(threads.min(domains).max(1) as f64)
     }
 
-    /// Runs `work` on one of the threads of this process. Parallel work starts faster from such a thread.
+    /// Runs `work` on a worker thread, if there are any. Parallel work starts faster from a worker thread.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.pool {
             Some(pool) => pool.install(work),
@@ -89,7 +88,7 @@ impl Team {
         }
     }
 
-    /// Gathers the data of all processes, in the order of their domains.
+    /// Collects the items of all processes, ordered by process. Every process receives all items.
     pub fn all<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let message = encode(&**transport, &mine);
@@ -98,8 +97,8 @@ impl Team {
         shared.iter().flat_map(|bytes| decode::<Vec<T>>(&**transport, bytes)).collect()
     }
 
-    /// Delivers messages between processes. Returns the messages from all processes to the domains of this
-    /// process, ordered by sender. `to` gives the set of recipients.
+    /// Exchanges messages between processes. Returns the messages to the domains of this process, ordered by the
+    /// sending process. `to` returns the set of domains that receive a message.
     pub fn deliver<T: Serialize + DeserializeOwned>(&self, mine: Vec<T>, to: impl Fn(&T) -> u64) -> Vec<T> {
         let Some(transport) = &self.transport else { return mine };
         let of_rank = |rank: usize| {

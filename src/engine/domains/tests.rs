@@ -1,4 +1,4 @@
-//! Domains compared with a single engine: the same events, states and counts to the bit.
+//! Compares domains with a single engine. Events, states and counts must agree to the bit.
 
 use super::*;
 use crate::Vector;
@@ -15,7 +15,7 @@ use crate::model::{RunPlan, Scene, Thermostat};
 use crate::scene::{Arrangement, Chain, Fill, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// An engine for a scene, with its heat bath.
+/// Creates the engine of a scene, with the heat bath of its run.
 fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
     let mut engine = Engine::new(scene);
     if let Some(Thermostat::Andersen { temperature, rate, axes }) = scene.run().thermostat {
@@ -47,7 +47,7 @@ fn advance<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine)
 }
 
-/// Compares runs in several numbers of domains with the run of a single engine. Returns the total work.
+/// Compares runs with different numbers of domains with the run of a single engine. Returns the total work.
 fn compare<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     name: &str,
@@ -64,7 +64,7 @@ fn compare<const FALLING: bool, const TABLE: bool>(
     work
 }
 
-/// Compares the run of a team with the run of a single engine.
+/// Compares a run on a team of threads with the run of a single engine.
 fn compare_with<const FALLING: bool, const TABLE: bool>(
     (events, snapshot, engine): &(Vec<Event>, Snapshot, Engine<FALLING, TABLE>),
     scene: &Scene,
@@ -99,7 +99,7 @@ fn processes_have_the_bits_of_one_engine_each() {
             let team = Team::new(each, 1, Some(transport));
             compare_with(&one, &dense, &format!("{processes} x {each}"), Until::events(40_000), team, halo)
         });
-        // All processes agree on the windows that are rolled back.
+        // All processes must roll back the same windows.
         let undone = |work: &DomainWork| (work.windows, work.differences, work.uncovered, work.steps);
         assert!(work.iter().all(|one| undone(one) == undone(&work[0])), "{work:?}");
         assert!(halo.margin > 0.0 || work[0].differences > 5, "{work:?}");
@@ -123,7 +123,7 @@ fn processes_have_the_bits_of_one_engine_each() {
 
 /// The default width.
 const WIDE: Halo = HALO;
-/// A halo so thin that errors reach owned particles within a window.
+/// A halo without slack and margin: errors of copies reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 
 #[test]
@@ -137,7 +137,7 @@ fn domains_have_the_bits_of_one_engine() {
     // Many epochs.
     let small = spheres(hard(), 0.45, 1_000).build().unwrap();
     compare::<false, false>(&small, "small", Until::events(150_000), (&[2, 3], WIDE));
-    // Walls, a floor that dissipates, gravity, in three dimensions and in two.
+    // Three dimensions with dissipative walls and gravity, and two dimensions with elastic walls.
     let boundary = [Boundary::walls(0.9); 3];
     let walls = |builder: SceneBuilder, size| builder.space(Space { boundary, ..Space::periodic_cube(size) });
     let falling = walls(mixture(), 14.0).gravity(Vector::new(0.0, 0.1, -0.4)).build().unwrap();
@@ -152,7 +152,7 @@ fn domains_have_the_bits_of_one_engine() {
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
 
-/// Chains whose bonds are much longer than the search range.
+/// Creates chains of beads. The bonds can be much longer than the range of the neighbour search.
 fn chains() -> SceneBuilder {
     let chain = Chain {
         species: "bead".into(),
@@ -172,7 +172,7 @@ fn chains() -> SceneBuilder {
         .chain(chain)
 }
 
-/// A scene in a heat bath that acts along two axes.
+/// Creates a scene with a heat bath that acts along two axes.
 fn bathed(builder: SceneBuilder, rate: f64) -> Scene {
     let bath = Thermostat::Andersen { temperature: 1.7, rate, axes: [true, false, true] };
     builder.run(RunPlan { thermostat: Some(bath), ..RunPlan::default() }).build().unwrap()
@@ -192,7 +192,7 @@ fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
     }
 }
 
-/// Advances an engine to a time; in domains, if the engine is divided.
+/// Advances an engine to a time. With `domains`, the domains advance it.
 fn advance_to<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     time: f64,
@@ -218,8 +218,7 @@ fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
     compare_cold::<false, true>(&cold[1]);
 }
 
-/// Compares runs of a system that is at rest at first, and then gets a heat bath. The rest lasts no time,
-/// part of an epoch, or many epochs.
+/// Compares runs of a system at rest that gets a heat bath immediately, within the first epoch, or after many epochs.
 fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
     let bath = Bath { temperature: 1.0, rate: 1.0, axes: [true; 3] };
     for rest in [0.0, 0.3, 50.0, 5e4] {
@@ -280,7 +279,8 @@ fn windows_that_are_wrong_are_undone() {
     assert!(work.iter().map(|work| work.uncovered).sum::<u64>() > 5, "{work:?}");
 }
 
-/// The state of a particle in an engine, sorted and with ids instead of numbers, and its next contact.
+/// Returns the state of a particle and its next contact as text. Other particles are given by id and sorted, so that
+/// the texts of different engines can be compared.
 fn all_of<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     particle: u32,
@@ -298,7 +298,7 @@ fn all_of<const FALLING: bool, const TABLE: bool>(
     (all, (contact_time < f64::INFINITY).then_some(contact))
 }
 
-/// The ids in a particle's list.
+/// Returns the ids in a particle's neighbour list.
 fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
     let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
     let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();
@@ -306,8 +306,8 @@ fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE
     names
 }
 
-/// Number of comparisons for each system. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` runs
-/// many.
+/// Number of times that each system is compared. `CAROM_BARRIERS=10000 cargo test --release --lib barrier` compares
+/// more often.
 fn rounds() -> usize {
     std::env::var("CAROM_BARRIERS").map_or(24, |rounds| rounds.parse().unwrap())
 }
@@ -325,7 +325,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time, ..end }, &mut None).unwrap();
-        // Skip the comparison if that time is rounded, or if it lies between two epochs.
+        // The states cannot be compared if rounding changes this time, or if the two engines are in different epochs.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }
@@ -342,7 +342,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // Pairs with absent particles are left out.
+                // A copy lacks its pairs with particles that its domain does not hold. Such copies are not compared.
                 let captured = owner.engine.record(there).captured.unwrap_or_default();
                 let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
                 if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {
@@ -359,7 +359,8 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_owners_have() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
-    // Partners that have changed course are far away at the time of the former contact.
+    // At this density, a partner that has changed course is far away at the time of the contact that was predicted with
+    // it.
     let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();

@@ -1,4 +1,5 @@
-//! A window of a domain: its steps, the states that they change, and the steps that other domains must know.
+//! One window of a domain: runs its steps, saves the states that they change, and records the steps that other
+//! domains must know.
 
 use super::domain::Domain;
 use super::exchange::{Step, hash};
@@ -16,15 +17,17 @@ use crate::engine::schedule::Pending;
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 
-/// Number of event times kept at the end of a window, to detect time that stands still.
+/// Number of event times that are kept at the end of a window. The engine detects from these times whether time
+/// stands still.
 const LAST_EVENTS: usize = 32;
 
-/// Maximum number of steps of a domain in a window. A limit is needed because all changes are kept for a
-/// rollback, and particles may become faster after the window's length was chosen.
+/// Maximum number of steps of a domain in a window. All changes are kept for a rollback, and particles may become
+/// faster after the window's length was chosen. Without a limit, the memory for a rollback could become too
+/// large.
 const LONGEST_WINDOW: u64 = 100_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Runs alone up to and including `stop`.
+    /// Runs this domain, without the other domains, up to and including the time `stop`.
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
             let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
@@ -147,7 +150,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Executes an event of a particle. Only events of owned particles are counted and observed.
+    /// Executes an event of a particle. The event is counted and shown to the observer only if this domain owns
+    /// the particle.
     #[inline(always)]
     fn counting<R>(
         &mut self,
@@ -172,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         executed
     }
 
-    /// Executes a collision with the heat bath.
+    /// Executes a collision of a particle with the heat bath.
     #[cold]
     fn meet_bath(&mut self, regions: &Regions, particle: u32, collision: &Collision, is_observed: bool) {
         self.save(particle);
@@ -182,7 +186,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note_contact(regions, particle, None, collision.time);
     }
 
-    /// Saves all data that a contact of a particle can change.
+    /// Saves all data of a particle that a contact can change, so that the window can be rolled back.
     #[inline(always)]
     fn save(&mut self, particle: u32) {
         if self.is_plain {
@@ -194,7 +198,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a contact of a shared particle.
+    /// Records a contact of a particle, if several domains hold the particle.
     #[inline]
     fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
         if !self.shared.has(particle) || self.engine.is_static(particle) {
@@ -210,7 +214,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
-    /// Prefetches the entries in `held` of upcoming particles, if they will be needed.
+    /// Prefetches the entries of `held` for the particles of an upcoming event. Only particles that several
+    /// domains hold need them.
     #[inline]
     fn prefetch_held(&self) {
         if let Some((particle, prediction)) = self.engine.coming(SELF) {
@@ -222,8 +227,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of a shared particle; `hash_of_step` is `None` if the step changes no data that other
-    /// domains can read.
+    /// Records a step of a particle that several domains hold. `hash_of_step` is `None` if the step changes no
+    /// data that other domains can read.
     #[inline]
     pub fn note(&mut self, particle: u32, hash_of_step: Option<u64>, time: f64, readers: u64) {
         let prediction = self.engine.schedule.predictions[particle as usize];

@@ -10,16 +10,15 @@ use std::time::Duration;
 pub enum SingleThread {
     /// Diameters grow.
     ChangingDistances,
-    /// The sides of the box slide past each other.
+    /// The box is sheared, so that its sides slide past each other.
     SlidingImages,
-    /// Pairs with interactions of their own are not held together by them, or may start further apart than
-    /// the range of the interaction.
+    /// Some bonded pairs are not held together by their interaction, or may start further apart than its range.
     LongInteractions,
 }
 
 impl SingleThread {
     /// The reason why a scene runs in one thread from start to end; `None` if it can run in several threads.
-    /// While diameters grow, every scene runs in one thread.
+    /// Growing diameters are not reported here, because they are a reason only while the growth lasts.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         match () {
@@ -40,46 +39,48 @@ impl fmt::Display for SingleThread {
     }
 }
 
-/// Statistics of the work in domains.
+/// Statistics of a simulation that is divided into domains to run in several threads or processes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DomainWork {
-    /// Windows whose steps agreed.
+    /// Number of windows that were accepted, because all domains agreed.
     pub windows: u64,
-    /// Windows that were rolled back and repeated up to a difference.
+    /// Number of windows that were rolled back because two domains disagreed. They were then repeated up to the
+    /// first difference.
     pub differences: u64,
-    /// Windows that were rolled back because a particle came too far.
+    /// Number of windows that were rolled back because a domain could not complete them, for example because a
+    /// particle had moved out of the region that the domain covers.
     pub uncovered: u64,
-    /// Number of times that the domains were cut.
+    /// Number of times that the system was divided into domains.
     pub cuts: u64,
-    /// Stretches that a single engine ran.
+    /// Number of times that a single engine took over from the domains for a while.
     pub serial: u64,
-    /// Number of steps of all particles, and the sum of the steps of all domains, which includes the steps of
-    /// copies.
+    /// Two numbers of steps: first the steps of all particles, then the sum of the steps of all domains. The
+    /// second number also includes the steps of copies of particles.
     pub steps: [u64; 2],
-    /// Wall time in the steps of windows.
+    /// Wall time spent on the steps of windows.
     pub simulating: Duration,
-    /// Wall time of the slowest domain of this process in each window: the time of the steps if each domain
-    /// has its own core.
+    /// Wall time of the slowest domain in each window, summed over all windows. Only domains of this process
+    /// count. The steps would take this time if each domain had its own core.
     pub slowest: Duration,
-    /// Wall time in which threads and processes wait for the slowest thread or process.
+    /// Wall time in which threads and processes waited for the slowest thread or process.
     pub waiting: Duration,
-    /// Wall time in the comparison of domains.
+    /// Wall time spent on comparing the results of domains.
     pub comparing: Duration,
-    /// Wall time in the exchange of copies.
+    /// Wall time spent on updating the domains' copies of particles that other domains own.
     pub exchanging: Duration,
-    /// Wall time in which the single engine collects all particles.
+    /// Wall time spent on transferring the state of all particles from the domains to the single engine.
     pub gathering: Duration,
-    /// Wall time in which domains are cut.
+    /// Wall time spent on dividing the system into domains.
     pub cutting: Duration,
-    /// Wall time in which domains begin new epochs.
+    /// Wall time spent on new epochs, in which the domains shift the origin of their times.
     pub moving: Duration,
-    /// Bytes that this process has sent to others.
+    /// Number of bytes that this process has sent to other processes.
     pub sent: u64,
 }
 
 impl DomainWork {
-    /// Adds the wall time of a window, and the times of its domains on `threads` threads.
+    /// Adds the wall time `took` of a window, and the times of its domains, which ran on `threads` threads.
     pub(super) fn simulate(&mut self, took: Duration, domains: &[Duration], threads: u32) {
         let busy = domains.iter().sum::<Duration>() / threads;
         self.simulating += busy.min(took);

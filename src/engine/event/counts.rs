@@ -12,29 +12,29 @@ use crate::model::SpeciesId;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum CountedKind {
-    /// Two particles at a hard core.
+    /// Two particles collide at their hard core.
     Core,
-    /// Two particles pass a step inwards.
+    /// Two particles cross a step of their potential inwards.
     Capture,
-    /// Two particles pass a step outwards.
+    /// Two particles cross a step of their potential outwards.
     Release,
-    /// Two particles are reflected by a step.
+    /// Two particles are reflected by a step of their potential.
     Bounce,
-    /// Two particles at the far end of a bond.
+    /// Two bonded particles are reflected at the maximum length of their bond.
     Bond,
-    /// A particle at a wall of the box.
+    /// A particle collides with a wall of the box or with another surface.
     Wall,
-    /// A particle gets a velocity from a thermostat.
+    /// A thermostat gives a particle a new velocity.
     Thermostat,
 }
 
 impl CountedKind {
-    /// Kinds of events of two particles.
+    /// Kinds of events of two particles, in the order in which they are stored.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    /// Kinds of events of one particle.
+    /// Kinds of events of one particle, in the order in which they are stored.
     const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
 
-    /// Returns the name of the kind in files and tables.
+    /// Returns the name of this kind of event in files and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -51,18 +51,18 @@ impl CountedKind {
 
 /// Numbers of events, by kind and by the species involved.
 ///
-/// Reflections at the far end of a bond, which is an infinite barrier, are counted as [`CountedKind::Bond`]
-/// here. [`EventCounts`] counts them as bounces.
+/// Reflections at the maximum length of a bond are counted as [`CountedKind::Bond`] here. [`EventCounts`] counts
+/// them as bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
-    /// Counts of each pair of species. The lower species comes first.
+    /// Counts for each pair of species. The species with the lower index comes first.
     pairs: Pairs,
-    /// Counts of each species.
+    /// Counts of wall and thermostat events for each species.
     singles: BTreeMap<u32, [u64; 2]>,
 }
 
-/// Largest number of species for a dense table of pairs. With more species, only pairs that have met have an
-/// entry.
+/// Maximum number of species for which the counts of all pairs are stored in one array. With more species, only
+/// pairs that have had an event are stored.
 const MOST_LISTED: usize = 128;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,13 +77,13 @@ impl Default for Pairs {
     }
 }
 
-/// Index of a pair of species, `a <= b`, in a triangular array.
+/// Index of the pair of species `a` and `b`, with `a <= b`, in a triangular array.
 fn place(a: usize, b: usize) -> usize {
     b * (b + 1) / 2 + a
 }
 
 impl EventCountsBySpecies {
-    /// Empty counts for this number of species.
+    /// Creates counts of zero for this number of species.
     #[must_use]
     pub fn new(species: usize) -> Self {
         let pairs = if species <= MOST_LISTED {
@@ -94,7 +94,7 @@ impl EventCountsBySpecies {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Event counts of one species of hard spheres, from the totals.
+    /// Creates the counts of a scene with one species of hard spheres from the total counts.
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
@@ -102,7 +102,7 @@ impl EventCountsBySpecies {
         counts
     }
 
-    /// Converts an engine's counts by table row to counts by species. `species` are the species of the rows.
+    /// Converts counts by table row to counts by species. `species` lists the species of the table rows.
     pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
         if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
             return self.clone();
@@ -110,14 +110,14 @@ impl EventCountsBySpecies {
         let named = |row: u32| species.get(row as usize).map_or(row, |id| id.0);
         let mut pairs = BTreeMap::new();
         self.for_each_pair(|[a, b], counts| {
-            // Rows are in the order of their species.
+            // Rows are in the order of species, so that the lower species still comes first.
             pairs.insert((named(a), named(b)), *counts);
         });
         let singles = self.singles.iter().map(|(row, counts)| (named(*row), *counts)).collect();
         Self { pairs: Pairs::Sparse(pairs), singles }
     }
 
-    /// Visits the counts of all stored pairs of species.
+    /// Calls `visit` for the counts of each stored pair of species.
     fn for_each_pair(&self, mut visit: impl FnMut([u32; 2], &[u64; 5])) {
         match &self.pairs {
             Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| visit([*a, *b], counts)),
@@ -128,7 +128,7 @@ impl EventCountsBySpecies {
         }
     }
 
-    /// Counts an event of two species.
+    /// Counts an event of two particles of the given species.
     #[inline]
     pub(crate) fn note_pair(&mut self, a: usize, b: usize, kind: CountedKind) {
         let (a, b) = (a.min(b), a.max(b));
@@ -148,7 +148,7 @@ impl EventCountsBySpecies {
         }
     }
 
-    /// Counts an event of one particle.
+    /// Counts an event of one particle of the given species.
     pub(crate) fn note_single(&mut self, species: usize, kind: CountedKind) {
         #[expect(
             clippy::cast_possible_truncation,
@@ -159,7 +159,8 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// All counts that are not zero: the kind, one species or two species in ascending order, and the number.
+    /// Returns all counts that are not zero. Each entry has the kind of event, the species involved (one, or two
+    /// in ascending order), and the count.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
@@ -191,7 +192,7 @@ impl EventCountsBySpecies {
         part.singles.iter().for_each(|(species, some)| more(self.singles.entry(*species).or_default(), some));
     }
 
-    /// Returns the counts of events since earlier counts.
+    /// Returns the counts since the `earlier` counts, as differences.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         let mut since = self.clone();
@@ -200,7 +201,7 @@ impl EventCountsBySpecies {
             (Pairs::Sparse(now), Pairs::Sparse(before)) => {
                 before.iter().for_each(|(pair, b)| less(now.entry(*pair).or_default(), b));
             }
-            // The earlier counts were empty.
+            // A dense table and a sparse table are compared only if the earlier counts are empty.
             _ => {}
         }
         for (species, before) in &earlier.singles {

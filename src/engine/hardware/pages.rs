@@ -1,10 +1,10 @@
-//! Large pages for large arrays.
+//! Large memory pages for large arrays.
 //!
-//! Events are scattered over memory, and the processor has to look up the address of each page. With pages of
-//! two megabytes instead of four kilobytes it can cache most of these addresses. This makes systems of 10^5
-//! particles or more a tenth to a fifth faster.
+//! Successive events access distant parts of memory, and the processor has to look up the address of each page.
+//! With pages of two megabytes instead of four kilobytes, it can cache most of these addresses. Systems of 10^5
+//! or more particles then run a tenth to a fifth faster.
 
-/// Asks for large pages under an array and its reserved memory, if the system has them. Affects only speed.
+/// Requests large pages for the memory of an array, including its unused capacity. Affects only speed.
 pub fn enlarge<T>(array: &Vec<T>) {
     #[cfg(target_os = "linux")]
     {
@@ -12,11 +12,11 @@ pub fn enlarge<T>(array: &Vec<T>) {
         let start = array.as_ptr() as usize;
         let first = start.next_multiple_of(PAGE);
         let last = |elements: usize| (start + elements * size_of::<T>()) / PAGE * PAGE;
-        // The filled part is moved to large pages at once.
+        // The part of the array that is already filled is moved to large pages immediately.
         for (last, advice) in [(last(array.capacity()), libc::MADV_HUGEPAGE), (last(array.len()), libc::MADV_COLLAPSE)]
         {
             if first < last {
-                // SAFETY: advice about whole pages within the array's capacity changes none of its bytes. A
+                // SAFETY: the pages lie within the array's memory, and the advice changes none of its bytes. A
                 // system without large pages returns an error.
                 unsafe { libc::madvise(first as *mut libc::c_void, last - first, advice) };
             }

@@ -3,22 +3,22 @@
 //! Successive events are far apart in space and therefore in memory. Without prefetching, a large system
 //! waits for memory most of the time.
 
-/// Begins to load element `index` of a slice, if the processor can and the element exists. Affects only
-/// speed.
+/// Begins to load element `index` of a slice into the cache, if the processor supports this. An index beyond the
+/// slice is harmless. Affects only speed.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let address = slice.as_ptr().wrapping_add(index);
-        // SAFETY: a prefetch never changes the state of the program, even for an unreadable address.
+        // SAFETY: a prefetch never changes the state of the program, even if the address is invalid.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);
 }
 
-/// Prefetches an element of two cache lines.
+/// Prefetches an element that fills two cache lines.
 #[inline(always)]
 pub fn prefetch_both<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

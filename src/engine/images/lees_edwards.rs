@@ -1,9 +1,9 @@
-//! Sheared boxes: periodic images above and below slide along x (Lees and Edwards, J. Phys. C 5, 1921, 1972,
-//! [doi:10.1088/0022-3719/5/15/006](https://doi.org/10.1088/0022-3719/5/15/006)).
+//! Sheared boxes: the periodic images above and below the box slide along x (Lees and Edwards, J. Phys. C 5,
+//! 1921, 1972, [doi:10.1088/0022-3719/5/15/006](https://doi.org/10.1088/0022-3719/5/15/006)).
 //!
-//! At the shear rate `g`, the image of a particle one period `L_y` above is displaced by `g L_y t` along x
-//! and faster by `g L_y`. Particles still fly freely between events, and all equations stay quadratic. Only
-//! the images change.
+//! At the shear rate `g`, the image of a particle one period `L_y` above is displaced by `g L_y t` along x after
+//! a time `t`, and is faster by `g L_y`. Particles still fly freely between events, and all equations stay
+//! quadratic. Only the images change.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,29 +21,29 @@ use crate::model::Scene;
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
-/// After images have slid by this fraction of the box, pairs are predicted again. Until then, a particle can
-/// meet only the nearest image and its two neighbouring images.
+/// Whenever images have slid by this fraction of the box length, pairs across the sliding sides are predicted
+/// again. In between, a particle can meet only the nearest image and the images on either side of it.
 const SLIDE: f64 = 0.25;
 
 /// A box under shear.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct LeesEdwards {
-    /// `g` `[1 / time]`.
+    /// Shear rate `g` `[1 / time]`.
     pub rate: f64,
-    /// Speed of the next image above `[length / time]`.
+    /// Speed along x of the periodic image above the box `[length / time]`.
     pub speed: f64,
-    /// Displacement of the next image above at the epoch, within one period `[length]`.
+    /// Displacement along x of the periodic image above the box at the epoch, less than one period `[length]`.
     displacement: f64,
-    /// Coordinate at which the streaming velocity is zero `[length]`.
+    /// Coordinate y at which the streaming velocity is zero `[length]`.
     middle: f64,
-    /// Time since the epoch at which pairs across the side are predicted again.
+    /// Time since the epoch of the next prediction of the pairs across the sliding sides.
     next_refresh: f64,
-    /// Interval of these predictions `[time]`.
+    /// Interval between predictions of the pairs across the sliding sides `[time]`.
     between_refreshes: f64,
 }
 
 impl LeesEdwards {
-    /// Returns the shear of a scene; `None` for a box at rest.
+    /// Returns the shear of a scene; `None` if the box is not sheared.
     pub fn of(scene: &Scene) -> Option<Self> {
         let (rate, space, displacement) = (scene.shear_rate?, &scene.space, scene.displacement);
         let speed = rate * space.size[GRADIENT];
@@ -57,22 +57,22 @@ impl LeesEdwards {
         self.next_refresh
     }
 
-    /// Displacement of the next image above at a time since the epoch.
+    /// Displacement along x of the periodic image above the box, at a time since the epoch `[length]`.
     #[inline]
     fn displacement(&self, time: f64) -> f64 {
         self.displacement + self.speed * time
     }
 
-    /// Displacement of the next image above, less whole periods, in `(-period / 2, period / 2]`, and the
-    /// number of these periods.
+    /// Returns the displacement along x of the periodic image above the box, and the number of whole periods that
+    /// were subtracted to bring it into `(-period / 2, period / 2]`.
     pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
         let whole = self.displacement(time);
         let within = displacement_within_period(whole, period);
         (within, trunc_to_i32(((whole - within) / period).round()))
     }
 
-    /// Shifts times to an epoch that is later by `shift`. Returns the number of whole periods removed from
-    /// the displacement.
+    /// Moves the epoch to a time that is later by `shift`. Returns the number of whole periods that were
+    /// subtracted from the displacement.
     pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
         let before = self.displacement(shift);
         self.displacement = libm::fmod(before, period);
@@ -82,7 +82,8 @@ impl LeesEdwards {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The streaming velocity at a position: `g (y - y_middle)` along x under shear.
+    /// The streaming velocity at a position: `g (y - y_middle)` along x for the shear rate `g`, and zero without
+    /// shear.
     #[inline]
     pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
@@ -92,8 +93,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// Replaces a separation and a relative velocity by the separation and relative velocity of the nearest
-    /// image at a time since the epoch. Returns whether this image is above or below.
+    /// Replaces a separation and a relative velocity by those of the nearest image at a time since the epoch.
+    /// Returns whether this image lies across a sliding side.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
@@ -111,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Whether a particle in a sheared box has no neighbours across the sliding sides, and can meet each
-    /// neighbour in a single image. Its contacts are then the same as in a box at rest.
+    /// neighbour in one image only. Its contacts are then the same as in a box without shear.
     #[inline]
     pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return false };
@@ -120,8 +121,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
-    /// Returns the sheared box as seen near its sliding sides, if each neighbour there can be met in one
-    /// image only.
+    /// Returns the displacement and the speed of the images across the sliding sides. `None` if the box is not
+    /// sheared, or if a neighbour there could be met in several images.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
         let shear = self.images.sliding.as_ref()?;
         let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);
@@ -129,20 +130,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
     }
 
-    /// Calls `visit` for particles beyond the sliding sides, where the adjacent cells change with time.
+    /// Calls `visit` for the particles across the sliding side next to a particle. All cells along the flow are
+    /// visited, because the adjacent cells change with time.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.images.sliding, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
-    /// Whether a particle that leaves its cell through a face is displaced along x when it enters the next
-    /// cell.
+    /// Whether a particle that leaves its cell through a face crosses a sliding side and is displaced along x.
     #[inline]
     pub(in crate::engine) fn slides_behind(&self, cells: &Cells, particle: u32, face: CellFace) -> bool {
         self.images.slide() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face)
     }
 
-    /// Moves a particle that has left through a sliding side to its image on the other side.
+    /// Moves a particle that leaves through a sliding side to the other side of the box. It gets the position and
+    /// the velocity of its image there.
     pub(in crate::engine) fn slide(&mut self, particle: u32, face: CellFace, time: f64) -> Result<(), InvariantBroken> {
         let Some(shear) = self.images.sliding else {
             return Err(self.broken(particle, None, Invariant::Transition));
@@ -171,8 +173,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a position back into the box if rounding put it beyond a sliding side. The velocities of images
-    /// beyond the side are different.
+    /// Moves a particle back into the box if rounding put it beyond a sliding side, where velocities are those of
+    /// the images.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -181,8 +183,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Periods that a particle has travelled, as in a snapshot. Each period upwards includes the displacement
-    /// of the next image above.
+    /// Returns the image numbers of a particle, as in a snapshot. `periods` is the number of whole periods by
+    /// which the image above is displaced along x. It is added for each period that the particle has travelled
+    /// along y.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
         if self.images.slide() {
@@ -191,11 +194,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         image
     }
 
-    /// Shifts images to an epoch that is later by `shift`.
+    /// Adapts the images to an epoch that is later by `shift`.
     ///
-    /// An image one period above is displaced along x by the box's displacement. Whole periods are removed
-    /// from this displacement here and added to the images along x, so that `position + image_x (L_x, 0, 0) +
-    /// image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
+    /// The image one period above is displaced along x. Here, whole periods are removed from this displacement
+    /// and added to the image numbers along x, so that
+    /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` stays continuous.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.images.sliding else { return };
         let periods = shear.shift(shift, self.state.periods[FLOW]);
@@ -207,8 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Lists the particles next to sliding sides. The images have moved so far that these particles can meet
-    /// other images.
+    /// Returns the particles to predict again after the images have slid, because they can now meet other images.
     pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.images.sliding, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
@@ -216,7 +218,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        // Pairs with interactions of their own can meet across more than one row of cells.
+        // Bonded pairs outside their own interaction can meet over a distance of several rows of cells.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(Repredict::Some(found.collect()))

@@ -1,10 +1,10 @@
-//! Number of periods that each particle has travelled along the axes.
+//! Image numbers: how many periods each particle has travelled along the axes.
 
 use crate::base::numbers::id;
 use serde::{Deserialize, Serialize};
 
-/// Periods travelled by all particles, by number in memory. Each particle takes three bytes, or twelve bytes
-/// as soon as any particle needs more than three.
+/// Image numbers of all particles, indexed by particle number. A particle takes three bytes. As soon as a single
+/// particle needs more, every particle takes twelve bytes.
 ///
 /// Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -14,7 +14,7 @@ pub(in crate::engine) enum Travelled {
 }
 
 impl Travelled {
-    /// Image numbers of particles that have not crossed a side yet.
+    /// Creates image numbers of zero, for particles that have not crossed a side of the box yet.
     pub fn new(particles: usize) -> Self {
         Self::Near(vec![[0; 3]; particles])
     }
@@ -27,7 +27,7 @@ impl Travelled {
         }
     }
 
-    /// Periods travelled by a particle.
+    /// Returns the image numbers of a particle.
     #[inline]
     pub fn of(&self, particle: u32) -> [i32; 3] {
         match self {
@@ -36,7 +36,7 @@ impl Travelled {
         }
     }
 
-    /// Adds periods along an axis.
+    /// Adds a number of periods to the image number of a particle along an axis.
     #[inline]
     pub fn add(&mut self, particle: u32, axis: usize, periods: i32) {
         if let Self::Near(images) = self {
@@ -50,7 +50,7 @@ impl Travelled {
         *image = image.wrapping_add(periods);
     }
 
-    /// Sets the image numbers of all particles to `image`.
+    /// Sets the image numbers of each particle to the result of `image`.
     pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
         *self = match self {
             Self::Near(images) => Self::new(images.len()),
@@ -62,7 +62,7 @@ impl Travelled {
         }
     }
 
-    /// Adds a particle with these image numbers.
+    /// Appends a new particle with the given image numbers.
     pub fn push(&mut self, images: [i32; 3]) {
         match self {
             Self::Near(near) => near.push([0; 3]),
@@ -87,7 +87,7 @@ impl Travelled {
         }
     }
 
-    /// Returns the image numbers in the larger format.
+    /// Converts all image numbers to the larger format, unless this has been done already, and returns them.
     #[cold]
     fn far(&mut self) -> &mut [[i32; 3]] {
         if let Self::Near(images) = self {

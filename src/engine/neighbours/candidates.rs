@@ -1,27 +1,27 @@
-//! Neighbour candidates: a list that is filled without branches on its contents.
+//! Neighbour candidates: a list that is filled without branches that depend on its contents.
 
 use super::cells::NO_PARTICLE;
 
-/// Neighbour candidates of one particle. The memory is reused from one search to the next.
+/// Neighbour candidates of a particle. The memory is reused from one search to the next.
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     found: Vec<u32>,
     length: usize,
 }
 
-/// The first particles of cells.
+/// The first entries of a candidate list: the first particles of the cells that are searched.
 #[derive(Debug)]
 pub struct Heads<'a> {
     particles: &'a mut [u32; 32],
-    /// Number of candidates.
+    /// Number of candidates so far.
     pub length: usize,
 }
 
 impl Heads<'_> {
-    /// Appends a particle, or nothing for [`NO_PARTICLE`].
+    /// Appends a particle. Appends nothing if the particle is [`NO_PARTICLE`].
     ///
-    /// A cell is about equally often empty or occupied by one particle, so the processor would mispredict a
-    /// branch half of the time.
+    /// There is no branch, because a cell is about equally often empty or occupied by one particle. The processor
+    /// would mispredict a branch half of the time.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         self.particles[self.length % 32] = particle;
@@ -36,7 +36,7 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Clears the list and starts with the first particles of up to 27 cells.
+    /// Clears the candidate list. The first particles of up to 27 cells can then be put at its beginning.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]
     pub fn heads(&mut self) -> Heads<'_> {
@@ -47,7 +47,7 @@ impl Candidates {
         Heads { particles, length: 0 }
     }
 
-    /// Appends a particle, or nothing for [`NO_PARTICLE`].
+    /// Appends a particle. Appends nothing if the particle is [`NO_PARTICLE`].
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         if self.length == self.found.len() {
@@ -57,7 +57,7 @@ impl Candidates {
         self.length += usize::from(particle != NO_PARTICLE);
     }
 
-    /// Appends the first `count` of eight particles.
+    /// Appends the first `count` particles of an array of eight particles.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline(always)]
     pub fn put_eight(&mut self, (particles, count): ([u32; 8], usize)) {
@@ -74,7 +74,9 @@ impl Candidates {
         self.found.resize(2 * self.found.len() + 64, NO_PARTICLE);
     }
 
-    /// Follows the chains that begin at the first `heads` particles to their ends.
+    /// Completes a candidate list that begins with the first particles of some cells. Appends all other particles
+    /// of these cells. `heads` is the number of first particles, and `next` holds, for each particle, the next
+    /// particle in its cell.
     #[inline]
     pub fn follow(&mut self, heads: usize, next: &[u32]) {
         let (mut at, mut length) = (0, heads);
@@ -94,7 +96,7 @@ impl Candidates {
         self.length = length;
     }
 
-    /// Keeps the candidates that satisfy the condition.
+    /// Keeps only the candidates for which `is_kept` is true.
     #[inline]
     pub fn retain(&mut self, mut is_kept: impl FnMut(u32) -> bool) {
         let mut kept = 0;
@@ -113,7 +115,8 @@ impl Candidates {
         &self.found[..self.length]
     }
 
-    /// The candidates, padded with `with` to a multiple of eight, and their number.
+    /// Returns the candidates, padded with the particle `with` to a multiple of eight, and their number without
+    /// padding.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);
@@ -133,7 +136,7 @@ mod tests {
 
     #[test]
     fn successors_are_followed_to_the_last() {
-        // 5 -> 2 -> 0, 3 -> none, 1 -> 4.
+        // The particles of the first cell are 5, 2 and 0, of the second cell 3, and of the third cell 1 and 4.
         let next = [NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2];
         let mut near = Candidates::default();
         let mut heads = near.heads();

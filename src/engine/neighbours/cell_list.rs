@@ -1,35 +1,34 @@
-//! A cell list of points at a single time. It finds pairs within a range, and the point nearest to a
-//! position.
+//! A cell list of points at a single time. It finds pairs within a range, and the point nearest to a position.
 //!
-//! It serves code that needs positions once, such as instruments. The event loop maintains its own lists on
-//! the same grid.
+//! Cell lists are used by code that needs neighbours only once, such as instruments. The event loop maintains its
+//! own data on the same kind of grid.
 
 use super::grid::Grid;
 use crate::Vector;
 use crate::model::space::{Boundary, Space, nearest_image};
 use std::ops::ControlFlow;
 
-/// Maximum number of cells per point. More would only cost memory.
+/// Maximum number of cells per point. More cells would only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
 
-/// Points sorted into cells no smaller than a range. Pairs are separated by their minimum image.
+/// Points sorted into cells no smaller than a range. The separation of a pair is that of its nearest images.
 #[derive(Debug)]
 pub(crate) struct CellList {
     grid: Grid,
     periods: Vector,
-    /// Displacement along x of the next image along y.
+    /// Displacement along x of the next periodic image along y, in a sheared box.
     displacement: f64,
     range: f64,
-    /// Index of the first point of each cell, and the number of points at the end.
+    /// For each cell, the index of its first point. The last entry is the number of points.
     starts: Vec<usize>,
-    /// Ids and positions, cell by cell.
+    /// Ids and positions of the points, sorted by cell.
     ids: Vec<u32>,
     positions: Vec<Vector>,
 }
 
 impl CellList {
-    /// Sorts points, given as ids and positions, into cells. Along periodic axes, the points are within
-    /// `space`. The next image along y is displaced by `displacement` along x.
+    /// Sorts points, given as ids and positions, into cells. Along periodic axes, the points must be inside
+    /// `space`. The next periodic image along y is displaced by `displacement` along x.
     pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
         let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
         let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
@@ -54,13 +53,14 @@ impl CellList {
         }
     }
 
-    /// The largest range for which the minimum image is sufficient: half of the shortest period, infinite
-    /// without periods.
+    /// Returns the largest range for which the nearest image of a pair is sufficient: half of the shortest
+    /// period. It is infinite without periodic axes.
     pub fn largest_range(space: &Space) -> f64 {
         0.5 * space.periods().min()
     }
 
-    /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair within the range.
+    /// Calls `visit(a, b, r_a - r_b, r^2)` once for each pair of points within the range. The arguments are the
+    /// two ids, the separation, and the squared distance.
     pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32, &Vector, f64)) {
         self.has_pair(|a, b, separation, squared| {
             visit(a, b, separation, squared);
@@ -68,8 +68,8 @@ impl CellList {
         });
     }
 
-    /// Whether `is(a, b, r_a - r_b, r^2)` holds for any pair within the range. Each pair is tested at most
-    /// once.
+    /// Whether `is(a, b, r_a - r_b, r^2)` is true for any pair of points within the range. The arguments are the
+    /// two ids, the separation, and the squared distance. Each pair is tested at most once.
     pub fn has_pair(&self, mut is: impl FnMut(u32, u32, &Vector, f64) -> bool) -> bool {
         let found = self.for_each(|index, runs| {
             for &(begin, end) in runs {
@@ -86,7 +86,8 @@ impl CellList {
         found.is_break()
     }
 
-    /// Calls `visit(id, separations)` for each point, with the separations from the points within range.
+    /// Calls `visit(id, separations)` for each point. `separations` are the vectors to the point from all other
+    /// points within the range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
         let _ = self.for_each(|index, runs| {
@@ -100,7 +101,8 @@ impl CellList {
         });
     }
 
-    /// The distance from a position to the nearest point `[length]`, if a point is within the range.
+    /// Returns the distance from a position to the nearest point `[length]`; `None` if no point is within the
+    /// range.
     pub fn distance_to_nearest(&self, place: &Vector) -> Option<f64> {
         let mut runs = Vec::with_capacity(27);
         self.find_runs(self.grid.cell_at(place), &mut runs);
@@ -109,15 +111,15 @@ impl CellList {
         distances.filter(|distance| *distance < self.range).reduce(f64::min)
     }
 
-    /// The nearest image of a separation, if it is within the range.
+    /// Returns the separation of two points in their nearest images; `None` if it exceeds the range.
     #[inline]
     fn separation(&self, index: usize, other: usize) -> Option<Vector> {
         let separation = nearest_image(self.positions[index] - self.positions[other], &self.periods, self.displacement);
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each point in the order of the cells, until `visit` breaks. `runs` are
-    /// the runs of points in the cells near the point.
+    /// Calls `visit(index, runs)` for each point, cell by cell, until `visit` breaks. `runs` are the index ranges
+    /// of all points in the point's cell and the adjacent cells.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)]) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut runs = Vec::with_capacity(27);
         for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
@@ -130,7 +132,7 @@ impl CellList {
         ControlFlow::Continue(())
     }
 
-    /// The runs of points in the cells near a cell, itself included.
+    /// Finds the index ranges of all points in a cell and in the adjacent cells.
     fn find_runs(&self, cell: u32, runs: &mut Vec<(usize, usize)>) {
         runs.clear();
         self.grid.for_each_row(cell, self.displacement != 0.0, |cells| {
@@ -139,7 +141,8 @@ impl CellList {
     }
 }
 
-/// Extent of the cells: the extent of the box along periodic axes, and of the points along other axes.
+/// Returns the space that the grid covers: the box along periodic axes, and the extent of the points along other
+/// axes.
 fn bounds(space: &Space, positions: &[Vector]) -> Space {
     let (mut lower, mut upper, mut boundary) = (space.lower, space.upper(), space.boundary);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Periodic) {
@@ -172,7 +175,7 @@ mod tests {
         (0..count).map(|_| space.lower + Vector::from_fn(|k, _| next() * space.size[k])).collect()
     }
 
-    /// Displacements of all images up to two periods away along each periodic axis.
+    /// Displacements of all periodic images up to two periods away along each periodic axis.
     fn all_images(space: &Space, displacement: f64) -> impl Iterator<Item = Vector> {
         let all = |k: usize| {
             let is_periodic = space.boundary[k] == Boundary::Periodic;
@@ -194,7 +197,7 @@ mod tests {
             ([Boundary::Periodic, Boundary::OPEN, Boundary::walls(1.0)], Vector::new(2.9, 8.0, 12.0), 0.0),
             (plane, sheet, 0.0),
             ([flat, Boundary::OPEN, flat], Vector::new(0.0, 50.0, 0.0), 0.0),
-            // Sheared, also with fewer than three rows.
+            // These boxes are sheared. Some have fewer than three rows of cells.
             (whole, box_of_three, 0.9),
             (whole, box_of_three, -4.2),
             (whole, Vector::new(7.0, 2.95, 5.0), 3.5),
@@ -225,7 +228,8 @@ mod tests {
                     let images =
                         apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
                     let all = images.filter(|separation| separation.norm_squared() < range * range);
-                    // The sum of their tensors depends on directions, but not on the order.
+                    // The sum of the tensors depends on the directions of the separations, but not on their
+                    // order.
                     let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
                     assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
                 });
@@ -262,7 +266,7 @@ mod tests {
             }
             assert!((50..290).contains(&found), "{found}");
         }
-        // Compared with all points of an open space.
+        // An open space with a single point.
         let space = Space { lower: Vector::zeros(), size: Vector::zeros(), boundary: [Boundary::OPEN; 3] };
         let cells = CellList::new(&space, 0.0, 1.0, [(0, Vector::repeat(4.0))].into_iter());
         assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 3.5)), Some(0.5));

@@ -1,9 +1,9 @@
-//! A grid of cells no smaller than the longest interaction.
+//! A grid of cells no smaller than the longest interaction range, and the particles in each cell.
 //!
-//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. A particle's
-//! cell is part of the state: it is set once at the start, and only cell transitions change it. It is never
-//! recomputed from the position, because round-off may put a position on the wrong side of a face. Along axes
-//! that are not periodic, the outermost cells extend to infinity.
+//! An uncaptured pair can only meet if its particles are in the same cell or in adjacent cells. The cell of a
+//! particle is part of the state: it is set once at the start, and only cell transitions change it. The cell is
+//! never recomputed from the position, because round-off may put a position on the wrong side of a face. Along
+//! axes that are not periodic, the outermost cells extend to infinity.
 
 mod search;
 
@@ -15,43 +15,44 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
-/// Marker for the end of a cell's list.
+/// Stands for the absence of a particle, for example at the end of a cell's list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
-/// Result of a transition.
+/// Result of a cell transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transition {
     /// The new cell.
     pub cell: u32,
-    /// Along a periodic axis, the number of periods to add to the particle's coordinate: -1, 0 or 1.
+    /// Number of periods to add to the particle's coordinate: -1, 0 or 1. It is 0 unless the particle crosses a
+    /// periodic boundary.
     pub wrap: i32,
 }
 
-/// The grid and the particles in it.
+/// A grid of cells, and the particles in each cell.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Cells {
     /// The grid.
     pub grid: Grid,
     /// First particle of each cell.
     first: Vec<u32>,
-    /// Next particle of the same cell.
+    /// For each particle, the next particle in the same cell.
     next: Vec<u32>,
     /// The cell of each particle.
     homes: Vec<u32>,
 }
 
-/// Ratio of the side of a cell in a thin fluid to the mean distance of particles, in one, two and three
-/// dimensions. Particles leave smaller cells more often, and larger cells hold more candidates that never
-/// meet the particle. In three dimensions, values from 0.6 to 0.8 are within a tenth of the best speed at
-/// packing fractions of 0.02 and 0.1.
+/// Ratio of the side of a cell to the mean distance of particles in a thin fluid, in one, two and three
+/// dimensions. Particles leave smaller cells more often. Larger cells hold more candidates that the particle
+/// never meets. In three dimensions, ratios from 0.6 to 0.8 are within a tenth of the best speed at packing
+/// fractions of 0.02 and 0.1.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
-/// Maximum number of cells per particle. A finer grid only costs memory and transitions.
+/// Maximum number of cells per particle. More cells only cost memory and transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {
-    /// Checks data that was read: whether there is room for `particles`, and each particle is at most once in
-    /// the lists, in its own cell.
+    /// Checks data from a file: whether the arrays fit the number of `particles`, and whether each particle is at
+    /// most once in the lists of the cells, and only in the list of its own cell.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         if !self.grid.is_sound()
@@ -76,7 +77,8 @@ impl Cells {
         true
     }
 
-    /// Cells over `space` for interactions up to `range` `[length]`, with particles at `positions` in them.
+    /// Creates cells over `space` for interactions up to `range` `[length]`, and sorts particles at `positions`
+    /// into them.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, range, positions, FINE, CELLS_PER_PARTICLE);
@@ -86,7 +88,7 @@ impl Cells {
             homes: vec![0; positions.len()],
             grid,
         };
-        // In reverse, so that each list ends up in ascending order.
+        // Particles are inserted in reverse, so that the list of each cell is in ascending order.
         for (index, position) in positions.iter().enumerate().rev() {
             let cell = cells.grid.cell_at(position);
             cells.insert(id(index), cell);
@@ -94,14 +96,14 @@ impl Cells {
         cells
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.first);
         enlarge(&self.next);
         enlarge(&self.homes);
     }
 
-    /// Renumbers the particles. All particles must be in cells.
+    /// Returns the same cells after a renumbering of the particles.
     pub fn permuted(&self, order: &Order) -> Self {
         if self.homes.is_empty() {
             return self.clone();
@@ -110,14 +112,14 @@ impl Cells {
         let mut next = Vec::with_capacity(homes.capacity());
         next.resize(homes.len(), NO_PARTICLE);
         let mut first = vec![NO_PARTICLE; self.first.len()];
-        // In reverse, so that each list ends up in ascending order.
+        // Particles are inserted in reverse, so that the list of each cell is in ascending order.
         for (particle, home) in homes.iter().enumerate().rev() {
             next[particle] = std::mem::replace(&mut first[*home as usize], id(particle));
         }
         Self { grid: self.grid.clone(), first, next, homes }
     }
 
-    /// Adds a particle to a cell.
+    /// Appends a new particle and puts it into a cell.
     pub fn push(&mut self, cell: u32) {
         let particle = id(self.homes.len());
         self.homes.push(cell);
@@ -144,14 +146,14 @@ impl Cells {
         self.next[at as usize] = after;
     }
 
-    /// The cell that a particle is in.
+    /// The cell of a particle.
     #[inline]
     #[must_use]
     pub fn home(&self, particle: u32) -> u32 {
         self.homes[particle as usize]
     }
 
-    /// Moves a particle to a cell.
+    /// Moves a particle to another cell.
     pub fn relocate(&mut self, particle: u32, to: u32) {
         let from = self.home(particle);
         if to != from {
@@ -160,27 +162,27 @@ impl Cells {
         }
     }
 
-    /// Whether a particle crosses a periodic boundary when it leaves its cell through a face.
+    /// Whether a particle that leaves its cell through a face crosses a periodic boundary.
     #[must_use]
     pub fn wraps_behind(&self, particle: u32, face: CellFace) -> bool {
         self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
     }
 
-    /// Whether a cell is the first or the last along an axis.
+    /// Whether a cell is the first or the last cell along an axis.
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> bool {
         self.grid.is_outermost(cell, axis).contains(&true)
     }
 
-    /// Moves a particle to the first or last row along the gradient. Its index along the flow follows from
-    /// `position`.
+    /// Moves a particle that has crossed a sliding side to the first or last row of cells along the gradient. Its
+    /// cell along the flow follows from `position`.
     pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
         let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
         self.relocate(particle, to);
     }
 
-    /// Calls `visit` for all particles in the row of cells, along the whole flow, on the other side of the
-    /// box side that bounds a cell along the gradient.
+    /// Calls `visit` for the particles across the sliding side next to a cell, in all cells along the flow. Does
+    /// nothing if the cell is not next to a sliding side. `axes` are the flow and the gradient.
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];
@@ -191,7 +193,8 @@ impl Cells {
         });
     }
 
-    /// Moves a particle through a face of its cell; `None` if there is no cell beyond the face.
+    /// Moves a particle through a face of its cell into the next cell. Returns `None` if there is no cell beyond
+    /// the face.
     #[inline]
     pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;

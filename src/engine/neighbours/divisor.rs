@@ -1,12 +1,13 @@
-//! Division by a number of cells.
+//! Fast division by a number of cells.
 
 use serde::{Deserialize, Serialize};
 
-/// A divisor known in advance. Division is done by multiplication, which is several times as fast.
+/// A divisor that is known in advance. Division by it is replaced by a multiplication, which is several times as
+/// fast.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Divisor {
     by: u32,
-    /// `2^64 / by`, rounded up; 0 represents `2^64` itself.
+    /// Inverse of the divisor: `2^64 / by`, rounded up. The value 0 stands for `2^64`.
     inverse: u64,
 }
 
@@ -15,8 +16,8 @@ impl Divisor {
         Self { by, inverse: (u64::MAX / u64::from(by)).wrapping_add(1) }
     }
 
-    /// Quotient and remainder. The relative error of the inverse is below `2^-32` and positive, so that the
-    /// quotient is exact.
+    /// Returns the quotient and the remainder. The relative error of the inverse is positive and below `2^-32`,
+    /// so that the quotient is exact.
     #[inline]
     pub fn divide(self, x: u32) -> [u32; 2] {
         #[expect(clippy::cast_possible_truncation, reason = "the quotient of an x of 32 bits")]

@@ -1,4 +1,4 @@
-//! A grid of cells no smaller than the longest interaction: positions and adjacency of cells.
+//! A grid of cells no smaller than the longest interaction range: positions and adjacency of cells.
 //!
 //! Along axes that are not periodic, the outermost cells extend to infinity.
 
@@ -12,14 +12,14 @@ use std::ops::Range;
 /// A face through which a particle leaves its cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellFace {
-    /// 0, 1 or 2.
+    /// Index of the axis normal to the face: 0, 1 or 2.
     pub axis: u8,
-    /// Whether it is the face at the higher coordinate.
+    /// Whether the face is on the upper side of the cell.
     pub is_upper: bool,
 }
 
 impl CellFace {
-    /// The sign of the direction from the face into the cell.
+    /// Sign of the direction from the face into the cell, along the axis.
     #[inline]
     #[must_use]
     pub fn inwards(self) -> f64 {
@@ -27,11 +27,11 @@ impl CellFace {
     }
 }
 
-/// The cells of a box.
+/// A grid of cells that covers the box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
-    /// Divisors for the first two counts.
+    /// Divisors for the numbers of cells along x and y.
     by: [Divisor; 2],
     is_periodic: [bool; 3],
     lower: Vector,
@@ -39,23 +39,23 @@ pub struct Grid {
 }
 
 /// With more cells than this along a periodic axis, particles in adjacent cells are less than half a period
-/// apart. Their minimum image is then the only image in which they can meet before either particle changes
-/// its cell. With exactly this many, they are at most half a period apart.
+/// apart. Their nearest image is then the only image in which they can meet before either particle changes its
+/// cell. With exactly this number of cells, they can be half a period apart.
 const UNAMBIGUOUS: u32 = 4;
 
-/// Cells are wider than the interaction range by this factor, so that round-off of positions (below about
-/// `1e-10` of the box) never hides a neighbour two cells away.
+/// Cells are wider than the interaction range by this factor. Round-off of positions (below about `1e-10` of the
+/// box) then never hides a neighbour two cells away.
 const MARGIN: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// A grid over `space` for interactions up to `range` `[length]`, extended beyond open faces to hold all
-    /// `positions`.
+    /// Creates a grid over `space` for interactions up to `range` `[length]`. Beyond open faces, the grid is
+    /// extended to contain all `positions`.
     ///
-    /// The grid ends at walls, so that walls bound its outermost cells. A static particle beyond a wall is in
-    /// the outermost cell at that wall.
+    /// The grid ends at walls, so that walls bound its outermost cells. A static particle beyond a wall is
+    /// assigned to the outermost cell at that wall.
     ///
-    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` has one value each
-    /// for one, two and three dimensions. There are at most `most` cells per particle.
+    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` has a value for one, two
+    /// and three dimensions each. Except in small systems, there are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -84,8 +84,8 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // Coarse cells must not reduce the number of cells below the number that avoids second
-                // images.
+                // If particles are few, cells could be so coarse that pairs would have to be tested in several
+                // images. This minimum number of cells avoids that, if the range permits.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
@@ -104,7 +104,8 @@ impl Grid {
         }
     }
 
-    /// Checks data that was read: whether the number of cells is valid and the divisors match the counts.
+    /// Checks data from a file: whether the number of cells is valid, and whether the divisors match the numbers
+    /// of cells.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y, z] = self.counts;
@@ -118,8 +119,8 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// The cell beyond a face, and the periods to add to a coordinate there; `None` at the end of an axis
-    /// without periods.
+    /// Returns the cell beyond a face, and the number of periods to add to a coordinate there. Returns `None` at
+    /// the end of an axis that is not periodic.
     #[inline]
     #[must_use]
     pub fn behind(&self, cell: u32, face: CellFace) -> Option<(u32, i32)> {
@@ -130,15 +131,15 @@ impl Grid {
         Some((self.join(at), wrap))
     }
 
-    /// Calls `visit(first, count)` for runs of consecutive cells near a cell, itself included. A run is one
-    /// or three cells.
+    /// Calls `visit(first, count)` for runs of consecutive cells, which together cover a cell and all adjacent
+    /// cells. A run is one cell or three cells.
     #[inline(always)]
     pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
         let at = self.split(cell);
         let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
         let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
         if is_inner(0) && is_inner(1) && is_inner(2) {
-            // Interior cells: loops of constant length.
+            // For an interior cell, the loops have a constant length, which is faster.
             let first = cell - strides[2] - strides[1] - 1;
             for z in 0..3 {
                 for y in 0..3 {
@@ -159,10 +160,10 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for runs of consecutive cells near a cell, itself included. A run is one cell or a whole
-    /// row along x.
+    /// Calls `visit` for runs of consecutive cells, which together cover a cell and all adjacent cells. A run is
+    /// one cell or a whole row along x.
     ///
-    /// If the images of the box across y slide along x, every cell of a row beyond these sides can be near.
+    /// If the periodic images along y slide, all cells of a row across a sliding side can be adjacent.
     pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
         let at = self.split(cell);
         let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
@@ -178,8 +179,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for every cell near `cell` that was not near the cell before a transition through
-    /// `face`.
+    /// Calls `visit` for each cell that becomes near when a particle enters `cell`. The particle comes from an
+    /// adjacent cell, which it leaves through `face`.
     #[inline(always)]
     pub fn for_each_new(&self, cell: u32, face: CellFace, mut visit: impl FnMut(u32)) {
         let at = self.split(cell);
@@ -201,19 +202,19 @@ impl Grid {
         }
     }
 
-    /// Numbers of cells along the axes.
+    /// Numbers of cells along the three axes.
     #[must_use]
     pub fn counts(&self) -> [u32; 3] {
         self.counts
     }
 
-    /// Separations at which a pair can meet before either particle changes its cell, in addition to the
-    /// minimum image.
+    /// Returns the displacements of images other than the nearest in which a pair can meet before either particle
+    /// changes its cell.
     ///
-    /// Empty unless a periodic axis has fewer than four cells. Between two predictions of a pair, each
-    /// particle travels at most one cell. The separation thus changes by up to two cells: one period for two
-    /// or three cells, two periods for one cell. In that case axes of four cells count as well; see
-    /// [`Self::tied_axes`].
+    /// The list is empty unless a periodic axis has fewer than four cells. Between two predictions of a pair,
+    /// each particle travels at most one cell. The separation thus changes by up to two cells. This is one period
+    /// for two or three cells, and two periods for one cell. If the list is not empty, it also contains images
+    /// along axes of four cells; see [`Self::tied_axes`].
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
         let mut images = vec![Vector::zeros()];
@@ -244,25 +245,26 @@ impl Grid {
         images
     }
 
-    /// Axes of four cells. Two particles at the outer faces of adjacent cells are half a period apart there.
-    /// Their two nearest images are equally far, and they can meet in either.
+    /// Returns which axes have exactly four cells in a period. Two particles at the outer faces of adjacent cells
+    /// are half a period apart there. They can meet in either of two images, which are equally near.
     #[must_use]
     pub fn tied_axes(&self) -> [bool; 3] {
         std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
     }
 
-    /// The cell of a position at the start.
+    /// Returns the cell of a position, for a particle that has no cell yet.
     #[must_use]
     pub fn cell_at(&self, position: &Vector) -> u32 {
         let index = |k: usize| {
             let at = (position[k] - self.lower[k]) / self.side[k];
-            // Positions in the outermost cells of open axes saturate, and so does NaN from 0/0 on flat axes.
+            // The conversion to an integer saturates. Positions beyond the grid are thus in the outermost cells,
+            // and NaN from 0/0 on flat axes is in the first cell.
             trunc_to_u32(at).min(self.counts[k] - 1)
         };
         self.join([index(0), index(1), index(2)])
     }
 
-    /// The index of a cell along an axis.
+    /// Index of a cell along an axis.
     #[inline]
     #[must_use]
     pub fn index_along(&self, cell: u32, axis: usize) -> u32 {
@@ -281,7 +283,7 @@ impl Grid {
         [x, y, z]
     }
 
-    /// The distinct indices next to `index` along an axis, itself included.
+    /// Returns the indices of a cell and its adjacent cells along an axis, each once, and their number.
     #[inline]
     fn around(&self, axis: usize, index: u32) -> ([u32; 3], usize) {
         let n = self.counts[axis];
@@ -302,8 +304,8 @@ impl Grid {
         }
     }
 
-    /// The index beyond an upper or lower face, and the periods to add; `None` at the end of an axis without
-    /// periods.
+    /// Returns the index of the cell beyond the upper or lower face along an axis, and the number of periods to
+    /// add to a coordinate there. Returns `None` at the end of an axis that is not periodic.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;
@@ -318,7 +320,7 @@ impl Grid {
 
     /// Calls `visit(face, coordinate)` for the faces through which a particle can leave its cell.
     ///
-    /// Outermost faces of axes that are not periodic are left out.
+    /// Axes that are not periodic have no such faces at their ends.
     #[inline]
     pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
@@ -335,7 +337,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit` for the faces that a particle of constant velocity approaches, at most one per axis.
+    /// Calls `visit(face, coordinate)` for the faces that a particle of constant velocity approaches, at most one
+    /// per axis.
     #[inline]
     pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);
@@ -351,8 +354,8 @@ impl Grid {
         }
     }
 
-    /// Returns the cell in the first or last row along the gradient that has the index of the cell `along`
-    /// along the flow.
+    /// Returns the cell that replaces `cell` when a particle crosses a sliding side. It is in the first or last
+    /// row along the gradient. Its index along the flow is that of the cell `along`.
     #[must_use]
     pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
         let mut at = self.split(cell);
@@ -361,8 +364,8 @@ impl Grid {
         self.join(at)
     }
 
-    /// Calls `visit` for the row of cells, along the whole flow, on the other side of the box side that
-    /// bounds a cell along the gradient.
+    /// Calls `visit` for the cells across the sliding side next to `cell`, including all cells along the flow.
+    /// Does nothing if `cell` is not next to a sliding side.
     pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
         let mut at = self.split(cell);
         let last = self.counts[gradient] - 1;
@@ -382,7 +385,8 @@ impl Grid {
         }
     }
 
-    /// Lower and upper corner of a cell; infinite in directions in which the cell is unbounded.
+    /// Returns the lower and the upper corner of a cell. Coordinates are infinite in directions in which the cell
+    /// is unbounded.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> [Vector; 2] {
         let mut bounds = [Vector::repeat(f64::NEG_INFINITY), Vector::repeat(f64::INFINITY)];
@@ -390,8 +394,8 @@ impl Grid {
         bounds
     }
 
-    /// Whether the cell is the first, and whether it is the last, along an axis that is not periodic. In
-    /// either case a wall may be near.
+    /// Whether the cell is the first, and whether it is the last, along an axis. Such a cell may be next to a
+    /// wall or a sliding side.
     #[inline]
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {

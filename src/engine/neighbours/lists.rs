@@ -1,10 +1,9 @@
-//! Verlet lists: the particles that a particle could meet before it leaves the skin of its list.
+//! Verlet lists: for each particle, the particles that it could meet before it leaves its skin.
 //!
-//! Each moving particle has a centre, its position when its list was built. The particle stays within its
-//! skin, a ball of radius `delta` around the centre. Leaving the ball is an event. Two particles cannot meet
-//! if the distance of their centres exceeds their range plus `2 delta`. A list thus holds only the particles
-//! with nearer centres. Each of two moving particles is in the list of the other. Static particles have no
-//! lists.
+//! Each moving particle has a centre, which is its position when its list was built. Its skin is a ball of radius
+//! `delta` around the centre. When it leaves the ball, its list is rebuilt. Two particles in their skins cannot
+//! meet if the distance of their centres exceeds their range plus `2 delta`, so that lists only hold particles
+//! with nearer centres. Two moving particles are in the lists of each other. Static particles have no lists.
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;
@@ -13,22 +12,22 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// Up to eight entries are read at a time. The capacity of a list is a multiple of eight.
+/// Number of entries in a block. Up to eight entries are read at a time, and the capacity of a list is a whole
+/// number of blocks.
 const BLOCK: usize = 8;
 const WIDTH: u32 = 8;
 
-/// Number of bits that store a length. They suffice for the largest number of particles.
+/// Number of bits that store the length of a list. They suffice for the largest number of particles.
 const LENGTH: u32 = 29;
 
-/// Maximum number of spare blocks of a list.
+/// Maximum number of unused blocks at the end of a list.
 const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
 
-/// Position of a particle's list in the array, counted in blocks, its length, and its number of unused
-/// blocks.
+/// Where a particle's list is stored: the index of its first block, its length, and its number of unused blocks.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
-    /// The length, and in the higher bits the number of unused blocks.
+    /// Length of the list in the lower bits, and number of unused blocks in the higher bits.
     filled: u32,
 }
 
@@ -60,22 +59,22 @@ impl Span {
     }
 }
 
-/// All lists in one array. Unused entries of a list name the particle itself, because a particle never meets
-/// itself.
+/// The lists of all particles, in one array. Unused entries of a list hold the particle itself, because a
+/// particle never meets itself.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,
-    /// Free blocks, grouped by size.
+    /// Free runs of blocks, grouped by the number of blocks in the run.
     free: Vec<Vec<u32>>,
-    /// Scratch: a list before it is renewed.
+    /// Working memory: the previous entries of a list that is being renewed.
     old: Vec<u32>,
-    /// The particles that have entered the list that was last renewed, and their number.
+    /// The particles that were new in the list that was renewed last, and their number without padding.
     newcomers: Vec<u32>,
     coming: usize,
 }
 
-/// Whether a short list holds a particle. The test has no branch that depends on the position in the list.
+/// Whether a short list contains a particle. The loop has no branch that depends on the entries.
 #[inline]
 fn holds(list: &[u32], particle: u32) -> bool {
     list.iter().fold(false, |found, entry| found | (*entry == particle))
@@ -88,12 +87,13 @@ impl Lists {
         Self { spans: vec![Span::default(); particles], ..Self::default() }
     }
 
-    /// Adds an empty list.
+    /// Appends an empty list for a new particle.
     pub fn push_empty(&mut self) {
         self.spans.push(Span::default());
     }
 
-    /// The lists of particles with other numbers, adjacent in memory in the new order.
+    /// Returns the lists after a renumbering of the particles. Lists of successive particles are adjacent in
+    /// memory.
     pub fn permuted(&self, order: &Order) -> Self {
         let mut permuted = Self::new(order.old.len());
         permuted.spans.reserve(order.room);
@@ -108,8 +108,8 @@ impl Lists {
         permuted
     }
 
-    /// Checks data that was read: whether each particle has a list within the array, and all entries are
-    /// particles.
+    /// Checks data from a file: whether each particle has a list within the array, and whether all entries are
+    /// numbers of particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let blocks = self.entries.len() / BLOCK;
@@ -125,18 +125,18 @@ impl Lists {
             && self.newcomers.iter().chain(&self.old).all(|&other| (other as usize) < particles)
     }
 
-    /// Frees the memory of all lists and leaves them empty.
+    /// Empties all lists and frees their memory.
     pub fn let_go(&mut self) {
         *self = Self::new(self.spans.len());
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.spans);
         enlarge(&self.entries);
     }
 
-    /// The particles in a list.
+    /// Returns the list of a particle.
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[u32] {
@@ -144,7 +144,8 @@ impl Lists {
         &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
-    /// The particles in a list, padded with the particle itself to a multiple of eight, and their number.
+    /// Returns the list of a particle, padded with the particle itself to a multiple of eight, and the length of
+    /// the list without padding.
     #[inline]
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
@@ -153,13 +154,13 @@ impl Lists {
         (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
-    /// Prefetches the span of a list.
+    /// Prefetches the address and length of a particle's list.
     #[inline]
     pub fn prefetch_span(&self, particle: u32) {
         prefetch(&self.spans, particle as usize);
     }
 
-    /// Prefetches the entries of a list.
+    /// Prefetches the first two blocks of a particle's list.
     #[inline]
     pub fn prefetch_list(&self, particle: u32) {
         let span = self.spans[particle as usize];
@@ -167,7 +168,7 @@ impl Lists {
         prefetch(&self.entries, span.start() + BLOCK);
     }
 
-    /// Adds a particle to the list of another.
+    /// Adds `other` to the list of a particle.
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks, length) = (span.first, span.blocks(), span.length());
@@ -178,14 +179,14 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length + 1);
     }
 
-    /// Removes a particle from the list of another, if it is there.
+    /// Removes `other` from the list of a particle, if it is there.
     pub fn remove(&mut self, particle: u32, other: u32) {
         if let Some(at) = self.of(particle).iter().position(|entry| *entry == other) {
             self.remove_at(particle, at);
         }
     }
 
-    /// Removes the entry at index `at` from a list. The last entry takes its place.
+    /// Removes the entry at index `at` from the list of a particle. The last entry takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
         let span = self.spans[particle as usize];
         let left = span.length() - 1;
@@ -200,8 +201,9 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, left);
     }
 
-    /// Makes `new` the list of a particle. Also adds this particle to the lists of particles that enter, and
-    /// removes it from the lists of particles that leave. Particles that keep no list are skipped.
+    /// Replaces the list of a particle by `new`. Also adds the particle to the lists of its new neighbours, and
+    /// removes it from the lists of its former neighbours. Particles for which `keeps_none` is true have no
+    /// lists.
     pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
         let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
         old.clear();
@@ -220,14 +222,15 @@ impl Lists {
         self.set(particle, new);
     }
 
-    /// The particles that have entered the list that was last renewed, padded as lists are, and their number.
+    /// Returns the particles that were new in the list that was renewed last, padded to a multiple of eight, and
+    /// their number without padding.
     #[inline]
     #[must_use]
     pub fn newcomers(&self) -> (&[u32], usize) {
         (&self.newcomers, self.coming)
     }
 
-    /// Makes `new` the list of a particle.
+    /// Replaces the list of a particle by `new`. Other lists do not change.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks) = (span.first, span.blocks());
@@ -237,7 +240,7 @@ impl Lists {
         )]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
-        // Blocks that are no longer needed go to other lists.
+        // A list that has become much shorter also moves, so that other lists can use its blocks.
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {
@@ -248,8 +251,8 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves the beginning of a list to where there is room for more blocks. Returns the first block there
-    /// and the number of blocks.
+    /// Moves a list to a place with room for `needed` blocks, and copies its first `kept` entries. Returns the
+    /// first block of the new place and the number of blocks.
     fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
         let span = self.spans[particle as usize];
         let blocks = span.blocks();
@@ -270,8 +273,8 @@ impl Lists {
     }
 }
 
-/// Number of blocks that a list gets when it needs `needed` blocks. A long list gets a quarter more, but less
-/// than [`MOST_SPARE`] more.
+/// Returns the number of blocks to reserve for a list that needs `needed` blocks. A long list gets a quarter
+/// more, but less than [`MOST_SPARE`] more.
 fn room_for(needed: u32) -> u32 {
     needed + (needed / 4).min(MOST_SPARE - 1)
 }
@@ -328,7 +331,7 @@ mod tests {
         fn a_renewed_list_changes_those_of_the_others(
             steps in prop::collection::vec((0..12_u32, prop::collection::btree_set(0..14_u32, 0..14)), 1..60),
         ) {
-            // Numbers 12 and 13 keep none.
+            // Particles 12 and 13 have no lists.
             let mut lists = Lists::new(14);
             let mut pairs = BTreeSet::new();
             for (particle, mut new) in steps {

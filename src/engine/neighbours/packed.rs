@@ -1,9 +1,8 @@
-//! Centres of Verlet lists, packed by cell in blocks of eight, so that all centres near a position are read
-//! in one stream.
+//! Centres of Verlet lists, packed by cell in blocks of eight, so that a search can test eight centres at once.
 //!
-//! Packed centres are rounded to single precision. A search finds all particles that *may* be within reach.
-//! No particle within reach is left out. If single precision leaves any candidate uncertain, the
-//! candidates are tested again in double precision: see [`super::verlet::VerletLists`].
+//! Packed centres are rounded to single precision. A search finds all particles that *may* be within reach, so
+//! that no particle within reach is missed. If single precision leaves any of them uncertain, all of them are
+//! tested again in double precision: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -16,24 +15,24 @@ use crate::model::space::{Boundary, Space};
 use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 
-/// Centres in a block.
+/// Number of centres in a block.
 const LANES: usize = 8;
 
-/// Marker for the end of a chain of blocks.
+/// Marks the end of a linked list of blocks.
 const NONE: u32 = u32::MAX;
 
-/// Half a unit in the last place of 1 in single precision.
+/// Rounding error of numbers near 1 in single precision: half a unit in the last place.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Coordinates beyond this are not distinguished at all. Their squares are close to the largest
-/// single-precision number.
+/// Beyond this coordinate, a search finds all particles of the adjacent cells without a test of distances.
+/// Squares of smaller coordinates do not overflow in single precision.
 const FAR: f64 = 1e15;
 
-/// Cells are as large as the reach requires, and there is at most one cell per particle.
+/// Cells are as small as the reach permits, but there is at most about one cell per particle.
 const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
-/// Eight centres of a cell. Unused lanes are NaN.
+/// Eight centres in one cell. The x coordinate of unused places is NaN.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Block {
@@ -45,39 +44,39 @@ impl Block {
     const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NO_PARTICLE; LANES] };
 }
 
-/// The centres by cell.
+/// The centres of all particles, sorted into cells.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Packed {
-    /// The cells, no smaller than the reach.
+    /// The grid of cells, which are no smaller than the reach.
     pub grid: Grid,
-    /// The first block of each cell.
+    /// For each cell, its first block.
     first: Vec<u32>,
     blocks: Vec<Block>,
     /// For each block, the next block of the same cell.
     next: Vec<u32>,
     free: Vec<u32>,
-    /// Periods, infinite along axes that are not periodic.
+    /// Periods of the box; infinite along axes that are not periodic.
     periods: [f32; 3],
-    /// The largest coordinate of the box along its periodic axes.
+    /// The largest absolute coordinate of the box along its periodic axes `[length]`.
     scale: f64,
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[serde(skip, default = "Simd::most")]
     width: Simd,
 }
 
-/// The sphere around a centre in which particles are searched.
+/// The sphere in which a search finds centres, around the centre of a particle.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
-    /// Squared radius, increased by the errors of single precision.
+    /// Squared radius of the sphere. It is increased by the rounding errors of single precision.
     squared: f32,
-    /// Squared radius within which a candidate is certainly in reach despite single precision.
+    /// Squared radius within which a centre is certainly within reach, in spite of rounding errors.
     certain: f32,
     periods: [f32; 3],
 }
 
 impl Packed {
-    /// Centres at `positions` in cells for a reach `[length]`.
+    /// Sorts centres at `positions` into cells for a given reach `[length]`.
     #[must_use]
     pub fn new(space: &Space, reach: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, reach, positions, FINEST, CELLS_PER_PARTICLE);
@@ -96,7 +95,8 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Sorts other centres into the same grid of cells. Particles adjacent in memory have adjacent centres.
+    /// Sorts other centres into the same grid of cells. Centres of successive particles are put close together in
+    /// memory.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -113,8 +113,8 @@ impl Packed {
         others
     }
 
-    /// Checks data that was read: whether each block is in exactly one cell or free, and its entries are
-    /// particles.
+    /// Checks data from a file: whether each block belongs to at most one cell or is free, and whether its
+    /// entries are numbers of particles.
     #[must_use]
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.blocks.len()];
@@ -136,14 +136,14 @@ impl Packed {
             && lanes.all(|(id, x)| if id == NO_PARTICLE { x.is_nan() } else { (id as usize) < particles })
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.first);
         enlarge(&self.blocks);
         enlarge(&self.next);
     }
 
-    /// Removes a particle's centre.
+    /// Removes the centre of a particle.
     pub fn lift(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let (mut before, mut at) = (NONE, self.first[cell as usize]);
@@ -165,7 +165,7 @@ impl Packed {
         }
     }
 
-    /// Inserts a particle's centre.
+    /// Inserts the centre of a particle.
     pub fn put(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let mut at = self.first[cell as usize];
@@ -197,14 +197,14 @@ impl Packed {
         }
     }
 
-    /// The cell that holds a centre.
+    /// The cell in which a centre lies.
     #[inline]
     #[must_use]
     pub fn home(&self, centre: &Vector) -> u32 {
         self.grid.cell_at(centre)
     }
 
-    /// Finds all particles in `cell` and the adjacent cells.
+    /// Finds all particles with centres in `cell` and in the adjacent cells.
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         near.clear();
         self.for_each_block(cell, |block| {
@@ -214,22 +214,23 @@ impl Packed {
         });
     }
 
-    /// Returns the largest distance by which a found candidate may exceed `reach`. It is infinite if all
-    /// particles in the adjacent cells are found.
+    /// Returns the largest rounding error of a distance up to `reach`. It is infinite for coordinates beyond
+    /// [`FAR`], where searches do not compare distances.
     ///
-    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a
-    /// unit in the last place. In total, this is less than 8 roundings of the largest of these numbers along
-    /// each axis, or 14 in space.
+    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a unit in
+    /// the last place. In total, this is less than 8 rounding errors of the largest of these numbers along each
+    /// axis, or 14 in space.
     #[inline]
     fn slack(&self, reach: f64, centre: &Vector) -> f64 {
         let scale = self.scale.max(centre.amax()) + reach;
         if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
     }
 
-    /// Finds all particles whose centres may be within `reach` of a centre. Other particles may be found up
-    /// to [`Self::slack`] beyond `reach`. Returns whether all particles found are certainly within reach.
+    /// Finds all particles with centres within `reach` of a centre. Because of rounding, it may also find
+    /// particles up to about twice [`Self::slack`] beyond `reach`. Returns whether all particles found are
+    /// certainly within reach.
     ///
-    /// The sum of squares adds 4 roundings.
+    /// The sum of squares adds 4 rounding errors. The squared radii allow for 8.
     #[inline]
     pub fn find_within(
         &self,
@@ -255,7 +256,7 @@ impl Packed {
         };
         #[cfg(target_arch = "x86_64")]
         if self.width.has_avx2() {
-            // SAFETY: support for AVX2 was checked.
+            // SAFETY: the processor supports AVX2, as just checked.
             return unsafe { self.find_in_ball_avx2(cell, &ball, wraps, near) };
         }
         let mut are_certain = true;
@@ -296,13 +297,14 @@ impl Packed {
         });
     }
 
-    /// Prefetches the heads of the cells that a search reads.
+    /// Prefetches the numbers of the first blocks in a cell and in the adjacent cells.
     #[inline]
     pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the blocks near a cell. The heads of their lists have been loaded.
+    /// Prefetches the first blocks in a cell and in the adjacent cells. The numbers of these blocks are read, and
+    /// should have been prefetched.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
@@ -317,7 +319,8 @@ impl Packed {
 }
 
 impl Ball {
-    /// Squared distance of the centre in one lane. The operations are the same as for eight lanes at once.
+    /// Squared distance between the centre of the ball and a centre in a block. The operations are the same as in
+    /// the search of eight centres at once.
     #[inline]
     fn squared_distance(&self, block: &Block, lane: usize) -> f32 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
@@ -334,7 +337,8 @@ mod avx2 {
     use super::{Ball, Block, Candidates};
     use std::arch::x86_64::*;
 
-    /// For each subset of the eight lanes, the indices of its lanes in order, one byte each.
+    /// For each subset of the eight places in a block, the indices of these places in ascending order, one byte
+    /// each.
     const LANES_OF: [u64; 256] = {
         let mut lanes = [0_u64; 256];
         let mut set = 0;
@@ -352,14 +356,14 @@ mod avx2 {
         lanes
     };
 
-    /// Adds particles of a block to `near` if their centres are in a ball. Returns whether all added
+    /// Appends the particles of a block to `near` if their centres are in the ball. Returns whether all appended
     /// particles are certainly within reach.
     #[target_feature(enable = "avx2")]
     #[inline]
     pub fn find_in_ball<const WRAPS: bool>(block: &Block, ball: &Ball, near: &mut Candidates) -> bool {
         let mut sum = _mm256_setzero_ps();
         for k in 0..3 {
-            // SAFETY: a whole array is loaded.
+            // SAFETY: the eight numbers that are loaded are a whole array.
             let there = unsafe { _mm256_loadu_ps(block.at[k].as_ptr()) };
             let mut apart = _mm256_sub_ps(_mm256_set1_ps(ball.centre[k]), there);
             if WRAPS {
@@ -376,7 +380,7 @@ mod avx2 {
         let is_certain = _mm256_cmp_ps::<_CMP_LE_OQ>(sum, _mm256_set1_ps(ball.certain));
         let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(LANES_OF[set & 255].cast_signed()));
         let mut ids = [0; 8];
-        // SAFETY: whole arrays are loaded and stored.
+        // SAFETY: the eight numbers that are loaded or stored are a whole array.
         unsafe {
             let all = _mm256_loadu_si256(block.ids.as_ptr().cast());
             _mm256_storeu_si256(ids.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(all, lanes));

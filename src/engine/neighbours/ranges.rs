@@ -1,25 +1,25 @@
-//! The distance that a neighbour search has to cover.
+//! Interaction distances that the neighbour search has to cover.
 
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
 
-/// The distances at which uncaptured pairs meet.
+/// Distances at which uncaptured pairs meet, and their largest values.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
     /// Distances at which uncaptured pairs meet `[length]`, as a matrix over pairs of species, row by row.
-    /// They are negative for pairs that never meet.
+    /// Negative for pairs that never meet.
     pub between: Vec<f64>,
-    /// The longest distance, bonds included.
+    /// The largest interaction distance, including bonds `[length]`.
     pub longest: f64,
-    /// The range that the cells must cover.
+    /// The largest interaction distance without bonds, which cells must cover `[length]`.
     pub of_cells: f64,
-    /// Whether a bonded pair may start further apart than `of_cells`. Its nearest image may then be across
-    /// any side of the box.
+    /// Whether a bonded pair may start further apart than `of_cells`. The nearest image of its particles may then
+    /// be across any side of the box.
     pub may_be_overstretched: bool,
 }
 
 impl Ranges {
-    /// Returns the ranges between the species in `species`. Each of these species has a row.
+    /// Returns the ranges for the species in `species`, which are the species of the table rows.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         Self {
@@ -32,8 +32,8 @@ impl Ranges {
         }
     }
 
-    /// Whether captured pairs stay within the range of the cells, so that their particles are in the same or
-    /// adjacent cells.
+    /// Whether bonds are no longer than the range of the cells. The particles of a captured pair are then in the
+    /// same cell or in adjacent cells.
     #[inline]
     #[must_use]
     pub fn are_captured_near(&self) -> bool {

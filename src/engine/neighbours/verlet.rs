@@ -1,4 +1,4 @@
-//! Verlet lists with a skin: the region that a particle may visit before its list is rebuilt.
+//! Verlet lists with a skin. The skin is the region in which a particle may move before its list is rebuilt.
 
 use super::candidates::Candidates;
 use super::lists::Lists;
@@ -10,41 +10,44 @@ use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Relative margin of the skin in the reach of lists. Round-off of positions and times (below about `1e-10`
-/// of the box) thus never lets two particles meet that are not in each other's lists.
+/// The reach of lists includes this fraction of the skin as a margin. Round-off of positions and times (below
+/// about `1e-10` of the box) then never lets two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
-/// Verlet lists: the centres of all particles, and for each particle the list of particles within reach.
+/// Verlet lists: the centres of all particles, and for each particle the list of particles with centres within
+/// reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
     /// Half of the skin, `delta`: the largest distance of a particle from its centre `[length]`.
     pub half_skin: f64,
-    /// Position of each particle when its list was built.
+    /// Centre of each particle: its position when its list was built.
     pub centres: Vec<Vector>,
-    /// The centres, packed by cell.
+    /// The same centres, packed by cell.
     pub cells: Packed,
-    /// The pairs within reach. They follow from the centres and from which pairs are captured.
+    /// The lists of all particles. They can be rebuilt from the centres and the captured pairs.
     pub lists: Lists,
-    /// For each species, the largest distance between centres within reach.
+    /// For each species, the largest distance between the centres of a listed pair `[length]`.
     pub reaches: Vec<f64>,
-    /// For each pair of species, the largest squared distance of centres within reach; negative for pairs
-    /// that never meet.
+    /// For each pair of species, the largest squared distance between the centres of a listed pair `[length^2]`.
+    /// Negative for pairs that never meet.
     squared: Vec<f64>,
     species: usize,
     periods: Vector,
-    /// Between these corners, all particles within reach are their own nearest images.
+    /// Corners of the inner part of the box. A particle in this part meets no other particle across a side of the
+    /// box.
     inner: [Vector; 2],
 }
 
 impl VerletLists {
-    /// Creates lists with a half skin in `space`. `ranges` are the distances at which uncaptured pairs of
-    /// species meet, negative for pairs that never meet. `longest` is the longest distance, bonds included.
+    /// Creates empty lists in `space`. `ranges` are the distances at which uncaptured pairs meet, for each pair
+    /// of species; negative for pairs that never meet. `longest` is the largest interaction distance, including
+    /// bonds.
     #[must_use]
     pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
         let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
-        // The sum of the distances from the particle to its centre, to another centre, and to the other
-        // particle, and of the largest distance of a centre outside the box.
+        // Width of the outer part of the box. It is the reach between two centres, plus the distance of each
+        // particle from its centre, plus the largest distance of a centre outside the box.
         let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
@@ -61,7 +64,7 @@ impl VerletLists {
         }
     }
 
-    /// Checks data that was read: whether all arrays have the right lengths and all indices are valid.
+    /// Checks data from a file: whether all arrays have the right lengths, and whether all indices are valid.
     #[must_use]
     pub fn is_sound(&self, particles: usize, species: usize) -> bool {
         self.centres.len() == particles
@@ -72,12 +75,12 @@ impl VerletLists {
             && self.cells.is_sound(particles)
     }
 
-    /// The largest half skin that fits a box. It fits if the nearest image of a pair does not change while
-    /// both particles are in their skins. Infinite without periodic axes, negative if none fits.
+    /// Returns the largest half skin that a box allows. The nearest image of a pair must not change while both
+    /// particles are in their skins. Infinite without periodic axes; negative if the box is too small for lists.
     #[must_use]
     pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
-        // `range + 4 half_skin`: the reach of lists includes two half skins, and the pair may have moved by
-        // two more since. Dividing by 4.1 instead of 4 allows for rounding.
+        // Half a period must exceed `range + 4 half_skin`. The reach of lists includes two half skins, and the
+        // two particles may move by one half skin each. The divisor is 4.1 instead of 4, to allow for rounding.
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
@@ -96,16 +99,17 @@ impl VerletLists {
         (0..3).any(|k| position[k] < self.inner[0][k] || position[k] > self.inner[1][k])
     }
 
-    /// Whether a centre is within reach of the centre of another particle.
+    /// Whether the centre of another particle is within reach of `centre`. `species` are the species of the two
+    /// particles.
     #[inline]
     fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
         let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
         apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
     }
 
-    /// Finds the particles whose centres are within reach of a centre, for a particle of the species `mine`.
+    /// Finds the particles whose centres are within reach of `centre`, for a particle of the species `mine`.
     ///
-    /// `species` holds the species of all particles, or is empty if there is only one.
+    /// `species` holds the species of all particles, or is empty if there is only one species.
     #[inline]
     pub fn find_neighbours_within(&self, centre: &Vector, mine: u16, species: &[u16], near: &mut Candidates) {
         let reach = self.reaches[usize::from(mine)];
@@ -116,14 +120,14 @@ impl VerletLists {
         }
     }
 
-    /// Adds a particle with a centre and an empty list.
+    /// Adds a particle with the given centre and an empty list.
     pub fn push(&mut self, centre: Vector) {
         self.cells.put(id(self.centres.len()), &centre);
         self.centres.push(centre);
         self.lists.push_empty();
     }
 
-    /// Moves the centre of a particle. Lists do not change.
+    /// Moves the centre of a particle. The lists do not change.
     pub fn relocate(&mut self, particle: u32, centre: Vector) {
         let before = std::mem::replace(&mut self.centres[particle as usize], centre);
         if before != centre {
@@ -132,7 +136,7 @@ impl VerletLists {
         }
     }
 
-    /// The lists of particles with other numbers.
+    /// Returns the lists after a renumbering of the particles.
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
         let cells = self.cells.of_others(&centres);
@@ -146,7 +150,7 @@ impl VerletLists {
         }
     }
 
-    /// Asks for large pages.
+    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.centres);
         self.cells.enlarge();

@@ -1,4 +1,4 @@
-//! Weights of the potential energy as a force: the cost of an energy step in a multicanonical ensemble.
+//! Weights of the potential energy in a multicanonical ensemble, which change the cost of energy steps.
 
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
@@ -6,19 +6,19 @@ use crate::engine::{Chosen, Simulation};
 use crate::model::EnergyWeights;
 use serde::{Deserialize, Serialize};
 
-/// A function `F(U) = T w(U)` that replaces the potential energy. In a heat bath of temperature `T`,
-/// configurations have the weights `exp(-w(U))`.
+/// A function `F(U) = T w(U)` that replaces the potential energy `U`. In a heat bath of temperature `T`,
+/// configurations then have the weights `exp(-w(U))`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Bias {
     weights: EnergyWeights,
-    /// `T` `[energy]`.
+    /// Temperature `T` of the heat bath `[energy]`.
     temperature: f64,
-    /// `U`, of all pairs `[energy]`.
+    /// Potential energy `U` of all pairs `[energy]`.
     energy: f64,
 }
 
 impl Bias {
-    /// `F(U + step) - F(U)`.
+    /// Returns the cost of an energy step: `F(U + step) - F(U)`.
     fn cost(&self, step: f64) -> f64 {
         self.temperature * (self.weights.at(self.energy + step) - self.weights.at(self.energy))
     }
@@ -26,9 +26,9 @@ impl Bias {
 
 impl Simulation {
     /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of
-    /// temperature `T` `[energy]`, configurations then have the weights `exp(-w(U))`. The distances of
-    /// contact are unchanged, but a step of the energy has another cost. Reported energies are unchanged, and
-    /// the energy from the replacement is counted as supplied.
+    /// temperature `T` `[energy]`, configurations then have the weights `exp(-w(U))`. The distances of contact do
+    /// not change, but energy steps have another cost. Reported energies are still those of `U`, and the
+    /// difference counts as supplied energy.
     ///
     /// The scene must have no gravity, so that energies change only in steps.
     pub(crate) fn set_energy_weights(&mut self, weights: Option<(&EnergyWeights, f64)>) {
@@ -42,8 +42,8 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns a discontinuity with its energy step replaced by the cost of the step under the weights of the
-    /// energy.
+    /// Returns the discontinuity `seen`. With multicanonical weights, its energy step is replaced by the cost of
+    /// the step.
     #[inline(always)]
     pub(in crate::engine) fn weighted(&self, seen: &Discontinuity) -> Discontinuity {
         match &self.pairs.bias {
@@ -54,8 +54,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Records a step of the potential energy for which the pair has paid a different energy. Returns the
-    /// difference, which is supplied from outside.
+    /// Records an energy step for which the pair has paid another energy `felt` because of the weights. Returns
+    /// the difference, which is supplied from outside.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {
@@ -96,7 +96,8 @@ mod tests {
             let supplied = simulation.event_counts().supplied.total();
             found.push([next.energy_step, simulation.energy().kinetic - start, supplied]);
         }
-        // Into the well, off the core, and out again. The step costs 2 (0.3 - 1.1) instead of -0.9.
+        // The particle enters the well, hits the core, and leaves the well. The first step costs 2 (0.3 - 1.1)
+        // instead of -0.9.
         for (found, expected) in found.iter().zip([[-0.9, 1.6, 0.7], [0.0, 1.6, 0.7], [0.9, 0.0, 0.0]]) {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}, expected {expected:?}");
         }

@@ -1,11 +1,11 @@
-//! The memory of the TC model: the time of each particle's last contact.
+//! Contact times for the TC model: when each particle had its last contact.
 
 use serde::{Deserialize, Serialize};
 
-/// Contact times of all particles, and the model's `t_c`.
+/// The time of the last contact of each particle, and the contact time `t_c` of the TC model.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
-    /// `t_c` `[time]`.
+    /// Contact time `t_c` `[time]`.
     pub contact_time: f64,
     pub last: Vec<f64>,
 }
@@ -17,8 +17,8 @@ impl ContactTimes {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
-    /// Records a contact at `time`. Returns whether any of the particles had its previous contact less than
-    /// `t_c` ago.
+    /// Records a contact of `particles` at `time`. Returns whether the previous contact of any of them was less
+    /// than `t_c` ago.
     pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
         let mut is_recent = false;
         for &particle in particles {

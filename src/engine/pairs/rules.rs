@@ -7,29 +7,29 @@ use crate::model::{Interaction, Scene, Species, SpeciesId};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
-/// A discontinuity as seen by a pair in a given state.
+/// A discontinuity of a potential, as seen by a pair in a given state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discontinuity {
-    /// Its distance `s` `[length]`.
+    /// Distance `s` of the particles at the discontinuity `[length]`.
     pub distance: f64,
     /// `s^2` `[length^2]`.
     pub squared: f64,
-    /// Potential energy beyond the discontinuity minus the energy on this side, `dU` `[energy]`.
+    /// Change of the potential energy when the pair crosses the discontinuity, `dU` `[energy]`.
     pub energy_step: f64,
 }
 
 /// A potential in the form that the event loop needs: the outer and inner discontinuity of each pair state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
-    /// The outer discontinuity of each state, absent in state 0.
+    /// The outer discontinuity of each pair state; `None` in state 0.
     outer: Vec<Option<Discontinuity>>,
-    /// The inner discontinuity of each state, absent in the last state.
+    /// The inner discontinuity of each pair state; `None` in the last state.
     inner: Vec<Option<Discontinuity>>,
-    /// The squared distances of both discontinuities of each state.
+    /// The squared distances of both discontinuities of each pair state `[length^2]`.
     edges: Vec<Edges>,
-    /// Potential energy by state `[energy]`.
+    /// Potential energy of each pair state `[energy]`.
     energies: Vec<f64>,
-    /// Restitution of infinite steps.
+    /// Coefficient of restitution at infinite steps.
     pub restitution: f64,
 }
 
@@ -52,14 +52,15 @@ impl Steps {
         Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
     }
 
-    /// Number of states of a pair; `None` if the arrays have different lengths.
+    /// Number of pair states; `None` if the arrays have different lengths.
     fn states(&self) -> Option<usize> {
         let count = self.energies.len();
         let lengths = [self.outer.len(), self.inner.len(), self.edges.len()];
         (lengths == [count; 3]).then_some(count)
     }
 
-    /// The discontinuity on one side of a pair in `state`.
+    /// Returns the inner or the outer discontinuity of a pair in `state`: the inner one on the positive side, and
+    /// the outer one on the negative side.
     #[inline]
     #[must_use]
     pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
@@ -69,7 +70,7 @@ impl Steps {
         }
     }
 
-    /// The squared distances of both discontinuities.
+    /// Returns the squared distances of both discontinuities of a pair in `state` `[length^2]`.
     #[inline]
     #[must_use]
     pub fn edges(&self, state: u16) -> Edges {
@@ -83,42 +84,42 @@ impl Steps {
     }
 }
 
-/// The squared distances of the discontinuities that a pair in a given state can reach `[length^2]`.
+/// The squared distances of the discontinuities on either side of a pair in a given state `[length^2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
-    /// The inner discontinuity; negative infinity if there is none.
+    /// Squared distance of the inner discontinuity; negative infinity if there is none.
     pub inner: f64,
-    /// The outer discontinuity; infinite if there is none.
+    /// Squared distance of the outer discontinuity; infinite if there is none.
     pub outer: f64,
 }
 
-/// First discontinuity of an uncaptured pair (in state 0) of given species.
+/// The discontinuity at which an uncaptured pair of two species meets: the outermost one of their potential.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meeting {
-    /// The square of the potential's range `[length^2]`.
+    /// Squared range of the potential `[length^2]`.
     pub squared: f64,
-    /// Index of the interaction.
+    /// Index of the interaction of the two species.
     pub interaction: u16,
     /// Whether the two species interact at all.
     pub exists: bool,
-    /// Whether the two particles accelerate relative to each other.
+    /// Whether the two species have different accelerations.
     pub is_accelerated: bool,
 }
 
 impl Meeting {
-    /// Squared range of a pair without relative acceleration. It is negative infinity for other pairs, so
-    /// that Algorithm 2 never finds a contact.
+    /// Returns the squared range of a pair without relative acceleration `[length^2]`. For other pairs, it is
+    /// negative infinity, so that the prediction for constant relative velocity finds no contact.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
     }
 }
 
-/// The constants of a species.
+/// The constants of a species that the event loop needs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesRules {
-    /// `1 / m`, 0 for a static species.
+    /// Inverse mass `1 / m`; 0 for a static species.
     pub inverse_mass: f64,
-    /// Half the diameter: the distance from walls at contact `[length]`.
+    /// Half the diameter, which is the distance of the centre from a wall at contact `[length]`.
     pub radius: f64,
     /// Constant acceleration.
     pub acceleration: Vector,
@@ -144,27 +145,27 @@ impl SpeciesRules {
 /// All data about species and interactions that the event loop reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
-    /// The species that have a row in the tables.
+    /// Which species have a row in the tables.
     pub rows: Rows,
-    /// The constants of the species in each row.
+    /// The constants of the species, by table row.
     pub species: Vec<SpeciesRules>,
-    /// The steps of each interaction.
+    /// The potential of each interaction, as a sequence of steps.
     pub steps: Vec<Steps>,
-    /// `species x species`, row by row.
+    /// The discontinuities at which uncaptured pairs meet, as a matrix over pairs of table rows, row by row.
     meetings: Vec<Meeting>,
-    /// Squared ranges of pairs without relative acceleration, as a matrix `species x species`; negative
-    /// infinity for other pairs.
+    /// Squared ranges of pairs without relative acceleration `[length^2]`, as a matrix over pairs of table rows.
+    /// Negative infinity for other pairs.
     inertial: Vec<f64>,
-    /// Squared ranges of pairs with a relative acceleration, as a matrix `species x species`; infinite if the
-    /// second species accelerates, negative infinity for other pairs.
+    /// Squared ranges of pairs with a relative acceleration `[length^2]`, as a matrix over pairs of table rows.
+    /// Infinite if the second species accelerates. Negative infinity for other pairs.
     accelerated: Vec<f64>,
-    /// For each row, whether any value of `accelerated` is not negative.
+    /// For each table row, whether its species meets any species with a relative acceleration.
     is_met_accelerated: Vec<bool>,
 }
 
 impl Rules {
-    /// Checks data that was read: whether the tables have the right size, each interaction in them exists,
-    /// and the states of `pairs` are valid.
+    /// Checks data from a file: whether the tables have the right size, whether all interactions in them exist,
+    /// and whether the states of `pairs` are valid.
     #[must_use]
     pub fn is_sound<'p>(&self, mut pairs: impl Iterator<Item = &'p PairState>) -> bool {
         let rows = self.rows.species().len();
@@ -179,7 +180,7 @@ impl Rules {
             && pairs.all(|pair| states(pair.interaction).is_some_and(|states| usize::from(pair.state) < states))
     }
 
-    /// The rules of a scene.
+    /// Collects the species and interactions of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let rows = Rows::of(scene);
@@ -214,9 +215,9 @@ impl Rules {
         Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
     }
 
-    /// Squared distances at which uncaptured particles of each species meet a particle of a given species.
-    /// They are negative infinity for species that never meet it, or meet it only with a relative
-    /// acceleration.
+    /// Returns the squared distances at which uncaptured particles of each species meet a particle of a given
+    /// species `[length^2]`. They are negative infinity for species that never meet the particle, or meet it only
+    /// with a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -224,10 +225,11 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Squared distances at which uncaptured particles of each species meet a particle of a given species
-    /// that accelerates relative to them. They are infinite for species that accelerate themselves. They are
-    /// negative infinity for species that never meet it, or meet it only without a relative acceleration.
-    /// `None` if there are no such pairs.
+    /// Returns the squared distances at which uncaptured particles of each species meet a particle of a given
+    /// species `[length^2]`. Only pairs with a relative acceleration count here.
+    ///
+    /// The distances are infinite for species that accelerate themselves, and negative infinity for other species
+    /// that the particle never meets in this way. `None` if all distances are negative infinity.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {
@@ -235,7 +237,7 @@ impl Rules {
         self.is_met_accelerated[usize::from(species)].then(|| &self.accelerated[first..first + self.species.len()])
     }
 
-    /// First discontinuity of uncaptured pairs of two species.
+    /// Returns the discontinuity at which an uncaptured pair of the given species meets.
     #[inline]
     #[must_use]
     pub fn meeting(&self, a: u16, b: u16) -> &Meeting {

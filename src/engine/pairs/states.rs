@@ -1,26 +1,26 @@
-//! Pair states: which pairs are captured, and through how many steps.
+//! Pair states: which pairs are captured, and how many steps of their potential they have entered.
 //!
-//! The state of a pair is discrete and changes only at an event (Capture, Release). It is never recomputed
-//! from the distance, because round-off may put a distance on the wrong side. A pair without an entry is
-//! uncaptured, in state 0 of its species' potential. Bonded pairs always have an entry. Each moving particle
-//! has its own list of partners.
+//! The state of a pair is discrete and changes only at an event (Capture, Release). The state is never recomputed
+//! from the distance, because round-off may put a distance on the wrong side of a step. A pair without an entry
+//! is uncaptured: it is in state 0 of the potential of its species. Bonded pairs always have an entry. Each
+//! moving particle has its own list of partners.
 
 use crate::engine::hardware::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
 
-/// The state of a pair, as stored with one of its particles.
+/// The state of a pair, as stored in the list of one of its particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PairState {
     /// The other particle.
     pub partner: u32,
-    /// Number of radii through which the pair has been captured.
+    /// Number of steps of the potential that the pair has entered.
     pub state: u16,
-    /// The interaction of the pair.
+    /// Index of the pair's interaction.
     pub interaction: u16,
 }
 
-/// The states of captured pairs, and of pairs with interactions of their own: lists of partners in one array,
-/// with the same capacity for each particle.
+/// The states of captured pairs and of bonded pairs. The lists of all particles are in one array, with the same
+/// capacity for each particle.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct CapturedPairs {
     room: usize,
@@ -29,26 +29,26 @@ pub struct CapturedPairs {
 }
 
 impl CapturedPairs {
-    /// Empty lists for a number of particles.
+    /// Creates an empty list for each particle.
     #[must_use]
     pub fn new(particles: usize) -> Self {
         Self { room: 0, lengths: vec![0; particles], entries: Vec::new() }
     }
 
-    /// Adds an empty list.
+    /// Appends an empty list for a new particle.
     pub fn push_empty(&mut self) {
         self.lengths.push(0);
         self.entries.resize(self.room * self.lengths.len(), PairState::default());
     }
 
-    /// Whether there are no lists at all.
+    /// Whether no particle has a list.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
 
-    /// Checks data that was read: whether all partners are particles and, if `has_lists`, each particle has a
-    /// list.
+    /// Checks data from a file: whether all partners are particles, and whether each particle has a list if
+    /// `has_lists` is true.
     #[must_use]
     pub fn is_sound(&self, particles: usize, has_lists: bool) -> bool {
         let expected = if has_lists { particles } else { 0 };
@@ -58,12 +58,12 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
-    /// The states of all pairs, each as stored with both particles.
+    /// The entries of all lists. A pair of moving particles has an entry in the list of each particle.
     pub fn all(&self) -> impl Iterator<Item = &PairState> {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }
 
-    /// The partners of a particle.
+    /// The captured and bonded partners of a particle.
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[PairState] {
@@ -71,21 +71,22 @@ impl CapturedPairs {
         &self.entries[at..at + self.lengths[particle as usize] as usize]
     }
 
-    /// Prefetches the list of a particle.
+    /// Prefetches the captured and bonded partners of a particle.
     #[inline]
     pub fn prefetch(&self, particle: u32) {
         prefetch(&self.lengths, particle as usize);
         prefetch(&self.entries, particle as usize * self.room);
     }
 
-    /// The state of a pair, if it has one.
+    /// Returns the state of a pair; `None` if the pair has no entry.
     #[inline]
     #[must_use]
     pub fn get(&self, particle: u32, partner: u32) -> Option<PairState> {
         self.of(particle).iter().copied().find(|captured| captured.partner == partner)
     }
 
-    /// Sets the state of a particle and a partner. Returns whether the partner is new.
+    /// Sets the state of a pair in the list of `particle`. Returns whether the partner was not in the list
+    /// before.
     pub fn set(&mut self, particle: u32, captured: PairState) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -109,7 +110,7 @@ impl CapturedPairs {
         });
     }
 
-    /// Removes a partner from the list of a particle. Returns whether it was there.
+    /// Removes a partner from the list of a particle. Returns whether the partner was in the list.
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;

@@ -30,7 +30,7 @@ pub(in crate::engine) fn box_of_spheres(count: u64, packing_fraction: f64, is_mi
     scene.add_fill(fill).temperature(1.0).build().unwrap()
 }
 
-/// Uses cells, whatever the engine would choose.
+/// Compares the predictions of the engine with tests of all pairs and images, one at a time. The engine must use cells.
 fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
     let mut engine = Engine::<false, TABLE>::new(scene);
     let mut scratch = Scratch::new(scene.particles().len());

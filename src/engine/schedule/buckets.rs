@@ -1,28 +1,28 @@
-//! The buckets of the calendar: lists of numbers in chunks of a cache line, from a common pool.
+//! The buckets of the calendar. A bucket is a linked list of chunks, each as large as a cache line. Chunks come from a
+//! common pool.
 
 use crate::engine::hardware::pages::enlarge;
 use serde::{Deserialize, Serialize};
 
-/// Number of entries in a chunk. The entries and the number of another chunk fill a cache line.
+/// Number of entries in a chunk. Together with the index of another chunk, they fill a cache line.
 const ENTRIES: usize = 15;
 
-/// Part of a bucket.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Chunk {
     entries: [u32; ENTRIES],
-    /// The previous chunk.
+    /// Index of the chunk that was filled before this one.
     next: u32,
 }
 
-/// A bucket: its newest chunk, and its total number of entries.
+/// A linked list of chunks, by its newest chunk, and the number of its entries.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Bucket {
     newest: u32,
     length: u32,
 }
 
-/// Lists of particle numbers that grow and are emptied as a whole.
+/// Lists of particle indices, which can only grow or be emptied.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Buckets {
     buckets: Vec<Bucket>,
@@ -34,7 +34,7 @@ pub(super) struct Buckets {
 impl Buckets {
     /// Creates empty buckets.
     pub fn new(count: usize) -> Self {
-        // Room for an entry of each particle and a chunk in each bucket.
+        // Capacity for one entry per particle and for one incomplete chunk per bucket.
         let chunks = Vec::with_capacity(2 * count);
         enlarge(&chunks);
         let buckets = vec![Bucket::default(); count];
@@ -48,7 +48,7 @@ impl Buckets {
         self.buckets.len()
     }
 
-    /// Adds an entry to a bucket.
+    /// Adds a particle to a bucket.
     #[inline]
     pub fn push(&mut self, bucket: usize, particle: u32) {
         let bucket = &mut self.buckets[bucket];
@@ -87,7 +87,7 @@ impl Buckets {
         }
     }
 
-    /// Checks data that was read: whether all entries are valid particles, and each chunk is in at most one
+    /// Checks data that was read from a file: all particles must exist, and each chunk must belong to at most one
     /// bucket.
     pub fn is_sound(&self, particles: usize) -> bool {
         let mut is_used = vec![false; self.chunks.len()];

@@ -1,9 +1,9 @@
-//! Tests of the queue alone: order, ties, crowded epochs.
+//! Tests of the event queue: order, ties, and epochs that end early.
 
 use super::*;
 use proptest::prelude::*;
 
-/// Due times and tie orders by particle.
+/// Due times and tie orders of particles, by index.
 struct Times(Vec<f64>, Vec<u32>);
 
 impl Times {
@@ -17,7 +17,7 @@ impl Pending for Times {
         QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
     }
 
-    /// Reverses the order in memory.
+    /// Ranks the particles in the reverse of their order in memory.
     fn rank(&self, particle: u32) -> u64 {
         u64::from(u32::MAX - particle)
     }
@@ -110,7 +110,7 @@ fn a_queue_looks_no_further_than_the_bucket_of_the_limit() {
     queue.push(entry(40.5 * width, 0), &pending);
     assert_eq!(queue.peek(10.5 * width, &pending), None);
     assert_eq!(queue.reached(), 11.0 * width);
-    // Exactly at the end of a bucket, the queue opens the next bucket.
+    // A limit exactly at the end of a bucket opens the next bucket.
     assert_eq!(queue.peek((20.0 * width).next_down(), &pending), None);
     assert_eq!(queue.reached(), 20.0 * width);
     assert_eq!(queue.peek(20.0 * width, &pending), None);
@@ -148,7 +148,7 @@ proptest! {
             prop_assert!(next.time >= now);
             now = next.time;
             found.push(now);
-            // A new entry is never earlier than now, and may be exactly now.
+            // A new entry is due now or later, but never earlier.
             if let Some(dt) = later.get(particle - early.len()) {
                 let time = now + dt;
                 pending.0[particle] = time;

@@ -1,4 +1,4 @@
-//! Tests of positions and velocities that are set.
+//! Tests of setting positions and velocities.
 
 use super::*;
 use crate::engine::Until;
@@ -24,7 +24,7 @@ fn well() -> Potential {
     Potential::square_well(1.0, 1.5, 1.0).unwrap()
 }
 
-/// Scenes for each kind of engine: with walls, weight, bonds, shear, and many particles in Verlet lists.
+/// One of seven scenes that need different engines: dilute and dense fluids, wells, walls, gravity, shear and bonds.
 fn scene(which: usize, seed: u64) -> Scene {
     let fill = |builder: SceneBuilder, density: f64| {
         builder.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(density)).temperature(1.0).seed(seed)
@@ -61,7 +61,7 @@ fn scene(which: usize, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Spheres that leave free space near both walls.
+/// Fills the box with spheres, but leaves space near both walls.
 fn fill_region(builder: SceneBuilder, seed: u64) -> SceneBuilder {
     let fill = crate::scene::Fill::new(Lattice::SimpleCubic, "A")
         .count(64)
@@ -111,13 +111,14 @@ proptest! {
                 assert_eq!(again.snapshot().velocities, snapshot.velocities);
                 for (position, expected) in again.snapshot().positions.iter().zip(&snapshot.positions) {
                     let apart = minimum_image(position - expected, &simulation.scene().space().periods());
-                    // A single rounding, from wrapping.
+                    // The tolerance allows for one rounding of each coordinate when a particle is wrapped.
                     assert!(apart.norm() < 1e-14, "scene {which}: {position} {expected}");
                 }
                 let name = format!("scene {which}, seed {seed}, {states:?}");
                 assert_same(&next_events(&mut again, COMPARED), &next_events(&mut simulation.clone(), COMPARED), &name);
             }
-            // A new simulation from the same state. A sheared box has the displacement in the snapshot.
+            // A new simulation starts from the same state. In a sheared box, the state includes the displacement of the
+            // images.
             let mut parts = scene(which, seed).into_parts();
             (parts.start_time, parts.displacement) = (snapshot.time, snapshot.displacement);
             parts.allow_invalid_start = true;

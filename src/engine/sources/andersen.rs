@@ -22,15 +22,15 @@ use std::ops::ControlFlow;
 pub(in crate::engine) struct Andersen {
     random: Random,
     bath: Bath,
-    /// Rate of all particles together `[1 / time]`.
+    /// Collision rate of all mobile particles together `[1 / time]`.
     rate: f64,
-    /// Time of the next collision since the epoch.
+    /// Time of the next collision, counted from the epoch.
     next: f64,
 }
 
 impl Andersen {
-    /// Creates a heat bath for `particles` particles, which acts from `now` on. Each `stage` has its own
-    /// random numbers.
+    /// Creates a heat bath for `particles` mobile particles. It acts from the time `now` on. Each `stage` of a run has
+    /// its own random numbers.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let seed = StatePoint::new(seed).with(&[bath.temperature, bath.rate]);
         let random = Random::new(seed.number(), Purpose::Thermostat, stage);
@@ -45,24 +45,24 @@ impl Andersen {
         self.bath
     }
 
-    /// Time of the next collision since the epoch.
+    /// Time of the next collision, counted from the epoch.
     #[inline]
     pub fn next_collision(&self) -> f64 {
         self.next
     }
 
-    /// Shifts times to an epoch that is later by `shift`.
+    /// Converts times to a new epoch, which is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
 
-    /// Draws the time of the next collision.
+    /// Draws the interval until the next collision.
     fn wait(&mut self) {
         self.next += self.random.exponential() / self.rate;
     }
 
-    /// Draws the next collision and the time of the following collision. At least one particle moves, because
-    /// a bath without moving particles is never created.
+    /// Draws the data of the next collision, and the time of the collision after it. A mobile particle is always found,
+    /// because a bath without mobile particles is never created.
     fn draw(&mut self, ids: usize, is_moving: impl Fn(usize) -> bool) -> Collision {
         let time = self.next;
         let id = loop {
@@ -80,7 +80,7 @@ impl Andersen {
 /// A collision of a particle with the heat bath.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Collision {
-    /// Time since the epoch.
+    /// Time of the collision, counted from the epoch.
     pub time: f64,
     pub id: usize,
     /// Temperature of the bath `[energy]`.
@@ -96,12 +96,12 @@ pub(crate) struct Bath {
     pub temperature: f64,
     /// Collision rate of each particle `[1 / time]`.
     pub rate: f64,
-    /// Components that are drawn anew.
+    /// Axes along which velocities are drawn.
     pub axes: [bool; 3],
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Gives a particle a new velocity from the heat bath.
+    /// Executes a collision of a particle with the heat bath.
     pub(in crate::engine) fn andersen_collision(
         &mut self,
         observe: &mut Observe<'_>,
@@ -157,12 +157,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.apply(&Change { counted: Some(CountedKind::Thermostat), ..change }, observe)
     }
 
-    /// Starts or ends the heat bath.
+    /// Replaces the heat bath; `None` removes it.
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         self.join();
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let boundary = self.state.space.boundary;
-        // Nothing moves along a flat axis.
+        // Particles cannot move along a flat axis.
         let bath = bath.map(|bath| Bath {
             axes: std::array::from_fn(|axis| bath.axes[axis] && boundary[axis] != Boundary::Flat),
             ..bath

@@ -1,5 +1,5 @@
-//! Cells in the event loop: contacts with particles in the cells around a particle, and its next cell
-//! transition.
+//! Events in a grid of cells: contacts of a particle with particles in the cells around it, and its transition to the
+//! next cell.
 
 use crate::engine::images::Way;
 use crate::engine::neighbours::Neighbours;
@@ -14,12 +14,12 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Tolerance for a separation of half a period, far above the round-off of particles on the outer faces of
-/// their cells.
+/// Two particles count as half a period apart within this relative tolerance. It is far above the round-off of
+/// particles at the faces of their cells.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with particles in the adjacent cells, and the next cell transition.
+    /// Predicts the first contact with particles in the adjacent cells, and the next cell transition.
     #[inline]
     pub(in crate::engine) fn predict_in_cell(
         &self,
@@ -29,25 +29,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let cell = cells.home(me.id);
-        // This comes first, because its divisions are slow and the code below waits for memory.
+        // The transition is predicted first. Its slow divisions then run while the candidates are loaded from memory.
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
         self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// The surfaces near the particle's cell.
+    /// Predicts contacts with the surfaces near the particle's cell.
     #[inline]
     fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
         if !self.sources.surfaces.is_empty() {
-            // Other surfaces are too far away for a contact before the particle leaves its cell.
+            // Other surfaces cannot be reached before the particle leaves its cell.
             let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
             self.predict_surfaces(me, is_near, prediction);
         }
     }
 
-    /// The first contact with uncaptured neighbour candidates.
+    /// Predicts the first contact with uncaptured candidates.
     fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
         let Scratch { near, is_captured } = scratch;
         if TABLE {
@@ -88,17 +88,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The time at which the particle leaves its cell.
+    /// Time since the epoch at which the particle leaves its cell.
     fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
         let mut leaves = Prediction::NONE;
         self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
         leaves.transition_time
     }
 
-    /// Finds the first contact with the far image of particles that are half a period away within round-off.
+    /// Predicts the first contact with particles that are half a period away, within round-off.
     ///
-    /// Either image may be the nearest. The contact with the nearest image is found together with the
-    /// contacts of all other particles.
+    /// Such a particle has two or more images that are equally near. One of them is tested together with all other
+    /// candidates. This function tests the others.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
         let least: [f64; 3] = std::array::from_fn(|axis| {
             if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
@@ -117,7 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             } else {
                 self.pairs.rules.meeting(0, 0).squared
             };
-            // The images differ along one axis, or along several axes.
+            // Two particles may be half a period apart along several axes. Their images then differ along any
+            // combination of these axes.
             for sides in 1..8_u8 {
                 let is_other = |axis: usize| sides >> axis & 1 == 1;
                 if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
@@ -134,8 +135,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves a particle into the next cell. Its motion is unchanged. Its predicted contact also remains,
-    /// unless the particle meets a new candidate earlier.
+    /// Moves a particle into the next cell. This does not change its motion. Its predicted contact also remains, unless
+    /// the particle meets a new candidate earlier.
     pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let mut prediction = self.schedule.predictions[particle as usize];
@@ -183,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !FALLING {
             grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
                 let axis = usize::from(face.axis);
-                // Rounding may already have put the particle beyond the face.
+                // Because of round-off, the particle may already be beyond the face of its cell.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
                 if time < prediction.transition_time {
                     (prediction.transition_time, prediction.exit) = (time, face);

@@ -1,4 +1,4 @@
-//! Verlet lists in the event loop: contacts with particles in a list, and list rebuilds.
+//! Events with Verlet lists: contacts of a particle with the particles in its list, and rebuilds of the list.
 
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
@@ -15,10 +15,11 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with particles in the list, and the time at which the particle leaves its skin.
+    /// Predicts the first contact of a particle with the particles in its list, and the time at which it leaves its
+    /// skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // This comes first, because its square root and division are slow and the code below waits for
+        // The transition is predicted first. Its slow square root and division then run while the list is loaded from
         // memory.
         prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
@@ -27,8 +28,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The first contact with the candidates in a particle's list, which is padded to whole blocks. The last
-    /// argument is their number.
+    /// Predicts the first contact with the particles in `listed`. It consists of a list that is padded to whole blocks,
+    /// and the length of the list without padding.
     #[inline]
     fn predict_listed(
         &self,
@@ -40,11 +41,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
-    /// Time at which the particle leaves its skin. The equation is the same as for a bond to the centre that
-    /// reaches its full length.
+    /// Time at which the particle leaves its skin, at the distance `delta` (the half skin) from the centre of its list.
+    /// The equation is the same as for a bond that reaches its full length.
     ///
-    /// A falling particle is assumed to fly and accelerate straight away from the centre, which gives a lower
-    /// bound: `|v| t + |a| t^2 / 2 = delta - |r|`.
+    /// For a falling particle, the time is a lower bound. The particle is assumed to fly and accelerate straight away
+    /// from the centre: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `|r|` is the present distance from the centre.
     #[inline]
     fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
         let position = me.position - verlet.centres[me.id as usize];
@@ -68,8 +69,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The time of the lower bound was reached, but the particle is less than half of this distance
-            // from its centre.
+            // The predicted time was only a lower bound. If the particle is still closer to the centre than half of the
+            // half skin, its list stays valid. Only the time is then predicted again.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
@@ -88,8 +89,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.repredict(particle, time);
             return Ok(());
         }
-        // The motion of the particle is unchanged. Its predicted contact also remains, unless the particle
-        // meets a new candidate earlier.
+        // The rebuild does not change the motion of the particle. Its predicted contact also remains, unless the
+        // particle meets a new candidate earlier.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
@@ -127,7 +128,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         had_left
     }
 
-    /// Moves a particle's centre to its position at `time`, and updates the lists.
+    /// Moves the centre of a particle's list to the particle's position at `time`. Updates its list, and the lists of
+    /// the particles that enter or leave it.
     fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
         let mut scratch = self.take_scratch();
@@ -143,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Builds the lists of all particles. The captured pairs must be known.
+    /// Builds the lists of all particles. Captured pairs must be stored first, because the lists leave them out.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
@@ -174,8 +176,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Finds the particles for a list: uncaptured particles within reach of its centre. The result may
-    /// include the particle itself.
+    /// Finds the particles for the list of a particle: uncaptured particles within reach of the list's centre. The
+    /// result may include the particle itself.
     #[inline]
     fn find_listed(verlet: &VerletLists, pairs: &Pairs, state: &State, particle: u32, near: &mut Candidates) {
         let centre = &verlet.centres[particle as usize];
@@ -187,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether a particle is static, and keeps no list.
+    /// Whether a particle has no list of its own, because it is static.
     #[inline]
     fn keeps_no_list(pairs: &Pairs, state: &State, particle: u32) -> bool {
         TABLE && pairs.rules.species[usize::from(state.species[particle as usize])].is_static()

@@ -1,4 +1,4 @@
-//! Pairs: execution of a predicted contact at a discontinuity.
+//! Execution of the contact of a pair at a discontinuity.
 
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
-    /// Executes a pair event at a discontinuity. Inlined, so that the change stays in registers.
+    /// Executes the contact of a pair at a discontinuity. Inlined, so that the velocity change stays in registers.
     #[inline(always)]
     pub(in crate::engine) fn execute_pair(
         &mut self,
@@ -45,14 +45,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.apply(&change, observe))
     }
 
-    /// The change of velocities of a pair at a discontinuity.
+    /// Returns the outcome of the contact of a pair, and its change of velocities.
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        // With weights of the energy, the pair feels a different energy step.
+        // If states are sampled with weights of the energy, the energy step is replaced by its cost under these
+        // weights.
         let felt = self.weighted(seen);
         let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
-        // The change is divided by the length of the line of centres.
+        // The change of the relative velocity is `change` times the vector between the centres.
         let change = (response.radial - radial) / squared;
         let impulse = reduced_mass * change;
         let is_barrier = seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce;
@@ -97,8 +98,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
-            // Energy is conserved in the frame of one particle. The image of the other particle moves at a
-            // different velocity than that particle itself.
+            // The contact conserves energy between the first particle and the image of the second particle. The image
+            // has another velocity than the second particle itself.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
@@ -128,13 +129,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// The state of a pair given by ids.
+    /// Returns the state of the pair with the given ids.
     pub(in crate::engine) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
-    /// State and interaction of a pair: from the list of a moving particle, or the default of an uncaptured
-    /// pair.
+    /// Returns the state of a pair and the index of its interaction. An uncaptured pair has state 0 and the interaction
+    /// of its species.
     pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
@@ -146,8 +147,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// The discontinuity on one side of a pair, its restitution, and its outward speed. `None` if the state
-    /// has no discontinuity on that side; no contact is then predicted.
+    /// Returns the discontinuity on one side of a pair, its restitution, and the speed at which it moves outwards.
+    /// `None` if the pair's state has no discontinuity on that side. No contact is predicted there.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
@@ -160,7 +161,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// Returns a pair to state 0. It is uncaptured, unless its own bond keeps the interaction.
+    /// Returns a pair to state 0. It is then uncaptured, unless the pair has its own interaction, such as a bond.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {

@@ -1,11 +1,11 @@
-//! The restraint of a distance between two particles or between the centres of mass of two groups. The
-//! distance is reflected at the ends of an umbrella window.
+//! The restraint of a distance between two particles, or between the centres of mass of two groups. The distance is
+//! reflected at the ends of an umbrella window.
 //!
-//! Between events of the members, the relative position of the centres changes along a straight line. The
-//! equations for a pair therefore give the time of the next reflection. With an energy `U(|R_A - R_B|)`, the
-//! force on a particle `i` of the group `A` is the fraction `m_i / M_A` of the force on the centre. In a
-//! reflection, all members of a group therefore change their velocities by the same amount. Momentum and
-//! energy are conserved, and motion within a group is unchanged.
+//! Between events of the members, the vector `R_A - R_B` between the centres changes at a constant rate. The equations
+//! for a pair therefore give the time of the next reflection. If the energy depends on `|R_A - R_B|` alone, the force
+//! on particle `i` of group `A` is the fraction `m_i / M_A` of the force on the centre, with the masses `m_i` of the
+//! particle and `M_A` of the group. In a reflection, all members of a group therefore change their velocities by the
+//! same amount. Momentum and energy are conserved, and motion within a group is unchanged.
 
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -24,46 +24,47 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 use crate::physics::response::{Approach, respond};
 
-/// A particle of a group.
+/// A particle of a restrained group.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Member {
     id: ParticleId,
-    /// `m_i / M`.
+    /// Mass of the particle divided by the mass of the group.
     share: f64,
 }
 
-/// Particles with a centre of mass.
+/// Particles whose centre of mass is restrained.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
-    /// How the members of the group are connected.
+    /// Connections between the members. Positions are unwrapped along them.
     along: Component,
-    /// `1 / M` `[1 / mass]`.
+    /// Inverse of the mass of the group `[1 / mass]`.
     inverse_mass: f64,
 }
 
-/// A distance that is restrained to a window.
+/// A restraint that keeps the distance of two groups within a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
-    /// The group of each member, by ascending id.
+    /// Each member and the index of its group, sorted by id.
     group_of: Vec<(ParticleId, usize)>,
-    /// Lower and upper end `[length]`; zero and infinity without a restraint.
+    /// Lower and upper end of the window `[length]`. Without a restraint they are 0 and infinity.
     window: [f64; 2],
-    /// Time since the epoch at which the distance reaches an end; infinite if it never does.
+    /// Time of the next reflection, counted from the epoch; infinite if there is none.
     next: f64,
-    /// The side of this end on which the present distance lies.
+    /// The side from which the distance reaches an end at that time: positive at the lower end, negative at the upper
+    /// end.
     side: Side,
 }
 
 impl Restraint {
-    /// Time since the epoch at which the distance reaches an end of the window.
+    /// Time of the next reflection, counted from the epoch.
     #[inline]
     pub fn next_reflection(&self) -> f64 {
         self.next
     }
 
-    /// Shifts times to an epoch that is later by `shift`.
+    /// Converts times to a new epoch, which is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
@@ -72,13 +73,14 @@ impl Restraint {
         self.groups.iter().flat_map(|group| &group.members)
     }
 
-    /// The group of a particle.
+    /// Index of the group to which a particle belongs, if any.
     fn group(&self, id: ParticleId) -> Option<usize> {
         let place = self.group_of.binary_search_by_key(&id, |of| of.0).ok()?;
         Some(self.group_of[place].1)
     }
 
-    /// Returns the time until the distance next reaches an end of the window, and the side of this end.
+    /// Returns the time until the distance next reaches an end of the window, and the side from which the end is
+    /// reached.
     fn next_end(&self, apart: &RelativeState) -> Option<(f64, Side)> {
         let [lower, upper] = self.window;
         let at = |distance: f64, side| {
@@ -109,7 +111,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.restrain(groups, window));
     }
 
-    /// Changes the window of the held distance `[length]`.
+    /// Changes the window of the restrained distance `[length]`.
     pub(crate) fn set_distance_window(&mut self, window: [f64; 2]) {
         with_engine!(&mut self.engine, engine => {
             engine.join();
@@ -125,7 +127,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.sources.restraint.as_ref().map(|restraint| restraint.window))
     }
 
-    /// The present value of the held distance `[length]`; `None` without a restraint.
+    /// The present value of the restrained distance `[length]`; `None` without a restraint.
     pub(crate) fn restrained_distance(&self) -> Option<f64> {
         with_engine!(&self.engine, engine => engine.restrained_distance())
     }
@@ -150,7 +152,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_restraint();
     }
 
-    /// Finds the time at which the held distance reaches an end of its window.
+    /// Predicts the time at which the restrained distance reaches an end of its window.
     pub(in crate::engine) fn predict_restraint(&mut self) {
         let Some(restraint) = &self.sources.restraint else { return };
         let now = self.clock.now;
@@ -162,18 +164,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.schedule_global();
     }
 
-    /// Predicts the next reflection again if the velocity of a member has changed.
+    /// Predicts the next reflection again if an event has changed the velocity of a member.
     pub(in crate::engine) fn watch_restraint(&mut self, change: &Change) {
         let Some(restraint) = &self.sources.restraint else { return };
         let partner = match change.other {
             With::Particle(partner) => Some(partner),
-            // All members change together, and the prediction follows afterwards.
+            // A reflection changes the velocities of all members. The next reflection is predicted afterwards.
             With::Restraint => return,
             _ => None,
         };
         let group = |particle: u32| restraint.group(self.name(particle));
         let groups = (group(change.particle), partner.map(group));
-        // An event between two members of the same group does not change the motion of its centre.
+        // An event between two members of the same group does not change the motion of the group's centre.
         let is_changed = match groups {
             (None, None | Some(None)) => false,
             (one, other) => other != Some(one),
@@ -188,14 +190,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(self.centres_apart(restraint).position.norm())
     }
 
-    /// `R_A - R_B` now, in the nearest image, and its rate of change.
+    /// Returns the vector between the present centres of the groups, in the nearest image, and its rate of change.
     fn centres_apart(&self, restraint: &Restraint) -> RelativeState {
         let [a, b] = restraint.groups.each_ref().map(|group| self.centre(group));
         self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
     }
 
-    /// The present centre of mass of a group. For each member, the image nearest to its bonded neighbour is
-    /// used.
+    /// Returns the present centre of mass of a group, and its velocity. Each member is taken in the image that is
+    /// nearest to the earlier member to which it is connected.
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
@@ -208,7 +210,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         RelativeState { position: first + from_first, velocity }
     }
 
-    /// Reflects the held distance at an end of its window.
+    /// Executes a reflection of the restrained distance at an end of its window.
     pub(in crate::engine) fn reflect_distance(
         &mut self,
         observe: &mut Observe<'_>,
@@ -233,7 +235,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((Repredict::Some(members), flow))
     }
 
-    /// The velocity changes of all members in a reflection.
+    /// Returns the velocity changes of all members in a reflection.
     fn reflection(&self, restraint: &Restraint, apart: &RelativeState) -> Vec<Change> {
         let [of_a, of_b] = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let stretch = stretch(apart.position.norm_squared());
@@ -258,8 +260,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Returns velocity changes of both groups after which the distance leaves the end of the window. This
-    /// holds for the rounded numbers that the prediction will see, as for pairs at their discontinuities.
+    /// Returns velocity changes of both groups that move the distance away from the end of the window. The changes are
+    /// increased until this is also true in the rounded numbers of the next prediction.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -280,7 +282,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(normal) = apart.position.try_normalize(0.0).filter(|_| is_closing(changes)) else { return changes };
         let inverse_masses = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let mut change = restraint.side.sign() * f64::EPSILON * fastest;
-        // After 52 doublings, the spacing of a float is as large as the float.
+        // The velocity change is doubled at most 52 times. It is then as large as the largest velocity component.
         for _ in 0..52 {
             let [a, b] = shares(&(normal * change), inverse_masses);
             changes = [changes[0] + a, changes[1] + b];
@@ -293,8 +295,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Divides a change of the relative velocity into two parts. The first group gains one part, and the second
-/// group loses the other. The sum of the parts is exactly the change, without rounding.
+/// Divides a change of the relative velocity between two groups. The first group gains its part, and the second group
+/// loses its part. The larger part is the remainder of the change, which keeps the round-off of the sum small.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

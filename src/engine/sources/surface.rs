@@ -23,7 +23,7 @@ use std::ops::ControlFlow;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct SurfaceRandom {
     pub stream: Random,
-    /// Number of contacts with thermal surfaces so far.
+    /// Number of contacts of each particle with thermal surfaces so far.
     pub contacts: Vec<u32>,
 }
 
@@ -36,7 +36,7 @@ impl SurfaceRandom {
         })
     }
 
-    /// Random numbers of the next contact of a particle.
+    /// Returns the random numbers for the next contact of a particle, and counts this contact.
     fn next(&mut self, particle: u32, name: u32) -> &mut Random {
         let count = &mut self.contacts[particle as usize];
         self.stream.seek(name, *count);
@@ -46,8 +46,8 @@ impl SurfaceRandom {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts contacts with unbounded surfaces, except surfaces that `is_near` excludes. Also predicts
-    /// contacts with features that come before the present prediction.
+    /// Predicts contacts with the unbounded surfaces for which `is_near` is true, and with features that the particle
+    /// can reach before its predicted event.
     #[inline]
     pub(in crate::engine) fn predict_surfaces(
         &self,
@@ -66,9 +66,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts contacts with features that come before the present prediction. This prediction must be
-    /// repeated whenever the transition is postponed.
-    #[inline(never)] // walls alone, as most scenes have them, stand in the prediction
+    /// Predicts contacts with features that the particle can reach before its predicted event. If the transition of the
+    /// particle is postponed, the features must be searched again.
+    #[inline(never)] // most scenes have only walls and never call this
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);
         let swept = flight.swept(prediction.due_time() - me.time);
@@ -89,8 +89,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Whether surfaces have images in a periodic box. A particle that crosses a periodic side then meets
-    /// other images.
+    /// Whether the scene has surfaces that may have periodic images. A particle that crosses a periodic side can then
+    /// meet other images.
     pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
         !self.sources.surfaces.of_scene().is_empty()
     }
@@ -110,7 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The flight of a particle, in the form that surfaces need.
+    /// Returns the free flight of a particle, with the data that surfaces need for predictions.
     #[inline]
     pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
         let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
@@ -153,7 +153,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.apply(&Change { counted, line: normal, squared: 1.0, distance: radius, ..change }, observe))
     }
 
-    /// A particle at a surface at a time since the epoch.
+    /// Returns the state of a particle and a surface at their contact, at a time since the epoch.
     #[inline]
     pub(in crate::engine) fn touching(&self, i: u32, placed: &Placed, time: f64) -> Touching {
         let (position, velocity) = self.state_at(i, time);
@@ -183,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));
         let dissipated = if tangential_scale == 1.0 { 0.5 / inverse_mass * (vn - speed) * (vn + speed) } else { 0.0 };
         let change = Change::of_one(With::Program, i, &before, after, inverse_mass);
-        // A surface at rest does no work. A moving surface does work, which particles gain or lose.
+        // A surface that never moves does no work. A moving surface gives energy to particles, or takes it from them.
         let supplied = if at.moment.is_none() { 0.0 } else { change.supplied + dissipated };
         Change { supplied, dissipated, ..change }
     }
@@ -210,30 +210,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Touching {
     pub shape: Shape,
-    /// The motion of the surface, if it ever moves.
+    /// Position and motion of the surface; `None` if it never moves.
     pub moment: Option<Moment>,
     pub position: Vector,
     pub velocity: Vector,
-    /// The position in space.
+    /// Position of the particle in the laboratory frame.
     pub place: Vector,
 }
 
 impl Touching {
-    /// Converts a direction to the frame of space.
+    /// Converts a direction from the frame of the surface to the laboratory frame.
     #[inline]
     fn in_space(&self, direction: &Vector) -> Vector {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
 
-    /// The acceleration of a particle in the frame of the surface.
+    /// Returns the acceleration of the particle in the frame of the surface.
     #[inline]
     fn acceleration(&self, velocity: &Vector, acceleration: Vector) -> Vector {
         let seen = |moment: &Moment| moment.acceleration_seen(&self.place, velocity, &acceleration);
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the frame of space. In the rounded numbers that the prediction will see, the
-    /// particle moves away from the surface, as [`super::super::contact::law`] ensures for pairs.
+    /// Converts a velocity to the laboratory frame. The velocity is increased until the particle moves away from the
+    /// surface in the rounded numbers of the next prediction, as in [`super::super::contact::law`] for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
         let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
@@ -242,7 +242,7 @@ impl Touching {
         }
         let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
         let normal = self.in_space(&self.shape.normal(&self.position));
-        // After 52 doublings, the spacing of a float is as large as the float.
+        // The velocity change is doubled at most 52 times. It is then as large as the largest velocity component.
         for _ in 0..52 {
             velocity += normal * change;
             if !self.is_closing(&velocity) {
@@ -253,7 +253,7 @@ impl Touching {
         velocity
     }
 
-    /// Whether a velocity in the frame of space moves the particle into the surface.
+    /// Whether a velocity in the laboratory frame moves the particle into the surface.
     #[inline]
     fn is_closing(&self, velocity: &Vector) -> bool {
         match &self.moment {

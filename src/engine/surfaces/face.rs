@@ -1,4 +1,4 @@
-//! Flat triangular faces, which are met from both sides.
+//! Flat triangular faces, which particles meet from both sides.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -11,19 +11,20 @@ use crate::physics::motion::RelativeState;
 /// A triangle without its edges and corners, which are separate surfaces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {
-    /// Its corners, counterclockwise as seen from the tip of the normal `[length]`.
+    /// The three corners, counterclockwise as seen from the side to which the normal points `[length]`.
     pub corners: [Vector; 3],
     /// The unit normal.
     pub normal: Vector,
-    /// For each side, the unit vector in the plane that points into the face, normal to the side.
+    /// For each edge, the unit vector in the plane of the face that is perpendicular to the edge and points into the
+    /// face.
     pub inwards: [Vector; 3],
-    /// Whether positions along a side are measured from its second end. Two coplanar faces use the same end
-    /// of their common side, so that no position falls between them.
+    /// For each edge, whether positions relative to the edge are measured from its second corner. Two coplanar faces
+    /// use the same corner of their common edge, so that round-off leaves no gap between them.
     pub from_second: [bool; 3],
 }
 
 impl Face {
-    /// The end from which positions along a side are measured.
+    /// The corner from which positions relative to an edge are measured.
     #[inline]
     fn end(&self, side: usize) -> &Vector {
         &self.corners[(side + usize::from(self.from_second[side])) % 3]
@@ -42,12 +43,12 @@ impl Face {
         self.normal.dot(&(position - self.corners[0]))
     }
 
-    /// Whether the projection of a position onto the plane lies in the face, sides included.
+    /// Whether the projection of a position onto the plane lies in the face, edges included.
     fn holds(&self, position: &Vector) -> bool {
         (0..3).all(|side| self.inwards[side].dot(&(position - self.end(side))) >= 0.0)
     }
 
-    /// The side of the plane on which a position is: 1 on the side of the normal, otherwise -1.
+    /// Returns 1 if a position is in the plane or on the side to which the normal points, otherwise -1.
     #[inline]
     fn side(&self, position: &Vector) -> f64 {
         if self.height(position) < 0.0 { -1.0 } else { 1.0 }
@@ -83,7 +84,7 @@ impl Surface for Face {
         feature::face(&height, flight.radius, &self.extents(flight))
     }
 
-    /// Tests the plane, seen from the particle's side, and then a bounding sphere.
+    /// Tests whether the sphere never reaches the plane of the face. If it may, tests a sphere around the face.
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
         doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
         let sign = self.side(flight.position);
@@ -102,8 +103,8 @@ impl Surface for Face {
         }
     }
 
-    /// The overlap function holds on either side of the face: the square of the height minus the square of
-    /// the radius.
+    /// The overlap function is the square of the height above the plane minus the square of the radius. It is valid on
+    /// both sides of the face.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         let (height, rate) = (self.height(position), self.normal.dot(velocity));
         ((height - radius) * (height + radius), 2.0 * height * rate)
@@ -121,7 +122,7 @@ impl Surface for Face {
         position.lp_norm(1) + self.corners[0].lp_norm(1)
     }
 
-    /// Faces are bounded, so the tree finds them.
+    /// Always true, because the tree selects the faces near a particle.
     fn is_near(&self, _: &Grid, _: u32, _: f64) -> bool {
         true
     }

@@ -1,10 +1,10 @@
-//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their images
-//! in a periodic box.
+//! Conversion of the shapes of a scene to features: the faces, edges and corners of a mesh, and their images in a
+//! periodic box.
 //!
-//! A sphere meets the mesh at the time of its first feature. Edges between coplanar faces are not features,
-//! because they are never met first. The foot of a particle, its projection onto a face, lies on one side of
-//! such an edge. Both faces determine this side by the same expression with opposite signs, so that the foot
-//! is always on at least one face.
+//! A sphere meets the mesh when it meets the first of the features. Edges between coplanar faces are not features,
+//! because a sphere always meets a face before such an edge. The projection of a particle onto the common plane lies on
+//! one side of the edge. Both faces compute this side by the same expression with opposite signs, so that the
+//! projection is always on at least one face.
 
 use super::Shape;
 use super::face::Face;
@@ -15,14 +15,13 @@ use crate::model::space::Space;
 use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// Sine of the angle of two faces below which their common edge is flat. At this angle, the faces differ from
-/// the edge's cylinder by less than a billionth of their size, and a sphere that rolls from one face onto the
-/// other jumps by at most this distance.
+/// An edge counts as flat if the sine of the angle between its faces is at most this. The faces then differ from the
+/// cylinder around the edge by less than a billionth of their size. A sphere that rolls from one face onto the other
+/// jumps by at most this distance.
 const FLAT: f64 = 1e-9;
 
-/// Calls `visit` with the features of a shape and their numbers, and with their periodic images. Images are
-/// included if they reach into the box or up to half a period beyond it, because particles may be there
-/// before they are wrapped.
+/// Calls `visit` with the features of a shape and their numbers, and with their periodic images. An image is included
+/// if it reaches into the box or up to half a period beyond it, because particles may be there before they are wrapped.
 pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: impl FnMut(Shape, u32)) {
     let is_periodic = space.periods().iter().any(|period| period.is_finite());
     let mut all = Vec::new();
@@ -49,7 +48,7 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
                 shape.moved(&by)
             };
             let Some([start, end]) = shape.span(axis) else { continue };
-            // A feature longer than the box has more images.
+            // If a feature is long, several of its images may reach into the box.
             let first = ((lower - end) / period).ceil();
             let last = ((upper - start) / period).floor();
             let mut periods = first;
@@ -76,8 +75,8 @@ impl Shape {
         }
     }
 
-    /// Returns the extent of the shape along an axis, if the shape has images along that axis. Shapes met
-    /// from inside and shapes without an end along the axis have no images.
+    /// Returns the lower and the upper end of the shape along an axis; `None` if the shape has no images along that
+    /// axis. Shapes that enclose particles, and shapes that extend to infinity along the axis, have no images.
     fn span(&self, axis: usize) -> Option<[f64; 2]> {
         let corners = match self {
             Self::Round(round) if !round.is_inside => round.around(),
@@ -110,7 +109,7 @@ fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     }
 }
 
-/// A line segment, without its ends.
+/// The surface around a line segment, without the surface around its end points. `None` if the segment has no length.
 fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     let along = end - start;
     let axis = along.try_normalize(0.0)?;
@@ -128,8 +127,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with two equal corners is a line; with three equal corners it is a point. Lines and points
-    // that other triangles share are already included.
+    // A triangle with two equal corners is a line, and with three equal corners a point. These are added as features,
+    // unless they also belong to other triangles.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];
@@ -154,21 +153,21 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         .for_each(visit);
 }
 
-/// The ends of a triangle with two or three equal corners, the smaller number first; `None` for other
+/// Returns the ends of a triangle with two or three equal corners, the smaller number first; `None` for other
 /// triangles.
 fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     let is_one = a == b || b == c || c == a;
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])
 }
 
-/// Whether the faces on both sides of an edge are coplanar. If so, both faces are set to measure positions
-/// along the edge from the same end.
+/// Returns whether the faces on both sides of an edge are coplanar. If so, their directions perpendicular to the edge
+/// are made exactly opposite.
 fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) -> bool {
     let &[one, other] = uses else { return false };
     let [(one, side), (other, other_side)] = [one, other].map(|of| {
         let triangle = of.triangle as usize;
         let numbers = mesh.triangles[triangle];
-        // Two of the three vertices are the ends. The side begins at the first of them in cyclic order.
+        // The index of an edge in a triangle is the index of its first corner in cyclic order.
         let is_side = |side: &usize| of.ends.contains(&numbers[*side]) && of.ends.contains(&numbers[(side + 1) % 3]);
         (triangle, [0, 1, 2].into_iter().find(is_side).unwrap_or_default())
     });
@@ -183,17 +182,17 @@ fn make_flat(uses: &[EdgeUse], mesh: &TriangleMesh, faces: &mut [Option<Face>]) 
     true
 }
 
-/// The face of a triangle; `None` if it has no area.
+/// Returns the face of a triangle; `None` if it has no area.
 ///
-/// The normal and the direction into the face are perpendicular to the longest side. Rounding errors in a
-/// sliver can thus only turn the face about its longest side.
+/// The normal and the direction into the face are computed perpendicular to the longest edge. In a thin triangle,
+/// round-off can then only turn the face about this edge.
 fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     let along = |side: usize| corners[(side + 1) % 3] - corners[side];
     let longest = (0..3).max_by(|a, b| along(*a).norm_squared().total_cmp(&along(*b).norm_squared()))?;
     let u = along(longest).try_normalize(0.0)?;
     let third = corners[(longest + 2) % 3] - corners[longest];
     let across = third - u * u.dot(&third);
-    // A height below round-off counts as zero.
+    // The triangle has no area if its height above the longest edge is below round-off.
     let rounding = 4.0 * f64::EPSILON * (along(longest).norm() + third.norm());
     let across = if across.norm() > rounding { across.try_normalize(0.0)? } else { return None };
     let w = (across - u * u.dot(&across)).normalize();
@@ -202,7 +201,8 @@ fn face((triangle, corners): (&[u32; 3], [Vector; 3])) -> Option<Face> {
     for (side, inwards) in inwards.iter_mut().enumerate() {
         *inwards = if side == longest { w } else { normal.cross(&along(side)).try_normalize(0.0)? };
     }
-    // Measured from the same end as in the face on the other side.
+    // Positions are measured from the corner with the smaller number. The face on the other side then uses the same
+    // corner.
     let from_second = [0, 1, 2].map(|side: usize| triangle[side] > triangle[(side + 1) % 3]);
     Some(Face { corners, normal, inwards, from_second })
 }

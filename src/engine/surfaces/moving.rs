@@ -1,10 +1,10 @@
 //! Moving surfaces: the time at which a particle reaches one of their features.
 //!
-//! Everything is computed in the frame of the surface. If it accelerates uniformly, distances are polynomials
-//! in time, as for surfaces at rest. If it oscillates or turns, distances are not polynomials, and contacts
-//! are found by conservative advancement. With a bound `|f''| <= M`, the overlap function has no root within
-//! `h = (f' + sqrt(f'^2 + 2 M f)) / M` of a time. Steps by `h` approach the first root from the valid side
-//! and never pass a root (theory, section 7).
+//! Everything is computed in the frame of the surface. If the surface accelerates uniformly, distances are polynomials
+//! in time, as for surfaces at rest. If it oscillates or turns, distances are not polynomials, and contacts are found
+//! by conservative advancement. With a bound `|f''| <= M`, the overlap function `f` has no root within the time
+//! `h = (f' + sqrt(f'^2 + 2 M f)) / M`. Steps by `h` approach the first root from the valid side and never pass a root
+//! (theory, section 7).
 
 use super::tree::Tree;
 use super::{Flight, Placed, Surface};
@@ -16,28 +16,30 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Maximum number of steps in the search for one contact, before it is continued later.
+/// Maximum number of steps in the search for a contact with one feature. The search is then interrupted and continued
+/// at a later time.
 const MOST_STEPS: u32 = 1_000;
 
-/// Maximum number of intervals of one search, before it is continued later.
+/// Maximum number of intervals in one search. The search is then interrupted and continued at a later time.
 const MOST_INTERVALS: u32 = 200;
 
-/// Longest interval for bounds of distances and rates, as a fraction of a period.
+/// Longest interval of a search, as a fraction of the period of the motion. In longer intervals, the bounds of
+/// distances and rates would be of little use.
 const SHARE: f64 = 0.125;
 
 thread_local! {
-    /// Number of steps of all searches of this thread.
+    /// Number of steps of all searches in this thread.
     static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Number of steps of all searches of this thread so far. They measure the cost of contacts with surfaces
-/// that oscillate or turn. The numbers of events and transitions do not include this cost.
+/// Returns the number of steps of all searches in this thread so far. It measures the cost of contacts with surfaces
+/// that oscillate or turn, which the numbers of events and transitions do not include.
 pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are a range of all features, in their initial position, and have their own
-/// tree.
+/// A moving surface. Its features are a range of all features, in their initial position. They have a tree of their
+/// own.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
@@ -48,16 +50,17 @@ pub(super) struct Moving {
     pub tree: Option<Tree>,
 }
 
-/// Outcome of a search.
+/// Outcome of a search for contacts with a moving surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
-    /// A contact with a feature, at this time from now `[time]`.
+    /// The first contact: the index of the feature, and the time from now `[time]`.
     Contact(u32, f64),
-    /// No contact before this time from now `[time]`. The search must be continued then.
+    /// There is no contact before this time from now `[time]`. The search must be continued then.
     NoneUntil(f64),
 }
 
-/// A flight near a moving surface, from a simulated time on.
+/// The free flight of a particle past a surface, during one piece of the surface's motion. The flight begins at the
+/// simulated time `now`.
 #[derive(Debug, Clone, Copy)]
 struct Passage<'a> {
     flight: &'a Flight<'a>,
@@ -65,19 +68,22 @@ struct Passage<'a> {
     piece: &'a Piece,
 }
 
-/// A flight in the frame of a surface after a time, with bounds for an interval that begins then.
+/// The state of a particle in the frame of a surface, at the beginning of an interval, with bounds that hold during the
+/// interval.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     position: Vector,
-    /// Bounds of the speed and of the acceleration `[length / time]`, `[length / time^2]`.
+    /// Upper bounds of the speed `[length / time]` and of the acceleration `[length / time^2]`.
     speed: f64,
     acceleration: f64,
-    /// Bound of the path length, even over many periods `[length]`.
+    /// Upper bound of the distance that the particle moves away from `position` during the interval `[length]`. The
+    /// interval may last many periods of the surface's motion.
     path: f64,
 }
 
 impl Moving {
-    /// The next contact of a sphere before a time from now, among the features at `all`.
+    /// Returns the first contact of a sphere with this surface within the time `horizon`. `all` holds the features of
+    /// all surfaces.
     pub fn next_contact(
         &self,
         all: &[Placed],
@@ -97,13 +103,13 @@ impl Moving {
             if found.is_some() || end >= horizon {
                 return found;
             }
-            // Rounding may put the end of an interval at or before its beginning.
+            // Because of round-off, an interval may end at or before its beginning.
             after = if end > after { end } else { after + 2.0 * f64::EPSILON * (now.abs() + after.abs()) };
         }
     }
 
-    /// Calls `visit` for the features that a sphere may meet within the distance `reach` of a position, in
-    /// the frame of the surface.
+    /// Calls `visit` for the features within the distance `reach` of a sphere at `position`. The position is in the
+    /// frame of the surface.
     pub fn for_each_within(
         &self,
         all: &[Placed],
@@ -113,7 +119,7 @@ impl Moving {
     ) {
         let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
         self.for_each_in(all, &[position - around, position + around], |index, placed| {
-            // A plane that the sphere overlaps counts, at any depth.
+            // A plane that the sphere overlaps counts, however deep the overlap is.
             if !self.unlimited.contains(&(index as usize)) || placed.shape.gap(position, radius) <= reach {
                 visit(index, placed);
             }
@@ -133,7 +139,7 @@ impl Moving {
         });
     }
 
-    /// The first contact in an interval where overlap functions are polynomials.
+    /// Finds the first contact in an interval where overlap functions are polynomials.
     fn solve(
         &self,
         all: &[Placed],
@@ -157,7 +163,7 @@ impl Moving {
         found
     }
 
-    /// The first contact in an interval where overlap functions are not polynomials.
+    /// Finds the first contact in an interval where overlap functions are not polynomials.
     fn search(
         &self,
         all: &[Placed],
@@ -171,7 +177,8 @@ impl Moving {
         found
     }
 
-    /// Searches, interval by interval, among the few features near the flight, and counts the steps.
+    /// Divides the search into intervals, and tests only the few features near the flight in each interval. Counts the
+    /// steps.
     fn search_in_intervals(
         &self,
         all: &[Placed],
@@ -218,7 +225,7 @@ impl Moving {
 }
 
 impl Passage<'_> {
-    /// Position and velocity of the flight after a time.
+    /// Position and velocity of the particle at a later time. `after` is the time from now.
     fn state(&self, after: f64) -> (Vector, Vector) {
         let Flight { position, velocity, acceleration, .. } = *self.flight;
         (stream_position(position, velocity, acceleration, after), velocity + acceleration * after)
@@ -228,7 +235,7 @@ impl Passage<'_> {
         self.piece.at(self.now + after)
     }
 
-    /// The longest interval with useful bounds `[time]`.
+    /// Length of the longest interval in which the bounds are useful `[time]`.
     fn longest(&self) -> f64 {
         match self.piece.kind {
             Some(MotionKind::Oscillation { frequency, .. } | MotionKind::Rotation { frequency, .. }) => {
@@ -238,7 +245,8 @@ impl Passage<'_> {
         }
     }
 
-    /// The flight in the frame of the surface after a time, with bounds for an interval that begins then.
+    /// Returns the state of the particle in the frame of the surface at the time `after` from now, with bounds for the
+    /// interval that begins then.
     fn seen(&self, after: f64, interval: f64) -> Seen {
         let (position, velocity) = self.state(after);
         let moment = self.moment(after);
@@ -263,7 +271,7 @@ impl Passage<'_> {
         Seen { position: seen_position, speed, acceleration, path }
     }
 
-    /// The first contact with a feature between two times from now; `seen` holds bounds for this interval.
+    /// Finds the first contact with one feature between two times from now. `seen` holds bounds for this interval.
     fn advance(
         &self,
         (index, placed): (u32, &Placed),
@@ -283,7 +291,7 @@ impl Passage<'_> {
             let (position, velocity) = self.state(at);
             let (position, velocity) = self.moment(at).seen(&position, &velocity);
             let (f, rate) = shape.overlap(&position, &velocity, self.flight.radius);
-            // Times are rounded by a few units in the last place of the simulated time.
+            // A shorter step would be lost, because the simulated time is rounded by a few units in its last place.
             let shortest = 4.0 * f64::EPSILON * (self.now.abs() + at + self.longest());
             let step = if f > 0.0 {
                 let root = (rate * rate + 2.0 * bound * f).sqrt();

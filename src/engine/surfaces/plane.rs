@@ -6,7 +6,7 @@ use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
 
-/// A plane `n . x = at`. Particles are on the side where `n . x` is larger.
+/// A plane `n . x = at`, with the unit normal `n`. Particles are on the side where `n . x` is larger.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
     /// The unit normal `n`, towards the particles.
@@ -16,7 +16,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    /// The plane through a point; `direction` points to the particles. `None` if `direction` is zero.
+    /// Returns the plane through a point, with the particles on the side to which `direction` points; `None` if
+    /// `direction` is zero.
     pub fn through(point: &Vector, direction: &Vector) -> Option<Self> {
         let normal = direction.try_normalize(0.0)?;
         Some(Self { normal, at: normal.dot(point) })
@@ -55,14 +56,14 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// Tests the corner of the cell that lies deepest behind the plane.
+    /// A cell is near if its lowest corner, along the normal, is within a radius of the plane or behind it.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {
             0.0 => 0.0,
             n => (n * lower[k]).min(n * upper[k]),
         };
-        // Rounding may put a particle slightly outside its cell.
+        // Because of round-off, a particle may be slightly outside its cell.
         let margin = radius + 1e-6 * (radius + self.at.abs());
         least(0) + least(1) + least(2) - self.at <= margin
     }

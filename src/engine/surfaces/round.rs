@@ -1,5 +1,5 @@
-//! Round surfaces around a point or a line, infinite or between two ends. They are spheres, cylinders, edges
-//! and corners, which particles meet from outside or inside.
+//! Round surfaces: all points at a given distance from a point or a line. They are spheres, cylinders, edges and
+//! corners. A line is infinite or has two ends. Particles are outside or inside the surface.
 
 use super::{Flight, Surface};
 use crate::Vector;
@@ -20,12 +20,12 @@ pub(crate) struct Round {
     pub length: f64,
     /// The distance from the point or line `[length]`; zero for edges and corners.
     pub radius: f64,
-    /// Whether particles are inside. A line then has no ends.
+    /// Whether particles are inside the surface. Its line then has no ends.
     pub is_inside: bool,
 }
 
 impl Round {
-    /// Distance of the centre of a sphere in contact `[length]`.
+    /// Distance of a sphere's centre from the point or line at contact `[length]`.
     #[inline]
     fn contact(&self, radius: f64) -> f64 {
         if self.is_inside { self.radius - radius } else { self.radius + radius }
@@ -42,7 +42,7 @@ impl Round {
         self.axis.map_or(*vector, |axis| across(&axis, vector))
     }
 
-    /// Vector from the point or line to a position.
+    /// Vector from the point, or from the nearest place on the infinite line, to a position.
     #[inline]
     fn apart(&self, position: &Vector) -> Vector {
         self.across(&(position - self.centre))
@@ -52,7 +52,8 @@ impl Round {
         self.axis.is_some() && self.length.is_finite()
     }
 
-    /// Whether the projection of a position onto the line lies between its ends, or at an end.
+    /// Whether the projection of a position onto the line lies between its ends, or at an end. Always true for a point
+    /// and for a line without ends.
     fn holds(&self, position: &Vector) -> bool {
         !self.has_ends()
             || self.axis.is_none_or(|axis| (0.0..=self.length).contains(&axis.dot(&(position - self.centre))))
@@ -62,14 +63,14 @@ impl Round {
         RelativeState { position: flight.position - self.centre, velocity: *flight.velocity }
     }
 
-    /// The bounding box of the surface, infinite along directions without an end.
+    /// The bounding box of the surface, infinite in directions in which the surface has no end.
     pub fn around(&self) -> [Vector; 2] {
         let [lower, upper] = self.bounds();
         let around = Vector::repeat(self.radius);
         [lower - around, upper + around]
     }
 
-    /// The bounding box of the point or line, infinite along directions without an end.
+    /// The bounding box of the point or line, infinite in directions in which the line has no end.
     fn bounds(&self) -> [Vector; 2] {
         let Some(axis) = self.axis else { return [self.centre; 2] };
         let reach = |n: f64| if n == 0.0 { 0.0 } else { n * self.length };
@@ -92,7 +93,7 @@ impl Surface for Round {
         self.apart(position).try_normalize(0.0).map_or(Vector::zeros(), |normal| normal * sign)
     }
 
-    /// Uses the line of centres without normalization. A unit vector from a square root is too long on
+    /// Uses the vector from the point or line without normalization. A unit vector from a square root is too long on
     /// average and would heat a gas.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
         let apart = self.apart(position);
@@ -127,7 +128,7 @@ impl Surface for Round {
     }
 
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
-        // A particle inside will meet the surface, unless the particle is at rest.
+        // A particle at rest never meets the surface. A moving particle inside is assumed to meet it.
         let rests = *flight.velocity == Vector::zeros() && *flight.acceleration == Vector::zeros();
         if self.is_inside || rests {
             return rests;
@@ -140,7 +141,8 @@ impl Surface for Round {
             return never::inertial(&state, &doubt, contact);
         }
         let push = self.across(flight.acceleration);
-        // An acceleration along the line that may be due to rounding proves nothing.
+        // If the acceleration is along the line, its component across the line may be pure round-off and proves
+        // nothing.
         push.norm() > 1e-9 * flight.acceleration.norm() && never::accelerated(&state, &push, &doubt, contact)
     }
 
@@ -151,7 +153,7 @@ impl Surface for Round {
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         if self.is_inside {
-            // Only the farthest corner matters. The extent along the line is unlimited.
+            // The surface surrounds the particles, so every cell counts as near.
             return true;
         }
         let reach = (self.radius + radius) * (1.0 + 1e-6) + 1e-6 * self.centre.amax();
@@ -165,7 +167,8 @@ impl Surface for Round {
         (sign * gap, sign * 2.0 * apart.dot(&self.across(velocity)))
     }
 
-    /// Second derivative of `|r|^2`: `2 v^2 + 2 r . a`.
+    /// The second time derivative of `|r|^2` is `2 v^2 + 2 r . a`, with position `r`, velocity `v` and acceleration
+    /// `a`.
     fn second_rate_bound(&self, position: &Vector, within: f64, speed: f64, acceleration: f64) -> f64 {
         2.0 * (speed * speed + (self.apart(position).norm() + within) * acceleration)
     }
@@ -209,7 +212,7 @@ mod tests {
         assert_eq!(cavity.gap(&position, 1.0), 1.0);
         assert_eq!(cavity.normal(&position), -Vector::x());
         assert_eq!(cavity.with_normal_speed(&position, &velocity, 2.0), -velocity);
-        // In a pipe, nothing is met straight ahead along the axis.
+        // A sphere that flies along the axis of a pipe never meets the pipe.
         let pipe = Round { axis: Some(Vector::x()), length: f64::INFINITY, ..cavity };
         assert_eq!(pipe.next_contact(&flight), None);
     }

@@ -1,5 +1,4 @@
-//! The surfaces of a scene. The set knows which surfaces exist, which species meet them, and which are near a
-//! particle.
+//! The surfaces of a scene: which of them are present, which species meet them, and which are near a particle.
 
 use super::moving::{Found, Moving};
 use super::tree::Tree;
@@ -14,17 +13,17 @@ use crate::model::{Scene, SceneSurface, SpeciesId, SurfaceLaw, SurfaceShape, Tri
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A wall, a surface of a scene, or one feature of it.
+/// A wall, a surface of a scene, or one feature of such a surface.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Placed {
     /// Number of the surface in events: `2 axis + is_upper` for the walls of the box, and [`FIRST_SURFACE`]
     /// or more for the surfaces of the scene.
     pub number: u32,
-    /// Index among the features of the surface.
+    /// Number of the feature within the surface. Periodic images have the same number.
     pub feature: u32,
     pub shape: Shape,
     pub law: Law,
-    /// Index among the moving surfaces, or [`AT_REST`].
+    /// Index among the moving surfaces; [`AT_REST`] if the surface never moves.
     pub moving: u32,
 }
 
@@ -39,24 +38,25 @@ impl Placed {
 /// Marker for a surface that never moves.
 const AT_REST: u32 = u32::MAX;
 
-/// Largest number of triangles. The number of triangles, edges, corners and their periodic images must fit in
-/// 32 bits.
+/// Largest number of triangles in all meshes together. The number of all triangles, edges, corners and periodic images
+/// must fit in 32 bits.
 pub(crate) const MOST_FEATURES: usize = 1 << 26;
 
-/// Walls have lower numbers than this.
+/// Number of the first surface of a scene. The walls of the box have lower numbers.
 pub(crate) const FIRST_SURFACE: u32 = 6;
 
-/// The parts of a scene from which surfaces are made. A saved state stores these instead.
+/// The parts of a scene from which its surfaces are created. A saved state contains these parts instead of the
+/// surfaces.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Origin {
     space: Space,
     temperatures: [[Option<f64>; 2]; 3],
-    /// Simulated time at the start.
+    /// Simulated time at the start of the scene.
     start_time: f64,
     surfaces: Vec<SceneSurface>,
-    /// The species of each row of the tables.
+    /// Species of each row of the interaction table.
     species: Vec<SpeciesId>,
-    /// For each surface, whether it is present now.
+    /// For each surface of the scene, whether it is present now.
     is_present: Vec<bool>,
 }
 
@@ -69,12 +69,12 @@ pub(crate) struct Surfaces {
     all: Arc<Vec<Placed>>,
     /// Number of unbounded surfaces.
     unlimited: usize,
-    /// For each surface of the scene and each row of the species, whether the two meet. Empty for a surface
-    /// that all species meet.
+    /// For each surface of the scene and each row of the interaction table, whether the surface meets the species of
+    /// the row. Empty for a surface that meets all species.
     meets: Vec<Vec<bool>>,
     /// The tree of the bounded features, if there are any.
     tree: Option<Arc<Tree>>,
-    /// Moving surfaces. Their features come last.
+    /// The moving surfaces. Their features are the last ones in `all`.
     moving: Arc<Vec<Moving>>,
 }
 
@@ -94,7 +94,7 @@ impl From<Origin> for Surfaces {
         };
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
-        // Avoids a copy of the features, because there may be many.
+        // Moves the features without a copy, because there may be many.
         limited.splice(0..0, all);
         let mut all = std::mem::take(&mut limited);
         let mut moving = Vec::new();
@@ -133,7 +133,7 @@ impl TryFrom<Stored> for Surfaces {
     }
 }
 
-/// Whether the images of a mesh in a periodic box are few enough to be numbered.
+/// Whether a mesh and its periodic images together have at most [`MOST_FEATURES`] triangles.
 fn has_few_images(space: &Space, mesh: &TriangleMesh) -> bool {
     let images = |axis: usize| {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -152,13 +152,14 @@ impl From<Surfaces> for Origin {
 }
 
 impl Surfaces {
-    /// The surfaces of a scene, for tables with rows of these species. All surfaces are created here.
+    /// Creates the surfaces of a scene for its first stage. `species` holds the species of each row of the interaction
+    /// table.
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         let stage = scene.run.first_stage();
         Self::of_parts((&scene.space, &scene.wall_temperatures, scene.start_time), &scene.surfaces, species, stage)
     }
 
-    /// The surfaces that are present in a stage, from the parts of a scene.
+    /// Creates the surfaces that are present in a stage, from the parts of a scene.
     pub fn of_parts(
         (space, temperatures, start_time): (&Space, &[[Option<f64>; 2]; 3], f64),
         surfaces: &[SceneSurface],
@@ -170,19 +171,19 @@ impl Surfaces {
         Self::from(Origin { space, temperatures: *temperatures, start_time, surfaces, species, is_present })
     }
 
-    /// For each surface of the scene, whether it is present now; empty if all are always present.
+    /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
     pub fn presence(&self) -> Vec<bool> {
         let come_and_go = self.origin.surfaces.iter().any(SceneSurface::comes_and_goes);
         if come_and_go { self.origin.is_present.clone() } else { Vec::new() }
     }
 
-    /// The surfaces of another stage; `None` if they are the same.
+    /// Returns the surfaces for another stage; `None` if the same surfaces are present in it.
     pub fn in_stage(&self, stage: &str) -> Option<Self> {
         let is_present: Vec<bool> = self.origin.surfaces.iter().map(|surface| surface.is_in(stage)).collect();
         (is_present != self.origin.is_present).then(|| Self::from(Origin { is_present, ..(*self.origin).clone() }))
     }
 
-    /// Whether any surface is thermal, in this or another stage.
+    /// Whether any surface is thermal, in this stage or any other stage.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
         self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
@@ -204,7 +205,7 @@ impl Surfaces {
         &self.origin.surfaces
     }
 
-    /// All surfaces and features. Predictions refer to them by these indices.
+    /// All surfaces and features. A prediction stores an index into this list.
     #[cfg(test)]
     pub fn all(&self) -> &[Placed] {
         &self.all
@@ -222,7 +223,7 @@ impl Surfaces {
         of_scene.and_then(|number| self.origin.surfaces.get(number as usize)).map_or("", |surface| &surface.name)
     }
 
-    /// Whether there are no surfaces.
+    /// Whether there are no walls and no other surfaces.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
@@ -240,7 +241,7 @@ impl Surfaces {
         self.moving.get(placed.moving as usize).map(|moving| moving.timeline.at(time))
     }
 
-    /// Calls `visit(pose, feature)` for the features of moving surfaces that particles of a row meet.
+    /// Calls `visit(pose, feature)` for the features of moving surfaces that the species of a table row meets.
     pub fn for_each_moving(&self, row: u16, time: f64, mut visit: impl FnMut(&Pose, &Placed)) {
         for moving in self.moving.iter() {
             let pose = moving.timeline.at(time).pose;
@@ -249,19 +250,20 @@ impl Surfaces {
         }
     }
 
-    /// Whether no surface moves from a simulated time on.
+    /// Whether all surfaces are at rest from a simulated time on.
     pub fn rest_from(&self, time: f64) -> bool {
         self.moving.iter().all(|moving| moving.timeline.rests_from(time))
     }
 
-    /// Index, in the scene, of the first surface that is moving at a simulated time.
+    /// Index in the scene of the first surface that moves at a simulated time; `None` if no surface moves.
     pub fn moving_at(&self, time: f64) -> Option<u32> {
         let moving = self.moving.iter().find(|moving| moving.timeline.piece_at(time).kind.is_some())?;
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// The next contacts of a particle of a row with each moving surface, from a simulated time on and before
-    /// the given duration has passed.
+    /// Calls `visit` with the next contact with each moving surface, for a particle at the simulated time `now` whose
+    /// species has the table row `row`. Contacts within the duration `horizon` are found. `visit` returns the duration
+    /// for the next surface.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,
@@ -279,7 +281,7 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, surface)` for the unbounded surfaces that particles of a row meet.
+    /// Calls `visit(index, surface)` for the unbounded surfaces that the species of a table row meets.
     #[inline]
     pub fn for_each_unlimited(&self, row: u16, mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(&self.all[..self.unlimited]) {
@@ -289,8 +291,8 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, feature)` for the features that may reach into a box and that particles of a row
-    /// meet. Their order does not depend on the box.
+    /// Calls `visit(index, feature)` for the features that may reach into a box and that the species of a table row
+    /// meets. Their order does not depend on the box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };
@@ -324,7 +326,7 @@ impl Surfaces {
         }
     }
 
-    /// Whether particles of a row meet a surface.
+    /// Whether the species of a table row meets a surface.
     #[inline]
     fn meet(&self, placed: &Placed, row: u16) -> bool {
         let of_scene = placed.number.checked_sub(FIRST_SURFACE);
@@ -333,7 +335,7 @@ impl Surfaces {
     }
 }
 
-/// Adds the features of a surface to the unbounded or the bounded features.
+/// Sorts the features of a surface into unbounded and bounded features.
 fn sort(
     (space, surface, number, moving): (&Space, &SceneSurface, u32, u32),
     unlimited: &mut Vec<Placed>,
@@ -349,7 +351,7 @@ fn sort(
     });
 }
 
-/// The walls of a box. Walls with a temperature are thermal.
+/// Returns the walls of a box. Walls with a temperature are thermal.
 fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
     let mut walls = Vec::new();
     for (axis, boundary) in (0_u8..).zip(&space.boundary) {

@@ -1,41 +1,41 @@
 //! A tree of bounding boxes that finds the features that may reach into a box.
 //!
-//! The query box is the region that a particle sweeps until the latest time at which its prediction ends. A
-//! tree needs no more memory for long or thin features than for compact features. It is independent of the
-//! particles' cells, which are large if there are few particles.
+//! The box of a query contains the region that a particle sweeps before its predicted event. A tree needs no more
+//! memory for long or thin features than for compact features. It is independent of the particles' cells, which are
+//! large if there are few particles.
 
 use super::{Placed, Surface};
 use crate::Vector;
 use crate::base::numbers::id;
 
-/// Number of features in a leaf.
+/// Largest number of features in a leaf.
 const LEAF: usize = 4;
 
-/// A node: a bounding box of the features of a leaf, or of the nodes that follow.
+/// A node of the tree. Its box contains the features of a leaf, or the boxes of the nodes below it.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     lower: Vector,
     upper: Vector,
-    /// The node with which the search continues if the box is not hit: the first node after all nodes within
-    /// this box.
+    /// Index of the node to test next if the box of the query is outside the box of this node. All nodes below this
+    /// node are skipped.
     next: u32,
-    /// Index of the first feature of a leaf; a marker for other nodes.
+    /// Index of the first feature in this node or the nodes below it.
     first: u32,
     count: u32,
 }
 
-/// The tree. Each node comes before the nodes within it.
+/// A tree of bounding boxes. Each node is stored before the nodes below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// Corners of the bounding boxes of the features, in their order.
+    /// Bounding boxes of all features, in the order of the tree.
     boxes: Vec<[Vector; 2]>,
-    /// Index of the first feature.
+    /// Index of the next feature that gets a leaf while the tree is built.
     first: u32,
 }
 
 impl Tree {
-    /// Sorts features into the order of a tree. The first gets the index `first`.
+    /// Builds a tree, and sorts the features into its order. The first feature gets the index `first`.
     pub fn of(features: &mut [Placed], first: usize) -> Self {
         let mut tree = Self { nodes: Vec::new(), boxes: Vec::new(), first: number(first) };
         tree.add(features);
@@ -43,7 +43,7 @@ impl Tree {
         tree
     }
 
-    /// Appends the nodes of a group of features.
+    /// Appends the nodes of a group of features, and sorts these features.
     fn add(&mut self, features: &mut [Placed]) {
         let Some((first, rest)) = features.split_first() else { return };
         let [lower, upper] =
@@ -55,7 +55,7 @@ impl Tree {
         if is_leaf {
             self.first += number(count);
         } else {
-            // Split at the middle of the axis along which their centres are spread most.
+            // The group is split in two halves along the axis on which the centres are farthest apart.
             let middle = |placed: &Placed| bounds(placed)[0] + bounds(placed)[1];
             let [least, most] = features
                 .iter()
@@ -76,7 +76,7 @@ impl Tree {
         self.nodes[at].next = number(self.nodes.len());
     }
 
-    /// The longest diagonal of a bounding box of all features `[length]`.
+    /// Length of the diagonal of the bounding box of all features `[length]`.
     pub fn size(&self) -> f64 {
         self.nodes.first().map_or(0.0, |root| (root.upper - root.lower).norm())
     }

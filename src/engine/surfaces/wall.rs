@@ -9,21 +9,21 @@ use never::Doubt;
 /// A wall of the box.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wall {
-    /// 0, 1 or 2.
+    /// Axis normal to the wall: 0, 1 or 2.
     pub axis: u8,
-    /// Whether it is at the upper corner.
+    /// Whether the wall is at the upper end of the axis.
     pub is_upper: bool,
-    /// Coordinate along the axis.
+    /// Coordinate of the wall along the axis `[length]`.
     pub at: f64,
 }
 
 impl Wall {
-    /// The number of this wall among the walls of a box.
+    /// Number of this wall among the six possible walls of a box.
     pub fn number(&self) -> u32 {
         2 * u32::from(self.axis) + u32::from(self.is_upper)
     }
 
-    /// The component of a vector that points into the box.
+    /// The component of a vector along the normal, which points into the box.
     #[inline]
     fn inwards(&self, vector: &Vector) -> f64 {
         self.sign() * vector[usize::from(self.axis)]
@@ -71,8 +71,7 @@ impl Surface for Wall {
         position[usize::from(self.axis)].abs() + self.at.abs()
     }
 
-    /// Returns whether the cell is outermost at this wall. Only such cells are near, because the grid ends at
-    /// walls and cells are wider than particles.
+    /// A wall is near the outermost cells only, because the grid ends at walls and cells are wider than particles.
     #[inline]
     fn is_near(&self, grid: &Grid, cell: u32, _: f64) -> bool {
         let [is_first, is_last] = grid.is_outermost(cell, usize::from(self.axis));

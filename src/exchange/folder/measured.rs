@@ -1,5 +1,5 @@
-//! The results of instruments of an exchange, in the format of a run's folder: a temperature corresponds to a
-//! stage.
+//! Results of the instruments of an exchange, in the format of the results of a run. Each temperature corresponds to
+//! a stage of a run.
 
 use crate::analysis::instruments::Measured;
 use crate::exchange::TemperatureResult;
@@ -7,12 +7,13 @@ use crate::exchange::results::ExchangeResults;
 use crate::io::measurements::TABLES;
 use crate::io::{Measurements, StageMeasured};
 
-/// Name of the results of a temperature, counted from 1.
+/// Name under which the results of a temperature are listed; temperatures are counted from 1.
 fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Folders with the tables of each temperature, if there are any, each with a trailing `/`.
+/// Names of the folders that may hold tables of instruments: one for each temperature, and the folder around them.
+/// The names end with `/`.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)

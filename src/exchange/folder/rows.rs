@@ -8,7 +8,7 @@ use crate::exchange::curves::ThermalCurves;
 use crate::exchange::mean_force::MeanForce;
 use crate::exchange::{Exchange, ExchangeFolderError, tables};
 
-/// The header of a table, and its other lines with their numbers.
+/// Returns the header of a table, and an iterator over the other lines with their line numbers.
 fn lines(path: &Path) -> Result<(String, impl Iterator<Item = (usize, io::Result<String>)>), ExchangeFolderError> {
     let file = File::open(path).map_err(|source| read(path, source))?;
     let mut lines = BufReader::new(file).lines();
@@ -25,7 +25,8 @@ fn damaged(path: &Path, number: usize) -> ExchangeFolderError {
     read(path, io::Error::new(io::ErrorKind::InvalidData, why))
 }
 
-/// The replica at each temperature by time: every N-th of the first rows.
+/// Reads every N-th of the first `rows` rows, where N is `every`. Returns the time and the replica at each
+/// temperature.
 pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
     let (heads, lines) = lines(path)?;
     let temperatures = tables::temperatures(&heads);
@@ -36,26 +37,28 @@ pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64,
     lines.take(rows).step_by(every.max(1)).map(place).collect()
 }
 
-/// Curves from the energies of all rows. The rows are read twice instead of kept in memory.
+/// Computes the curves from the energies of all rows. The rows are read twice, so that they need not be kept in
+/// memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
     ThermalCurves::of(exchange, |see| visit(path, exchange, |energies, measured| see(energies, measured)))
 }
 
-/// The potential of mean force from the distances of all rows, which are read twice.
+/// Computes the potential of mean force from the distances of all rows. The rows are read twice, so that they need
+/// not be kept in memory.
 pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, ExchangeFolderError> {
     let each = exchange.measured_names().len();
     let mut distances = Vec::new();
     MeanForce::of(exchange, |see| {
         visit(path, exchange, |_, measured| {
             distances.clear();
-            // The distance is the first of the quantities of each replica.
+            // For windows, the distance is the first of the quantities of each replica.
             distances.extend(measured.iter().step_by(each));
             see(&distances);
         })
     })
 }
 
-/// Visits the energies of all rows, and the quantities sampled with them.
+/// Calls `see` with the energies of each row and the quantities sampled with them.
 fn visit(path: &Path, exchange: &Exchange, mut see: impl FnMut(&[f64], &[f64])) -> Result<(), ExchangeFolderError> {
     let count = exchange.temperatures().len();
     let of_each = exchange.measured_names().len();

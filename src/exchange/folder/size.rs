@@ -11,7 +11,7 @@ impl ExchangeFolder {
     /// Expected size of the files of the exchange of a scene, except for checkpoints `[bytes]`.
     #[must_use]
     pub fn expected_bytes(scene: &Scene) -> f64 {
-        // Bytes of a number in a table, with its comma.
+        // Approximate size of a number in a table, with its comma `[bytes]`.
         const NUMBER: f64 = 12.0;
         let Some(plan) = scene.exchange() else { return 0.0 };
         let (temperatures, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -30,7 +30,8 @@ impl ExchangeFolder {
         each as f64 * plan.replicas() as f64
     }
 
-    /// The reason why the exchange of a scene writes fewer frames than planned, if it does.
+    /// Returns the reason why the exchange of a scene writes fewer frames than intended; `None` if it writes as many
+    /// as intended.
     #[must_use]
     pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
         let temperatures = scene.exchange()?.replicas();

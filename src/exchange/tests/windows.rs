@@ -20,7 +20,7 @@ fn plan(windows: &[[f64; 2]], interval: f64) -> ExchangePlan {
     }
 }
 
-/// Includes the phase in which replicas are on their way into their windows.
+/// Some checkpoints are taken while replicas are on their way into their windows.
 #[test]
 fn an_exchange_between_windows_goes_on_to_the_same_bits() {
     let mut parts = fluid(0.2, 12).into_parts();
@@ -43,7 +43,7 @@ fn an_exchange_between_windows_goes_on_to_the_same_bits() {
     }
 }
 
-/// Two particles in a square well, in windows of their distance.
+/// Two particles with a square-well potential, in windows of their distance.
 fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(6.0))
@@ -64,7 +64,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// The particles begin farther apart than half a period, where the distance is not held.
+/// The particles begin farther apart than half a period. At such distances, windows do not hold the distance.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];
@@ -84,7 +84,7 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Once held, the distance approaches the window with every attempt, to within a tenth of it.
+            // Once held, the distance approaches the window. It moves back by at most a tenth of the window's width.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);
                 assert!(beyond <= most + 1e-12, "window {place}: {beyond} after {}", farthest[place]);
@@ -97,8 +97,8 @@ fn replicas_come_into_their_windows_and_stay() {
 
 #[test]
 fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
-    // A scene with a window inside a core is rejected. Here, a step that is practically infinite replaces
-    // the core.
+    // A scene with a window inside a hard core is rejected. Here, the core is replaced by a step so high that no
+    // replica can cross it.
     let mut parts = pair(&[[1.0, 1.9], [1.8, 2.2]], 10).into_parts();
     let cores = parts.interactions.iter_mut().filter(|it| it.potential.core().is_some());
     cores.for_each(|it| it.potential = Potential::penetrable(1.0, 500.0).unwrap());
@@ -112,7 +112,7 @@ fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
     assert!(error.to_string().starts_with(&expected[..60]), "{error}");
 }
 
-/// Swaps change only which replica is in a window.
+/// Swaps only change which replica is in a window, so they must not change the distribution of distances.
 #[test]
 fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     let windows = [[1.0, 1.5], [1.3, 2.0], [1.8, 2.6]];
@@ -141,7 +141,7 @@ fn windows_with_and_without_swaps_have_the_same_potential_of_mean_force() {
     };
     let without = MeanForce::of(&alone, visit).unwrap();
     assert!(with_swaps.points.len() >= 10 && with_swaps.points.len() == without.points.len());
-    // Differences of neighbouring bins, which do not depend on the zero.
+    // Compares differences between neighbouring bins, because these do not depend on the reference of the potential.
     for (a, b) in with_swaps.points.windows(2).zip(without.points.windows(2)) {
         let step = |pair: &[crate::exchange::MeanForcePoint]| {
             let of = |it: &crate::exchange::MeanForcePoint| it.potential_of_mean_force;

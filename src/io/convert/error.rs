@@ -13,7 +13,7 @@ use crate::trajectory::extended_xyz::{ReadError, WriteError};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConvertError {
-    /// The source cannot be read.
+    /// The source file cannot be read.
     #[error("cannot read the trajectory {}", path.display())]
     Read {
         /// The file.
@@ -28,22 +28,23 @@ pub enum ConvertError {
         path: PathBuf,
         /// The requested frame.
         first: u64,
-        /// The number of complete frames.
+        /// The number of complete frames in the source.
         count: u64,
     },
     /// The target exists.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
-    /// Something that is not a conversion to this format has the name of the target or its temporary name.
+    /// A file or folder that is not a conversion to this format exists at the path of the target or at its temporary
+    /// path.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
     /// The name of the target specifies a compression that the format does not support.
     #[error("{} ends as compressed files do, and only extended XYZ is written compressed", .0.display())]
     Compressed(PathBuf),
-    /// The target is the source, or would overwrite it.
+    /// The target is the source, or writing the target would overwrite the source.
     #[error("{} is the trajectory that would be converted", .0.display())]
     Source(PathBuf),
-    /// The format cannot represent a frame.
+    /// The format of the target cannot represent a frame of the source.
     #[error("frame {index} of {} cannot be converted", path.display())]
     Frame {
         /// The source.
@@ -53,7 +54,7 @@ pub enum ConvertError {
         /// Why.
         source: FrameError,
     },
-    /// The format cannot represent a frame of a program.
+    /// The format of a [`FrameSeries`](super::FrameSeries) cannot represent a frame.
     #[error("frame {index} cannot be written to {}", path.display())]
     Unwritable {
         /// The target.
@@ -63,10 +64,10 @@ pub enum ConvertError {
         /// Why.
         source: FrameError,
     },
-    /// It was interrupted before it was complete.
+    /// The conversion was interrupted before it was complete.
     #[error("interrupted; nothing is left of it")]
     Interrupted,
-    /// A file with a surface beside the trajectory cannot be read.
+    /// The file of a surface beside the trajectory cannot be read.
     #[error("cannot read the surface {}: {problem}", path.display())]
     Surface {
         /// The file.
@@ -105,35 +106,35 @@ impl ConvertError {
     }
 }
 
-/// Error of a frame that a format cannot represent.
+/// Reason why a frame cannot be written in a format.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FrameError {
     /// The operating system failed to write.
     #[error("cannot write it")]
     Io(#[from] io::Error),
-    /// Extended XYZ cannot represent the frame.
+    /// Extended XYZ cannot represent this frame.
     #[error(transparent)]
     ExtendedXyz(#[from] WriteError),
-    /// Two particles with the same id.
+    /// Two particles of the frame have the same id.
     #[error("two particles have the id {}, and bonds refer to ids", .0.0)]
     RepeatedId(ParticleId),
-    /// A bond to a particle that does not exist.
+    /// A bond refers to a particle that does not exist.
     #[error("a bond ends at particle {}, which does not exist", .0.0)]
     NoBondEnd(ParticleId),
     /// A number is too large for single precision.
     #[error("{0} is beyond the largest number of the format, which keeps numbers in single precision")]
     BeyondSingle(f64),
-    /// The format has 32-bit counts.
+    /// The frame has more particles, bonds or species than a 32-bit count can represent.
     #[error("{0} particles, bonds or species are more than the format can hold")]
     TooMany(usize),
-    /// The format has 32-bit image numbers.
+    /// A particle has travelled more periods than a 32-bit image number can represent.
     #[error("a particle has travelled {0} periods along x, more than the format can count")]
     BeyondPeriods(f64),
-    /// The format numbers the names of arrays with 16 bits.
+    /// The file has more array names than the format can number with 16 bits.
     #[error("`{0}` is one name of an array more than the format can hold, 65536")]
     TooManyNames(String),
-    /// Arrays need the same particles in all frames.
+    /// The particles differ from those of the first frame. NumPy arrays need the same particles in all frames.
     #[error(
         "its {0} differ from those of the first converted frame: arrays need the same particles, in the same order, in all frames"
     )]
@@ -141,7 +142,7 @@ pub enum FrameError {
 }
 
 impl FrameError {
-    /// The error with its path: a write error belongs to the target, other errors to a frame of the source.
+    /// Adds the path that the error belongs to: the target for a write error, the source for any other.
     pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
         match self {
             Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {

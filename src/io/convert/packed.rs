@@ -9,10 +9,10 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::target::{Draft, finish};
 
-/// Length of text in one Zstandard frame `[bytes]`.
+/// Length of the text in a Zstandard frame `[bytes]`.
 const FRAME: usize = 1 << 20;
 
-/// Kind of compression, from the ending of a name.
+/// Kinds of compression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compressed {
     Gzip,
@@ -20,7 +20,7 @@ pub(super) enum Compressed {
 }
 
 impl Compressed {
-    /// The kind for the ending `.gz` or `.zst` of a name.
+    /// Returns the kind of compression for the ending `.gz` or `.zst` of a name; `None` for other endings.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
@@ -35,12 +35,12 @@ impl Compressed {
 pub(super) enum Text {
     Plain(Draft),
     Gzip(GzEncoder<Draft>),
-    /// The file, and the text of the frame being written.
+    /// The file, and the text that is not yet compressed.
     Zstandard(Draft, Vec<u8>),
 }
 
 impl Text {
-    /// An empty file.
+    /// Begins an empty file.
     pub fn new(file: Draft, kind: Option<Compressed>) -> Self {
         match kind {
             None => Self::Plain(file),
@@ -49,7 +49,7 @@ impl Text {
         }
     }
 
-    /// Writes the rest, and syncs it to disk.
+    /// Writes the remaining text, and syncs the file to disk.
     pub fn finish(self) -> io::Result<()> {
         match self {
             Self::Plain(file) => finish(file),

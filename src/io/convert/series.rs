@@ -29,7 +29,6 @@ use crate::trajectory::extended_xyz::WriteError;
 pub struct FrameSeries {
     writer: Box<dyn Writer>,
     target: Target,
-    /// Number of frames so far.
     frames: u64,
 }
 
@@ -37,7 +36,8 @@ impl FrameSeries {
     /// Creates a series in a file, or in a folder if the format needs one.
     ///
     /// # Errors
-    /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced, [`ConvertError::Write`] if it cannot be written.
+    /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced,
+    /// [`ConvertError::Write`] if the target cannot be written.
     pub fn create(path: &Path, format: Format, replace: bool) -> Result<Self, ConvertError> {
         let target = Target::claim(path, format, None, replace)?;
         Ok(Self { writer: open(format, &target, None)?, target, frames: 0 })
@@ -64,8 +64,8 @@ impl FrameSeries {
     /// Gives the file or folder its final name.
     ///
     /// # Errors
-    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another one was
-    /// created in the meantime.
+    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another file or folder
+    /// was created at its path in the meantime.
     pub fn finish(self) -> Result<(), ConvertError> {
         let last = self.frames.saturating_sub(1);
         self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;
@@ -73,7 +73,7 @@ impl FrameSeries {
     }
 }
 
-/// The error with its place: a write error belongs to the target, other errors to a frame.
+/// Adds the path of the target to a write error, and also the index of the frame to any other error.
 fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
     let path = target.to_owned();
     match error {

@@ -13,7 +13,8 @@ use crate::io::partial::partial_of;
 use crate::io::plain;
 use crate::model::Format;
 
-/// A file or folder under a temporary name. It is removed unless it is completed.
+/// Target of a conversion: a file or folder under a temporary name. The temporary file or folder is removed unless
+/// the conversion is completed.
 #[derive(Debug)]
 pub(super) struct Target {
     path: PathBuf,
@@ -23,15 +24,17 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Checks that the target may be written, and creates it if it is a folder.
+    /// Checks that the target may be written. Creates the temporary folder if the format is a folder of files.
     pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
-        // A killed run leaves a trajectory with the same suffix.
+        // The source may itself have the temporary name, because a killed run leaves its trajectory under such a
+        // name.
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
-        // An unfinished file may belong to a run or a conversion in progress.
+        // A file with the temporary name may belong to a run or a conversion in progress, so it is not replaced
+        // without permission.
         for path in [path, &partial] {
             if fs::symlink_metadata(path).is_ok() && !replace {
                 return Err(ConvertError::Exists(path.to_owned()));
@@ -54,7 +57,7 @@ impl Target {
         &self.partial
     }
 
-    /// Gives it its final name. An existing target that may be replaced is replaced.
+    /// Gives the file or folder its final name. An existing target is replaced if this is permitted.
     pub fn complete(self) -> Result<(), ConvertError> {
         if self.format.is_folder() {
             sync_folder(&self.partial);
@@ -68,26 +71,27 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // Nothing may be left to remove. If it cannot be removed, the next conversion rejects or replaces it.
+        // After a complete conversion, nothing is left to remove. If the removal fails, the next conversion rejects
+        // or replaces the file.
         let _ = remove(&self.partial);
     }
 }
 
-/// An unfinished file of a conversion.
+/// An output file that is not complete.
 pub(in crate::io) type Draft = BufWriter<File>;
 
-/// An empty file.
+/// Creates an empty file for an output.
 pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
     Ok(BufWriter::with_capacity(1 << 16, plain::create(path)?))
 }
 
-/// Syncs a file to disk.
+/// Completes a file and syncs it to disk.
 pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
     draft.flush()?;
     durability::sync_all(draft.get_ref())
 }
 
-/// Removes the files of an earlier conversion to a folder, and the folder if nothing else is in it.
+/// Removes the files of earlier conversions from a folder, and the folder if nothing else is in it.
 pub(in crate::io) fn remove_converted(folder: &Path) -> Result<(), OutputError> {
     let endings: Vec<&str> = Format::ALL.into_iter().filter_map(Format::folder_of).flatten().copied().collect();
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
@@ -108,14 +112,14 @@ fn is_same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Rejects a folder where a file is expected, the reverse, and a folder with files of another format.
+/// Rejects a target that is not an earlier conversion to this format.
 fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     let foreign = foreign_in(path, format).map_err(ConvertError::write(path))?;
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// Path of something at the target that is not a conversion to this format: a folder instead of a file, the
-/// reverse, or a foreign file in a folder.
+/// Returns the path of a file or folder that cannot be an earlier conversion to this format: a folder in place of a
+/// file, a file in place of a folder, or a file of another kind in the folder.
 ///
 /// # Errors
 /// If the folder cannot be read.

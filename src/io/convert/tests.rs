@@ -10,7 +10,8 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Four beads along x in a box that is periodic along x and z. The bond from 3 to 0 crosses the side.
+/// Returns a frame of four bonded particles along x. The box is periodic along x and z. The bond between particles 3
+/// and 0 crosses the boundary along x.
 pub(in crate::io) fn chain() -> Frame {
     let bead = |id: u32, species, radius| FrameParticle {
         id: ParticleId(id),
@@ -39,7 +40,7 @@ pub(in crate::io) fn chain() -> Frame {
     }
 }
 
-/// A file with frames.
+/// Writes frames to a file in extended XYZ.
 pub(in crate::io) fn trajectory(path: &Path, frames: &[Frame]) {
     let mut text = Vec::new();
     for frame in frames {
@@ -48,7 +49,7 @@ pub(in crate::io) fn trajectory(path: &Path, frames: &[Frame]) {
     fs::write(path, text).unwrap();
 }
 
-/// Content of a conversion into a single file.
+/// Converts frames to a format, and returns the content of the output file.
 pub(crate) fn converted(frames: &[Frame], format: Format) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("source.xyz"), folder.path().join("target"));
@@ -84,7 +85,7 @@ fn a_piece_is_the_frames_asked_for() {
         let frames: Result<Vec<Frame>, _> = FrameReader::new(&fs::read(&target).unwrap()[..]).collect();
         assert_eq!(frames.unwrap(), at(times));
     }
-    // Frames keep their numbers from the source.
+    // Frames keep the numbers that they have in the source.
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options { first: 2, ..Options::default() }).unwrap();
     assert!(fs::read_to_string(table).unwrap().lines().nth(1).unwrap().starts_with("2,2,0,bead,"));
@@ -246,7 +247,7 @@ fn scalars_of_particles_are_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("a.xyz");
     let mut frame = chain();
-    // In the order of the file, which GSD sorts by id.
+    // The particles are in reverse order. GSD sorts them by id, and the other formats keep the order.
     frame.particles.reverse();
     let values = vec![0.5, 0.1 + 0.2, 0.0, -2.5];
     frame.scalars = vec![Scalar { name: "q6".into(), values: values.clone() }];
@@ -275,7 +276,7 @@ fn scalars_of_particles_are_in_every_format() {
         has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
     );
     assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
-    // An extract can be read back. Scalars whose names conflict with columns of a format are left out.
+    // The extended XYZ file can be read back. Scalars are rejected if their names conflict with columns of a format.
     let back =
         FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
     assert_eq!(back, frame);
@@ -315,9 +316,9 @@ fn images_are_in_every_format() {
     };
     assert!(has(&target(Format::Npy).join("images.npy"), &frame.images));
     assert!(has(&target(Format::Vtk).join("frame_000000.vtp"), &frame.images));
-    // By id.
+    // GSD sorts the particles by id.
     assert!(has(&target(Format::Gsd), &frame.images.iter().rev().copied().collect::<Vec<_>>()));
-    // A later frame without images has empty cells, and is rejected by arrays.
+    // If a later frame has no images, its cells in the table are empty, and NumPy arrays reject it.
     trajectory(&source, &[frame.clone(), Frame { images: Vec::new(), ..frame }]);
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options::default()).unwrap();

@@ -1,10 +1,10 @@
-//! Computes checksums while data are written.
+//! Computes checksums of data while they are written.
 
 use std::io::{self, Write};
 
 use crc32fast::Hasher;
 
-/// Counts and checks (CRC-32) all bytes passed through it.
+/// A writer that counts all bytes passed through it and computes their CRC-32.
 #[derive(Debug)]
 pub(crate) struct Checked<W> {
     inner: W,
@@ -17,7 +17,7 @@ impl<W> Checked<W> {
         Self { inner, hasher: Hasher::new(), length: 0 }
     }
 
-    /// Continues after bytes that have been counted and checked before.
+    /// Creates a writer that continues after bytes of a known length and checksum.
     pub fn go_on(inner: W, length: u64, checksum: u32) -> Self {
         Self { inner, hasher: Hasher::new_with_initial(checksum), length }
     }
@@ -26,17 +26,15 @@ impl<W> Checked<W> {
         &self.inner
     }
 
-    /// Counts bytes that are written separately, unchecked.
+    /// Adds a number of bytes to the length without changing the checksum.
     pub fn pass(&mut self, length: u64) {
         self.length += length;
     }
 
-    /// Number of bytes so far.
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// The checksum of the checked bytes.
     pub fn checksum(&self) -> u32 {
         self.hasher.clone().finalize()
     }
@@ -63,7 +61,7 @@ mod tests {
     fn what_goes_on_ends_as_what_never_stopped() {
         let mut whole = Checked::new(Vec::new());
         whole.write_all(b"123456789").unwrap();
-        // The standard check value of CRC-32.
+        // `0xCBF4_3926` is the check value of CRC-32 in its specification.
         assert_eq!((whole.checksum(), whole.length()), (0xCBF4_3926, 9));
         let mut first = Checked::new(Vec::new());
         first.write_all(b"1234").unwrap();

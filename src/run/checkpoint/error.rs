@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Error of a checkpoint: why a run cannot be resumed from it.
+/// Why a run cannot be resumed from a checkpoint.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// There is no checkpoint.
+    /// The checkpoint does not exist.
     #[error("{} holds no checkpoint to go on from", .0.display())]
     Missing(PathBuf),
-    /// It cannot be read.
+    /// The checkpoint cannot be read.
     #[error("cannot read the checkpoint {}", path.display())]
     Unreadable {
         /// The file.
@@ -20,7 +20,7 @@ pub enum CheckpointError {
         /// Why.
         source: io::Error,
     },
-    /// The bytes have changed since they were written.
+    /// The checkpoint is damaged: its bytes have changed since they were written.
     #[error("the checkpoint {} is damaged: {why}", path.display())]
     Damaged {
         /// The file.
@@ -28,28 +28,28 @@ pub enum CheckpointError {
         /// The evidence.
         why: String,
     },
-    /// It was written by another version of carom, or by a build from other sources.
+    /// The checkpoint was written by another version of carom, or by a build from other sources.
     #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may continue differently",
         path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
-        /// That version, with the fingerprint of its sources.
+        /// Version that wrote the checkpoint, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this program.
+        /// Fingerprint of the sources of this program.
         here: &'static str,
     },
-    /// The length of an output file has changed.
+    /// An output file is shorter than at the time of the checkpoint.
     #[error("{} has {found} bytes, but had {expected} when the checkpoint was written", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Present length; 0 if it is missing.
+        /// Present length `[bytes]`; 0 if the file is missing.
         found: u64,
-        /// Length at the checkpoint.
+        /// Length at the time of the checkpoint `[bytes]`.
         expected: u64,
     },
-    /// An output file cannot be read.
+    /// An output file of the run cannot be read.
     #[error("cannot read {}, which belongs to the checkpoint", path.display())]
     FileUnreadable {
         /// The file.
@@ -57,20 +57,20 @@ pub enum CheckpointError {
         /// Why.
         source: io::Error,
     },
-    /// The content of an output file has changed: it belongs to another run, or is damaged.
+    /// An output file has changed: it is damaged, or belongs to another run.
     #[error("the first {length} bytes of {} are not those of the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// Length at the checkpoint.
+        /// Length at the time of the checkpoint `[bytes]`.
         length: u64,
         /// Present CRC-32.
         found: u32,
-        /// CRC-32 at the checkpoint.
+        /// CRC-32 at the time of the checkpoint.
         expected: u32,
     },
-    /// A file that the scene read has changed.
+    /// A file that the scene reads has changed since the start of the run.
     #[error("{path}, from which the run started, has changed: its checksum is {found}, expected {expected}")]
     Input {
         /// The file.
@@ -80,25 +80,25 @@ pub enum CheckpointError {
         /// Former checksum.
         expected: String,
     },
-    /// The requested end has already passed.
+    /// The requested end of the measurement has already passed.
     #[error("the run is at t = {time} already and has measured {measured}, expected a later end than {asked}")]
     Passed {
         /// Simulated time `[time]`.
         time: f64,
-        /// Progress of the measurement.
+        /// What has been measured so far: a time or a number of events.
         measured: String,
         /// The requested end.
         asked: String,
     },
-    /// The text of the scene does not belong to the run.
+    /// The scene file is not the scene of the run.
     #[error("{} is not the scene of the checkpoint: without its limit its checksum is {found:08x}, expected {expected:08x}",
         path.display())]
     Scene {
         /// The file.
         path: PathBuf,
-        /// CRC-32 of the present text.
+        /// CRC-32 of the scene file.
         found: u32,
-        /// CRC-32 of the run's text.
+        /// CRC-32 of the scene of the run.
         expected: u32,
     },
 }
@@ -111,7 +111,7 @@ impl CheckpointError {
         Self::Unreadable { path: path.to_owned(), source }
     }
 
-    /// Returns a suggestion for the user.
+    /// Returns how the user can solve the problem.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! The manifest of a checkpoint: the output files that belong to it, with lengths and checksums.
+//! The manifest of a checkpoint: a list of the output files of the run, with their lengths and checksums.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -8,21 +8,21 @@ use serde::{Deserialize, Serialize};
 
 use super::{Checked, CheckpointError};
 
-/// An entry of the manifest: one output file at the time of a checkpoint.
+/// An output file of the run, as it was at the time of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ManifestEntry {
-    /// Its name in the folder of the run.
+    /// Name of the file in the run folder.
     pub name: String,
-    /// Length at the checkpoint `[bytes]`. Later bytes do not belong to it.
+    /// Length at the time of the checkpoint `[bytes]`. Bytes after it are not part of the checkpoint.
     pub length: u64,
-    /// Number of bytes at its start that are replaced at the end of the run and not checked.
+    /// Number of bytes at the start of the file that the run replaces at its end. The checksum excludes them.
     pub head: u64,
-    /// CRC-32 of the bytes in between.
+    /// CRC-32 of the first `length` bytes of the file, except the first `head` bytes.
     pub checksum: u32,
 }
 
 impl ManifestEntry {
-    /// Checks that the file at `path` still has its content of the checkpoint.
+    /// Checks that the file at `path` still has the content that it had at the time of the checkpoint.
     pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
         let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(unreadable)?;
@@ -41,12 +41,12 @@ impl ManifestEntry {
     }
 }
 
-/// The manifest of a checkpoint: the output files of the run at that time.
+/// Manifest of a checkpoint: the output files of the run at that time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// CRC-32 of the text of the scene without its limit, which may be changed; `None` if the text is not
-    /// kept.
+    /// CRC-32 of the text of the scene; `None` if no text is kept. The text excludes the limit of the measurement,
+    /// which may be changed later.
     pub scene: Option<u32>,
-    /// Files that grow during the run.
+    /// Output files that grow during the run.
     pub files: Vec<ManifestEntry>,
 }

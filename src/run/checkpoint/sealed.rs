@@ -1,4 +1,4 @@
-//! Sealed content: preceded by the version that wrote it, followed by its length and checksum.
+//! Sealed files: a header with the version of the program, then the content, then its length and checksum.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -10,36 +10,35 @@ use serde::de::DeserializeOwned;
 use super::Checked;
 use crate::base::numbers;
 
-/// Fingerprint of the sources that the program was built from.
 const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
-/// Number of bytes that identify the kind.
+/// Length of the text that identifies the kind of file `[bytes]`.
 const MAGIC: usize = 16;
 
-/// Number of bytes of the version.
+/// Length of the version in the header `[bytes]`.
 const VERSION: usize = 12;
 
-/// Number of bytes read or written at a time.
+/// Number of bytes that are read or written at a time.
 const PIECE: usize = 1 << 20;
 
-/// Upper bound for the length of a name or a path in a checkpoint `[bytes]`.
+/// Upper bound for the length of a string in a checkpoint `[bytes]`.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// Number of bytes before the content.
+/// Length of the header `[bytes]`: kind, version and fingerprint.
 const HEAD: usize = MAGIC + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
-/// Kind of sealed content.
+/// What a sealed file contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Everything that a run or an exchange needs to continue.
+    /// Everything that a run or a replica exchange needs to continue.
     Checkpoint,
     /// Only a simulation.
     Simulation,
 }
 
 impl Kind {
-    /// The first bytes of this kind.
+    /// First bytes of a file of this kind.
     fn magic(self) -> &'static [u8; MAGIC] {
         match self {
             Self::Checkpoint => b"carom checkpoint",
@@ -50,16 +49,16 @@ impl Kind {
     /// Whether a file begins with the first bytes of this kind.
     pub fn is_that_of(self, path: &Path) -> bool {
         let mut magic = [0; MAGIC];
-        // Opening a pipe would block.
+        // Only regular files are opened: opening a named pipe would block.
         path.is_file()
             && File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok()
             && magic == *self.magic()
     }
 
-    /// The first bytes of files that this program writes and reads.
+    /// Header of the files that this build writes and reads.
     fn head(self) -> [u8; HEAD] {
         let mut head = [0; HEAD];
-        // The build script writes only digits.
+        // The build script writes only hexadecimal digits, so this cannot fail.
         let sources = u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes();
         head[..MAGIC].copy_from_slice(self.magic());
         head[MAGIC + VERSION..].copy_from_slice(&sources);
@@ -70,21 +69,21 @@ impl Kind {
     }
 }
 
-/// Why sealed content was rejected.
+/// Why a sealed file was rejected.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
-    /// The bytes have changed since they were written, with the evidence.
+    /// The bytes have changed since they were written. The text describes what is wrong.
     Damaged(String),
-    /// It was written by another version of carom, or by a build from other sources.
+    /// The file was written by another version of carom, or by a build from other sources.
     OtherVersion {
-        /// That version, with the fingerprint of its sources.
+        /// Version that wrote the file, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this program.
+        /// Fingerprint of the sources of this program.
         here: &'static str,
     },
 }
 
-/// A writer that stores its error, because the serializer does not return it.
+/// A writer that keeps its last error, because the serializer does not return the error of its writer.
 struct KeepsError<W> {
     inner: W,
     failure: Option<io::Error>,
@@ -112,12 +111,13 @@ impl<W: Write> Write for KeepsError<W> {
     }
 }
 
-/// Writes any content with its seal.
+/// Writes a value to a sealed file.
 ///
 /// # Errors
 /// The errors of the writer.
 pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize) -> io::Result<()> {
-    // The serializer writes number by number, and computing a checksum of a few bytes at a time is slow.
+    // The serializer writes one number at a time. The buffer collects many numbers, because computing a checksum of a
+    // few bytes at a time is slow.
     let mut out = BufWriter::with_capacity(PIECE, Checked::new(out));
     out.write_all(&kind.head())?;
     let mut keeper = KeepsError { inner: &mut out, failure: None };
@@ -133,8 +133,8 @@ pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize
     out.flush()
 }
 
-/// The first bytes of sealed content, if no bit of it has changed; otherwise the problem. The content is read
-/// in pieces.
+/// Returns the header of a sealed file if its length and checksum are correct; otherwise describes the problem. The
+/// content is read piece by piece.
 fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[u8; HEAD], &'static str>> {
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
@@ -163,7 +163,8 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
     Ok(if checksum == found.checksum().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
-/// Reads content of a kind, without memory for anything but the result; otherwise returns the problem.
+/// Reads a sealed file piece by piece, so that it is never in memory as a whole. Returns a [`Flaw`] if the file is
+/// damaged or has another version.
 ///
 /// # Errors
 /// The errors of the reader.

@@ -1,4 +1,4 @@
-//! Advances the engine up to the next check, with pauses by wall time.
+//! Advances the engine to the next check of the run, and calls `watch` on the way.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -10,24 +10,25 @@ use crate::engine::{EngineError, Reason, Until};
 use crate::run::Ending;
 use crate::run::state::Aim;
 
-/// Physical events between two checks for the end of all events.
+/// Number of physical events after which the run checks whether any event is left.
 const CHUNK: u64 = 10_000;
 
-/// Physical events per particle between two such checks in several domains, if this gives more than
-/// [`CHUNK`].
+/// In a run with several domains, number of physical events per particle between two checks whether any event is left.
+/// At least [`CHUNK`] events lie between two checks.
 const IN_DOMAINS: u64 = 64;
 
-/// Longest wait without events and cell transitions, in units of the time in which a typical particle crosses
-/// the box. If the wait is longer and the end of all events cannot be proven, rounding hides whether there
-/// will be any event.
+/// Simulated time without events and cell transitions after which a run gives up, in units of the crossing time of the
+/// box. After so long a time, rounding hides whether any event will occur. A run that can prove that no event is left
+/// ends earlier.
 const LONGEST_WAIT: f64 = 1e12;
 
-/// Wall time between two calls of `watch`.
+/// Desired wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Advances for a while. Returns whether it reached the time, or what prevented it. While initial
-    /// overlaps are left, the steps are small, to find when the last one is resolved.
+    /// Advances towards a simulated time and a number of events, at most to the next check of the run. Returns
+    /// [`Ending::Time`] if it reaches the time, another ending if the stage or run ends before, and otherwise `None`.
+    /// As long as initial overlaps are left, checks are frequent, to find when the last overlap is resolved.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
@@ -58,8 +59,8 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Physical events between two checks for the end of all events. Domains reach a number of events by
-    /// returning everything to a single engine, which is expensive.
+    /// Returns the number of physical events up to the next check whether any event is left. Domains are checked less
+    /// often, because a check returns all particles to a single engine, which is expensive.
     fn events_to_check(&self) -> u64 {
         if self.simulation.domain_work().is_none() {
             return CHUNK;
@@ -67,7 +68,7 @@ impl Driver<'_> {
         CHUNK.max(IN_DOMAINS * self.simulation.population().iter().sum::<usize>() as u64)
     }
 
-    /// The next aim: the aim left by an interruption, or a new aim.
+    /// Returns the next check of the run: the check planned before an interruption, or a new one.
     fn aim(&mut self, ahead: f64, events: u64) -> Aim {
         let event_counts = *self.simulation.event_counts();
         let aim = Aim {
@@ -80,8 +81,8 @@ impl Driver<'_> {
         *self.state.aim.get_or_insert(aim)
     }
 
-    /// Records whether anything has happened since the run started towards `aim`. Returns the ending of the
-    /// run if nothing will ever happen.
+    /// Counts the checks since the last event, and resets the count after an event. Returns an ending if no event will
+    /// ever follow.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.event_counts();
         let state = &mut self.state;
@@ -90,18 +91,19 @@ impl Driver<'_> {
             return None;
         }
         state.quiet_steps += 1;
-        // Tested after 1, 2, 4, ... steps without an event.
+        // The test whether any event is left is expensive. It is made only after 1, 2, 4, ... checks without an event.
         let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
         if (is_asked || nothing_is_due) && self.simulation.is_over() {
             return Some(Ending::Idle);
         }
-        // Spheres at rest that have grown as far as possible are finished as well.
+        // In a growth stage, spheres may come to rest when they have grown as far as possible. This is a regular end.
         let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
         nothing_is_due.then_some(nothing)
     }
 
-    /// Advances to an end that does not depend on pauses, with calls of `watch` on the way.
+    /// Advances to a time or a number of events, and calls `watch` on the way. The timing of these calls does not
+    /// affect the trajectory.
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, Failed> {
         loop {
             let started = Instant::now();
@@ -133,13 +135,13 @@ impl Driver<'_> {
         }
     }
 
-    /// Next pause: of a pilot run, or of the caller, who does not see a pilot run.
+    /// Returns the next pause: the end of a pilot run or the pause requested by the caller, whichever comes first.
     fn pause(&self) -> Until {
         let of_caller = self.halt();
         Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
     }
 
-    /// The caller's pause, at a time or a number of events.
+    /// Returns the pause requested by the caller. A pilot run on a copy ignores it.
     fn halt(&self) -> Until {
         match self.halt {
             Halt::At(until) if !self.is_pilot => until,
@@ -147,18 +149,19 @@ impl Driver<'_> {
         }
     }
 
-    /// Records whether the caller's pause has been reached.
+    /// Records whether the run has reached the pause that the caller requested. Returns [`Ending::Interrupted`], also
+    /// for the pause of a pilot run.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
         self.is_halted = !self.is_pilot && (halt.time <= at.time || halt.events <= at.events);
         Ending::Interrupted
     }
 
-    /// Advances to the next pause at most, checking only for events.
+    /// Advances by `steps` engine steps, at most to `until`. Passes the events to instruments and recorder.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());
-        // A single process cannot end alone.
+        // One of several processes must not stop alone. It therefore completes these steps before it returns the error.
         let is_alone = self.simulation.processes() == 1;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
@@ -182,14 +185,14 @@ impl Driver<'_> {
         failure.map_or(Ok(reason), Err)
     }
 
-    /// Number of events, cell transitions and Andersen collisions so far.
+    /// Returns the number of events, cell transitions and Andersen collisions since the start of the simulation.
     pub(super) fn work(&self) -> u64 {
         let event_counts = self.simulation.event_counts();
         event_counts.physical().saturating_add(event_counts.transition).saturating_add(event_counts.thermostat)
     }
 }
 
-/// Number of steps until the next pause, given the wall time of the last ones.
+/// Returns the number of steps until the next call of `watch`, from the wall time that the last steps took.
 fn steps_after(steps: u64, took: Duration) -> u64 {
     let next = if took > PAUSE { steps / 2 } else { steps * 2 };
     next.clamp(1, STEPS[1])

@@ -1,4 +1,4 @@
-//! Equilibration that ends once no observable drifts.
+//! Automatic equilibration, which ends when no observable drifts any more.
 
 use std::ops::ControlFlow;
 
@@ -9,48 +9,48 @@ use crate::analysis::observables::{Observer, is_settled};
 use crate::model::Limit;
 use crate::run::Ending;
 
-/// Events per particle between two samples.
+/// Number of events per particle between two samples of the observables.
 const EVENTS_PER_SAMPLE: u64 = 2;
 
-/// Samples before the first test for drift. By then each particle has had about four hundred events, which
-/// melt most lattices.
+/// Number of samples before the first test for drift. By then each particle has taken part in about four hundred events
+/// (two particles in each event), which melt most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// Number of tests after which an equilibration without a limit gives up. A system that keeps drifting, such
-/// as a cooling gas, never equilibrates. Neither does a system that cannot be tested, such as a single
-/// particle between walls.
+/// An equilibration without a limit gives up after this many times [`FEWEST_SAMPLES`]. A system that keeps drifting,
+/// such as a cooling gas, never equilibrates. A system that cannot be tested, such as a single particle between walls,
+/// does not either.
 const PATIENCE: u32 = 1000;
 
-/// Events per particle after which an equilibration without a limit gives up.
+/// Number of events per particle after which an equilibration without a limit gives up.
 pub const MOST_EVENTS_PER_PARTICLE: u64 = EVENTS_PER_SAMPLE * FEWEST_SAMPLES as u64 * PATIENCE as u64;
 
-/// The number of samples grows by this fraction from one test to the next. The second half, which is tested,
-/// is completely new after three tests.
+/// The number of samples grows by the fraction `1 / GROWTH` from one test to the next. A test uses the second half of
+/// the samples. This half is almost completely new after three tests.
 const GROWTH: u32 = 4;
 
-/// Time series of the observables during an automatic equilibration, sampled after fixed numbers of events,
-/// independent of output.
+/// Time series of the observables during an automatic equilibration. Samples are taken after fixed numbers of events,
+/// independent of the output.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
     pub(super) observer: Observer,
-    /// Physical events at the next sample.
+    /// Number of physical events at the next sample of the observables, since the start of the simulation.
     pub(super) next: u64,
-    /// Events between two samples.
+    /// Number of events between two samples.
     step: u64,
-    /// Samples so far, and at the next test.
+    /// Number of samples so far, and number of samples at the next test for drift.
     samples: u32,
     next_test: u32,
 }
 
 impl Monitor {
-    /// Events before the first test for drift.
+    /// Number of events before the first test for drift.
     pub fn shortest(&self) -> u64 {
         u64::from(FEWEST_SAMPLES).saturating_mul(self.step)
     }
 }
 
 impl Driver<'_> {
-    /// Starts to monitor the observables, if they end the equilibration.
+    /// Starts the time series of the observables if the present stage is an automatic equilibration.
     pub(super) fn begin_monitor(&mut self) {
         let is_watched = self.settings().until_stationary;
         self.state.monitor = is_watched.then(|| {
@@ -63,7 +63,8 @@ impl Driver<'_> {
         });
     }
 
-    /// Ends an automatic equilibration if nothing drifts. Ends the run if the system will never equilibrate.
+    /// Takes a sample, and tests for drift, if they are due. The equilibration ends if no observable drifts. The run
+    /// ends if an equilibration without a limit still drifts after very many samples.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Limit::default();
@@ -99,7 +100,7 @@ mod tests {
     use crate::run;
     use crate::scene::SceneBuilder;
 
-    /// Two particles that move to and fro between two walls, past each other.
+    /// Two particles that bounce to and fro between two walls and never touch each other.
     fn to_and_fro(restitution: f64, equilibration: Limit) -> Scene {
         let mut space = Space::periodic_cube(5.0);
         let wall = Face::Wall { restitution };
@@ -116,7 +117,7 @@ mod tests {
             .unwrap()
     }
 
-    /// How it ends, and after how many events. It is interrupted after `most`.
+    /// Returns how the run of a scene ends, and its number of events. A stage is interrupted after `most` events.
     fn ending(scene: Scene, most: u64) -> (Ending, u64) {
         let go_on = |progress: &run::Progress| {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

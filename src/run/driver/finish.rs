@@ -1,4 +1,4 @@
-//! The end of a measured stage, and of a run.
+//! Ends a measured stage or the run: records the last row and frame, and collects the results.
 
 use super::{Driver, Failed};
 use crate::analysis::instruments::Sample;
@@ -7,14 +7,14 @@ use crate::run::stage::Stage;
 use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod};
 
 impl Driver<'_> {
-    /// The last row and frame of a measured stage, and its results.
+    /// Records the last row and frame of a measured stage, and stores its results.
     pub(super) fn end_measured_stage(&mut self) -> Result<(), Failed> {
         let results = self.results()?;
         self.state.measured_stages.push(results);
         Ok(())
     }
 
-    /// Adds the last row and frame, and the audit.
+    /// Records the last row and frame of the run, and returns its results and audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, Failed> {
         self.simulation.complete();
         let stage = self.state.stage.stage;
@@ -53,7 +53,7 @@ impl Driver<'_> {
         })
     }
 
-    /// The last row and frame of a measurement, and its results.
+    /// Records the last row and frame of a measurement, and returns its results.
     fn results(&mut self) -> Result<MeasuredStage, Failed> {
         self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
@@ -79,7 +79,7 @@ impl Driver<'_> {
         })
     }
 
-    /// The results of a measurement of zero duration.
+    /// Results of a measurement of zero duration, without averages.
     fn nothing(&self) -> MeasuredStage {
         MeasuredStage {
             name: self.state.stage.stage.name(&self.simulation.scene().run).into_owned(),

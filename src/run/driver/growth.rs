@@ -1,4 +1,4 @@
-//! Growing spheres: the extent of growth, and the pressure that ends it.
+//! Stages in which spheres grow: the size or the pressure at which they end, and the detection of jams.
 
 use std::ops::ControlFlow;
 
@@ -8,37 +8,35 @@ use super::Driver;
 use crate::model::{Growth, GrowthTarget, Limit};
 use crate::run::{Ending, Jam};
 
-/// Growth may exceed its target by this factor, so that rounding does not leave it short.
+/// Growth may exceed its target size by this factor, so that rounding cannot stop it below the target.
 const BEYOND: f64 = 1.0 + 1e-12;
 
-/// Above this compressibility factor, growing spheres count as jammed, unless they are close to their target
-/// size.
+/// Compressibility factor above which growing spheres count as jammed, if they cannot reach their target size.
 const JAMMED: f64 = 1000.0;
 
-/// Number of contacts per particle over which the pressure of growing spheres is averaged.
+/// Number of contacts per particle between two checks of the pressure of growing spheres.
 const CONTACTS: u64 = 10;
 
-/// Compressibility factor of growing spheres, averaged between checks.
+/// Compressibility factor of growing spheres, averaged between two checks.
 ///
-/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the
-/// momenta `p` exchanged at contacts. Growth heats and a thermostat cools. The exchange in each interval
-/// between two scalings is therefore divided by the temperature of that interval: the mean of the
-/// temperatures at its two ends.
+/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), where `p` is the
+/// momentum exchanged in a contact. The temperature changes, because growth heats and a thermostat cools. Therefore the
+/// exchange between two scalings of the velocities is divided by the mean of the temperatures at the beginning and end
+/// of this interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
-    /// Simulated time of the last check.
+    /// Simulated time at which the present average of the pressure began.
     since: f64,
-    /// Number of physical events at the next check, independent of pauses.
+    /// Number of physical events at the next check of the pressure, since the start of the simulation.
     next: u64,
-    /// `sum r.p / (D N T)` of the intervals since then `[time]`.
+    /// Sum of `r.p / (D N T)` over the contacts since the last check `[time]`, as explained for [`PressureCheck`].
     exchanged: f64,
-    /// Virial and temperature at the start of the present interval.
+    /// Sum of the virial, and temperature, at the start of the present averaging interval.
     virial: f64,
     temperature: f64,
 }
 
 impl Driver<'_> {
-    /// The growth of the present stage.
     pub(super) fn growth(&self) -> Option<Growth> {
         self.settings().growth
     }
@@ -48,10 +46,11 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
             GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // No packing is denser than a filled box.
+            // The packing fraction at the target pressure is unknown, but it cannot exceed that of a filled box.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
-        // A target below the present size was rejected with the scene. Only round-off is left.
+        // The validation of the scene has rejected targets below the present size, so a ratio below 1 is only a
+        // rounding error.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         match growth.until {
@@ -64,7 +63,7 @@ impl Driver<'_> {
         self.begin_pressure_check();
     }
 
-    /// Begins to average the pressure.
+    /// Starts an average of the pressure.
     fn begin_pressure_check(&mut self) {
         let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
         let event_counts = self.simulation.event_counts();
@@ -82,14 +81,14 @@ impl Driver<'_> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Number of physical events at the next check of the pressure of growing spheres, of an equilibration,
-    /// or for a storm.
+    /// Returns the number of physical events at the next check, since the start of the simulation. A check concerns the
+    /// pressure of growing spheres, an automatic equilibration, or an event storm.
     pub(super) fn next_check(&self) -> u64 {
         let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next).min(self.next_storm_check());
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
-    /// Ends an interval of the average, before velocities are scaled.
+    /// Ends an averaging interval of the pressure. Called before velocities are scaled.
     pub(super) fn end_piece(&mut self) {
         if self.state.pressure_check.is_none() {
             return;
@@ -105,7 +104,7 @@ impl Driver<'_> {
         (check.virial, check.temperature) = (virial, temperature);
     }
 
-    /// Begins the next interval, after velocities are scaled.
+    /// Starts an averaging interval of the pressure. Called after velocities are scaled.
     pub(super) fn begin_piece(&mut self) {
         if let Some(mut check) = self.state.pressure_check {
             check.temperature = self.temperature();
@@ -113,8 +112,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Ends the stage if growing spheres have reached their target pressure, or if they jam before they reach
-    /// their target size.
+    /// Ends the stage if growing spheres have reached their target pressure. Ends the run if they jam before they reach
+    /// their target packing fraction.
     pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
         if self.state.pressure_check.is_none_or(|check| self.simulation.event_counts().physical() < check.next) {
@@ -134,22 +133,22 @@ impl Driver<'_> {
         }
     }
 
-    /// Whether spheres are so close to jamming, at `Z = D / (1 - phi / phi_J)`, that they cannot reach a
-    /// packing fraction.
+    /// Returns a jam if the packing fraction `phi_J` of the jammed state is below the target. Near jamming in `D`
+    /// dimensions, the compressibility factor is `Z = D / (1 - phi / phi_J)` at the packing fraction `phi`.
     fn jam(&self, growth: &Growth, target: f64, factor: f64) -> Option<Jam> {
         let scene = self.simulation.scene();
         let dimensions = scene.space.dimensions() as f64;
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
-        // Surfaces faster than particles hit them harder and more often than the temperature suggests, by at
-        // most this factor.
+        // If the diameters grow faster than particles move, contacts are harder and more frequent than the temperature
+        // suggests. `Z - 1` is then too large by at most the factor `excess`.
         let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
         let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
         let speed = (self.temperature() / heaviest).sqrt();
         let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
         let least = 1.0 + (factor - 1.0) / excess;
-        // Doubled to allow for its error.
+        // `D / Z` is the relative distance to jamming. It is doubled, because `Z` has an error.
         let limit = packing_fraction * (1.0 + 2.0 * dimensions / least);
         let time = self.simulation.time();
         (least > JAMMED && limit < target).then_some(Jam {
@@ -174,7 +173,7 @@ mod tests {
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Amount, Arrangement, SceneBuilder};
 
-    /// Factor by which 32 spheres have grown at a target pressure, with at most `step` events at a time.
+    /// Returns the factor by which 32 spheres grow up to a target pressure, in advances of at most `step` events.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),
@@ -208,7 +207,7 @@ mod tests {
         }
     }
 
-    /// 32 disks in a square of 8 x 8 that grow to a packing fraction.
+    /// Returns how a run ends in which 32 disks in a square of 8 x 8 grow to a packing fraction.
     fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
         let stage = StagePlan {
             name: "compress".into(),
@@ -256,7 +255,7 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // Many growth stages due to the range of cells, and many checks.
+        // The diameters grow by more than half, so the engine makes new cells several times, and there are many checks.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

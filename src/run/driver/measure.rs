@@ -1,4 +1,4 @@
-//! Rows at their times in every stage; in a measurement also frames and instruments.
+//! Records rows in every stage, and also frames and samples of the instruments in a measurement.
 
 use super::pace::Pace;
 use super::{Driver, Failed};
@@ -10,12 +10,12 @@ use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
 
-/// Maximum number of rows or frames without an event in a stage without a time limit. More would only fill
+/// Maximum number of rows or frames since the last event, in a stage without a time limit. More rows would only fill
 /// the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
-    /// Runs a measurement from its present state.
+    /// Runs a measurement, or the rest of it. Returns how it ended.
     pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
@@ -46,8 +46,8 @@ impl Driver<'_> {
             Some(ending) => ending,
             None => self.sample_until_end()?,
         };
-        // The checkpoint precedes the last row and frame, so that the run can be continued as if it had not
-        // ended here.
+        // The checkpoint is written before the last row and frame. If the run is continued, its output is the same as
+        // without this end.
         if (self.is_last() || ending.is_early()) && !self.is_halted {
             self.keep()?;
         }
@@ -64,8 +64,7 @@ impl Driver<'_> {
         self.state.stage.stage == Stage::Measurement
     }
 
-    /// Runs a stage without measurement from its present state. Returns the ending if the run ends in this
-    /// stage.
+    /// Runs a stage without measurement, or the rest of it. Returns an ending only if the whole run ends in this stage.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {
@@ -85,8 +84,7 @@ impl Driver<'_> {
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
                 None if due >= end_time - NEAR * (end_time - self.state.stage.time) => {
-                    // Advances to the end of the stage from a sampling time that is slightly earlier due to
-                    // rounding.
+                    // Due to rounding, the last sampling time may be slightly before the end of the stage.
                     let ending = self.advance(end_time, end_events)?;
                     return Ok(ending.filter(Ending::is_early));
                 }
@@ -108,7 +106,7 @@ impl Driver<'_> {
         let mut instruments = Instruments::default();
         if let Some(system) = &self.system {
             let snapshot = self.simulation.snapshot();
-            // If nothing happens, a number of events has no duration.
+            // If no event occurs, the time until a number of events cannot be estimated.
             let is_known = duration.is_finite() && duration > 0.0;
             let duration = if is_known { duration } else { self.without_rate(self.state.planned().time) };
             let setup = Setup { system, sample: Sample::of(&snapshot), duration };
@@ -120,7 +118,7 @@ impl Driver<'_> {
         self.state.measurement = Some(Measurement { rows, frames, instruments });
     }
 
-    /// Advances from one sampling time to the next, up to the last one before the end.
+    /// Advances from one sampling time to the next and records the output, until the measurement ends.
     fn sample_until_end(&mut self) -> Result<Ending, Failed> {
         let (end_time, end_events) = self.state.stage.end();
         loop {
@@ -138,7 +136,7 @@ impl Driver<'_> {
                 return Ok(Ending::Time);
             }
             self.record(row <= due, frame <= due)?;
-            // Due to rounding, this may be slightly too early by the clock of the simulation.
+            // Due to rounding, the simulation may have stopped slightly before the sampling time.
             let now = self.simulation.time().max(due);
             let is_too_quiet = self.is_too_quiet();
             let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
@@ -158,13 +156,13 @@ impl Driver<'_> {
         }
     }
 
-    /// Counts a row or frame. Returns whether there were too many since the last event.
+    /// Counts the rows and frames since the last event. Returns whether there are too many.
     fn is_too_quiet(&mut self) -> bool {
         self.state.quiet_rows += 1;
         self.state.quiet_rows > MOST_QUIET_ROWS && self.state.stage.limit.time.is_none()
     }
 
-    /// Records a row and a frame of the present state, unless already done.
+    /// Records a row or a frame (or both) of the present state, unless it has already been recorded.
     pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), Failed> {
         let now = Some(self.simulation.time());
         if has_row && self.state.last_row != now {

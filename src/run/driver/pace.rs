@@ -1,4 +1,4 @@
-//! Intervals of output that the scene leaves open.
+//! Chooses the intervals of rows and frames that a scene does not specify.
 
 use super::{Driver, Failed, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
@@ -7,48 +7,49 @@ use crate::model::Limit;
 use crate::run::Ending;
 use crate::run::state::Pilot;
 
-/// Target number of rows if the run chooses the interval. There may be up to twice as many.
+/// Target number of rows in a stage if the scene gives no interval. There may be up to twice as many.
 const ROWS: u32 = 200;
 
-/// Growth to a pressure increases the diameters by at least this fraction. More growth gives more rows.
+/// Relative growth of the diameters from which the interval of rows is chosen, if growth ends at a target pressure. If
+/// the diameters grow more, there are more rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Number of events that suffices to estimate a rate. It is also the limit of other work in a pilot run,
-/// which takes at most a few seconds.
+/// Limits of a pilot run: its largest number of events, which suffices to estimate a rate, and its largest amount of
+/// work (events, cell transitions and Andersen collisions). They limit its wall time to a few seconds.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A pilot run is kept as the beginning of its stage if it has at most this fraction of the events. Then no
-/// row is due in it: intervals are chosen from the duration of a thousandth of the events and are a
-/// two-hundredth of the stage, so that a fraction `1 / MOST_OF_STAGE` lies before the first row.
+/// A pilot run can become the beginning of its stage if it has at most `1 / MOST_OF_STAGE` of the events of this stage.
+/// A chosen interval of rows is about a two-hundredth of the stage, so no row is due in such a pilot run.
 const MOST_OF_STAGE: u64 = 400;
 
-/// Fraction of an interval that rounding leaves before its end.
+/// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// If a pilot run has done less than this amount of work, it is far from its limit at the initial rate.
+/// A pilot run that is expected to need less work than this in all stays far below [`MOST_WORK`]. Its limit of work is
+/// then lifted.
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
-/// Output times of a measurement, and its expected duration, if known `[time]`.
+/// Sampling times of the rows and frames of a measurement, and its expected duration `[time]`.
 pub(super) struct Pace {
     pub rows: SamplingTimes,
     pub frames: SamplingTimes,
     pub duration: f64,
-    /// How the measurement ended while they were chosen, if it did.
+    /// How the measurement ended, if it ended during the pilot run.
     pub ending: Option<Ending>,
 }
 
-/// Expected duration of a stage, from a pilot run if necessary.
+/// Result of a pilot run.
 pub(super) struct Found {
-    /// Duration of the events `[time]`.
+    /// Expected duration of the stage `[time]`.
     duration: f64,
-    /// How the stage ended meanwhile, if it did.
+    /// How the stage ended, if it ended during the pilot run.
     ending: Option<Ending>,
 }
 
 impl Driver<'_> {
-    /// Times of rows and frames from the start of the measurement, and its expected duration if known; `None`
-    /// if the caller stops meanwhile.
+    /// Chooses the sampling times of the rows and frames of a measurement, from its start. Returns `None` if the caller
+    /// interrupts the run.
     ///
     /// If only the number of events is known, a pilot run over the first events estimates the duration.
     pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
@@ -68,8 +69,8 @@ impl Driver<'_> {
         Ok(Some(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
     }
 
-    /// Times of rows in a stage before the measurement, and how it ended while they were chosen, if it did;
-    /// `None` if the caller stops.
+    /// Chooses the sampling times of the rows of a stage before the measurement. Also returns how the stage ended, if
+    /// it ended during the pilot run. Returns `None` if the caller interrupts the run.
     pub(super) fn pace_of_rows(&mut self) -> Result<Option<(SamplingTimes, Option<Ending>)>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
@@ -79,7 +80,7 @@ impl Driver<'_> {
             (Limit { time: None, events: None }, Some(growth)) => {
                 Some(Found { duration: SOME_GROWTH / growth.rate, ending: None })
             }
-            // An automatic equilibration: its shortest duration.
+            // For an automatic equilibration without a limit, the rows are planned for its shortest duration.
             (Limit { time: None, events: None }, None) => {
                 let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
                 let expected = self.excursion(None, events, self.first_pilot(events))?;
@@ -92,7 +93,7 @@ impl Driver<'_> {
         Ok(Some((SamplingTimes::expecting(start, duration, ROWS, 0.0), ending)))
     }
 
-    /// Duration of a stage with a limit; `None` if the caller stops.
+    /// Returns the expected duration of a stage with a limit; `None` if the caller interrupts the run.
     fn expected(&mut self, limit: Limit) -> Result<Option<Found>, Failed> {
         match limit {
             Limit { time: Some(duration), events: None } => Ok(Some(Found { duration, ending: None })),
@@ -104,18 +105,19 @@ impl Driver<'_> {
         }
     }
 
-    /// The simulated time of a number of events, estimated from the first thousandth of the events or of the
-    /// time limit. `None` if the caller stops.
+    /// Estimates the simulated time of a number of events, from the first thousandth of the events or of the time
+    /// limit. Returns `None` if the caller interrupts the run.
     ///
-    /// If the estimate takes too much work, as in a gas with hardly any events, the time in which a particle
-    /// crosses the box is used instead. Intervals chosen from this time grow during the run.
+    /// If the pilot run needs too much work, as in a gas with hardly any events, the time in which a particle crosses
+    /// the box is used instead. Intervals chosen from this time grow during the run.
     ///
-    /// If no output is due in the pilot run, it is the beginning of the stage itself: nothing is done twice,
-    /// and no second simulation is in memory. Otherwise a copy is simulated.
+    /// If no output is due in the pilot run, it is the beginning of the stage itself. Then no event is simulated twice,
+    /// and memory holds only one simulation. Otherwise a copy is simulated.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
-            // A pilot run begun for a later end has passed its target.
+            // The pilot run may have been begun before the end of the run was changed. Its number of events may then be
+            // too large for the present end.
             Some(begun) if begun.events > (events / MOST_OF_STAGE).max(first.events) => {
                 Pilot { events: first.events, ..begun }
             }
@@ -138,14 +140,14 @@ impl Driver<'_> {
         Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
     }
 
-    /// Whether the pilot run of a stage can be its beginning, because no instrument needs the duration in
-    /// advance.
+    /// Whether the pilot run can be the beginning of its stage. It cannot if an instrument has to know the duration at
+    /// the start, or if the stage has too few events.
     fn may_be_kept(&self, events: u64) -> bool {
         let is_measured = self.state.stage.stage.is_measured();
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// Time just before the first row or frame at a given interval `[time]`.
+    /// Returns a time just before the first row or frame at an interval that the scene specifies `[time]`.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -153,14 +155,15 @@ impl Driver<'_> {
         self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
-    /// A pilot run that is the beginning of the stage. It pauses, and the stage continues with the same bits.
-    /// It is abandoned if rows could be due.
+    /// Simulates the pilot run as the beginning of its stage, and stops before the first row. The stage then continues
+    /// with the same bits.
     fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, Failed> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // A time before the first row, in case the pilot run turns out to be too much work.
+        // If the pilot run needs too much work, rows are planned with `without_rate` instead of an estimate. `early` is
+        // a time before the first of these rows.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);
@@ -188,7 +191,7 @@ impl Driver<'_> {
                 return Ok(Outcome::Undecided);
             }
             if done >= until.events {
-                // Simultaneous events give no rate.
+                // If all events so far are simultaneous, they give no rate.
                 pilot.events = pilot.events.saturating_mul(2);
                 if pilot.events > events / MOST_OF_STAGE {
                     return Ok(Outcome::Undecided);
@@ -196,7 +199,8 @@ impl Driver<'_> {
             } else {
                 let work = (MOST_WORK - (pilot.patience - self.work())) as f64;
                 let by_now = (done - start.events) as f64;
-                // A lattice has few events at first.
+                // The initial lattice may have fewer events than the fluid, so the rate from kinetic theory is used if
+                // it gives more.
                 let expected = self.state.rate.map_or(by_now, |rate| by_now.max(rate * (time - start.time)));
                 if work * pilot.events as f64 >= LITTLE_WORK as f64 * expected {
                     return Ok(Outcome::Undecided);
@@ -207,16 +211,17 @@ impl Driver<'_> {
         }
     }
 
-    /// A pilot run on a copy that is discarded, so that the run itself has its rows, frames and samples from
+    /// Simulates the pilot run on a copy that is discarded. The run itself then has its rows, frames and samples from
     /// the start of the stage.
     ///
-    /// No checkpoint is written meanwhile. A run that is killed repeats its pilot run from the same state,
-    /// with the same bits.
+    /// No checkpoint is written during the pilot run. A run that is killed repeats it from the same state, with the
+    /// same bits.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
-        // Decides by the work done. The point at which the pilot run stopped depends on the clock.
+        // If the pilot run had too much work, its estimate is not used: the point at which it stopped depends on the
+        // wall clock.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
@@ -240,7 +245,7 @@ impl Driver<'_> {
                 Some(Ending::Events) if target < end_events => {}
                 _ => break,
             }
-            // Simultaneous events give no rate.
+            // If all events so far are simultaneous, they give no rate.
             if self.simulation.time() > start.time {
                 break;
             }
@@ -249,7 +254,7 @@ impl Driver<'_> {
         Ok(Some(self.estimate(limit, events)))
     }
 
-    /// The simulated time of a number of events, at the rate since the start of the stage.
+    /// Estimates the simulated time of a number of events, from the mean rate since the start of the stage.
     fn estimate(&self, limit: Option<f64>, events: u64) -> f64 {
         let start = self.state.stage;
         let done = (self.simulation.event_counts().physical() - start.events) as f64;
@@ -259,23 +264,23 @@ impl Driver<'_> {
         (self.simulation.time() - start.time) * (events as f64 / done)
     }
 
-    /// Assumed duration of a stage with an unknown event rate.
+    /// Duration that is assumed for a stage with an unknown event rate: its time limit or the crossing time of the box.
     pub(super) fn without_rate(&self, limit: Option<f64>) -> f64 {
         let crossing = self.state.crossing;
         limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 })
     }
 }
 
-/// Outcome of a pilot run that is the beginning of its stage.
+/// Outcome of a pilot run that was simulated as the beginning of its stage.
 enum Outcome {
     Found(Found),
     /// The caller stops.
     Interrupted,
-    /// A copy has to continue, because rows may be due.
+    /// The pilot run is not finished, but a row may be due next. The pilot run has to continue on a copy.
     Undecided,
 }
 
-/// A duration rounded to two digits, for intervals that are displayed.
+/// Rounds a duration to two digits, because intervals are displayed.
 fn rounded(duration: f64) -> f64 {
     format!("{duration:.1e}").parse().unwrap_or(duration)
 }

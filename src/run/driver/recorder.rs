@@ -1,4 +1,4 @@
-//! Type-erased recorder, so that the driver is compiled once in the library and not for each recorder of a
+//! A recorder without type parameters. The driver is then compiled once in the library, and not for each recorder of a
 //! caller.
 
 use crate::analysis::instruments::Scalar;
@@ -7,11 +7,11 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Error of a recorder, which [`KeepsError`] holds.
+/// Shows that the recorder failed. The error itself is in [`KeepsError`].
 #[derive(Debug)]
 pub(super) struct Failed;
 
-/// A recorder, and its error if it has failed.
+/// Wraps a recorder and keeps its error.
 pub(super) struct KeepsError<'r, R: Recorder> {
     pub recorder: &'r mut R,
     pub error: Option<R::Error>,
@@ -25,7 +25,7 @@ impl<R: Recorder> KeepsError<'_, R> {
         })
     }
 
-    /// The error of a failed recorder.
+    /// Returns the error of a recorder that failed.
     #[cfg_attr(
         not(test),
         expect(clippy::unreachable, reason = "a recorder that returns `Failed` has stored its error")

@@ -1,4 +1,4 @@
-//! Settings of each stage of a run: its limit, thermostat and growth.
+//! Begins and ends the stages of a run: sets up the thermostat, barostat, growth, gravity and surfaces of each stage.
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
@@ -7,11 +7,11 @@ use crate::run::Blocked;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
-/// Samples of the temperature between two scalings, because its change is not linear in time.
+/// Number of temperature samples per interval between two scalings of the velocities. One sample is not enough, because
+/// the temperature does not change linearly in time.
 const TEMPERATURES: f64 = 4.0;
 
 impl Driver<'_> {
-    /// Settings of the present stage.
     pub(super) fn settings(&self) -> Settings {
         self.state.stage.stage.settings(&self.simulation.scene().run)
     }
@@ -21,7 +21,8 @@ impl Driver<'_> {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
         let scene = self.simulation.scene();
-        // During preparation, the temperature is computed from the components used by the last measurement.
+        // In a stage without measurement, the temperature is computed from the same velocity components as in the last
+        // measurement.
         let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
         self.state.observer.set_thermostat(scene, counted.as_ref());
         let grown = self.simulation.grown();
@@ -53,7 +54,7 @@ impl Driver<'_> {
         self.describe();
     }
 
-    /// A surface that appears in the present stage and overlaps a particle.
+    /// Returns the deepest overlap of a particle with a surface that appears in the present stage.
     fn blocked_by_surface(&mut self, stage: &str) -> Option<Blocked> {
         if self.simulation.scene().allow_invalid_start {
             return None;
@@ -63,11 +64,11 @@ impl Driver<'_> {
         Some(Blocked { particle, surface, stage: stage.to_owned(), depth, time: self.simulation.time() })
     }
 
-    /// Ends the present stage.
+    /// Ends the present stage. The run continues with the stage `next`.
     pub(super) fn leave(&mut self, next: Stage) {
         self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
-            // Removes the heat of growth since the last scaling.
+            // Removes the heat that growth has added since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
             self.state.ledger.start_again(&self.simulation);
@@ -79,8 +80,7 @@ impl Driver<'_> {
         (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
-    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has reached
-    /// within round-off.
+    /// Scales velocities to the temperature of the thermostat. The simulation has reached `time` within round-off.
     pub(super) fn rescale(&mut self, time: f64) {
         let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();
@@ -101,7 +101,8 @@ impl Driver<'_> {
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);
         }
-        // Counted from the start of the stage, so that rounding errors do not accumulate.
+        // Scalings are at multiples of the interval since the start of the stage, so that rounding errors do not
+        // accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / interval).floor();
         self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
@@ -109,7 +110,7 @@ impl Driver<'_> {
             if self.state.stage.stage.is_measured() { time + interval / TEMPERATURES } else { f64::INFINITY };
     }
 
-    /// Samples the temperature between two scalings.
+    /// Samples the temperature at a time between two scalings of the velocities.
     pub(super) fn sample_temperature(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);

@@ -1,8 +1,8 @@
-//! Event storms: spheres that rest in contact under gravity bounce by next to nothing, and the TC model makes
-//! all of these contacts elastic.
+//! Detects event storms. Spheres that rest in contact under gravity have tiny bounces, and the TC model makes all these
+//! contacts elastic. The number of events per time can then become so large that time hardly advances.
 //!
-//! Dissipative particles under gravity come to rest with contacts at intervals of about the contact time,
-//! several per particle. Ten thousand times as many are a storm, in which time hardly advances.
+//! Dissipative particles under gravity normally come to rest with several contacts per particle and contact time. Ten
+//! thousand times as many are a storm.
 
 use std::ops::ControlFlow;
 
@@ -13,32 +13,32 @@ use crate::engine::Simulation;
 use crate::model::Scene;
 use crate::run::Ending;
 
-/// Number of events per particle within a contact time above which the events are a storm. In small systems,
-/// a storm has at least [`FEWEST`] events in all.
+/// The number of events within one contact time that counts as a storm: `MOST` per moving particle, plus `FEWEST`.
 const MOST: u64 = 10_000;
 const FEWEST: u64 = 1_000_000;
 
-/// Event count since a time, for a system that may have storms.
+/// Counts the events since a time, to detect an event storm.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct StormWatch {
-    /// Simulated time at which the count began.
+    /// Simulated time since which events are counted.
     since: f64,
-    /// Number of physical events, since the start of the simulation, at the next check of the time.
+    /// Number of physical events at the next check for a storm, since the start of the simulation.
     next: u64,
-    /// Number of events that are a storm within this time.
+    /// A storm has at least `most` events within the simulated time `within`.
     most: u64,
     within: f64,
 }
 
 impl StormWatch {
-    /// For a simulation with gravity and a contact time.
+    /// Starts the detection of storms. Returns `None` for a scene without gravity or without a contact time.
     pub fn of(scene: &Scene, simulation: &Simulation, moving: u64) -> Option<Self> {
         let fall = |species: &crate::model::Species| {
             let acceleration = species.acceleration.norm();
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // A longer contact time makes all contacts elastic.
+        // If the contact time exceeds the time to fall one diameter, it makes all contacts elastic. The fall time then
+        // replaces it.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();
@@ -47,12 +47,12 @@ impl StormWatch {
 }
 
 impl Driver<'_> {
-    /// Number of physical events at the next check for a storm.
+    /// Returns the number of physical events at the next check for a storm, since the start of the simulation.
     pub(super) fn next_storm_check(&self) -> u64 {
         self.state.storm_watch.map_or(u64::MAX, |watch| watch.next)
     }
 
-    /// Ends the run if there is a storm.
+    /// Ends the run if an event storm is detected.
     pub(super) fn check_storm(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let now = self.simulation.time();

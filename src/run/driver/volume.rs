@@ -1,4 +1,4 @@
-//! Volume moves of a barostat at regular times.
+//! Volume moves at regular times, which simulate the constant pressure of a barostat.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,20 +9,20 @@ use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::{Barostat, Thermostat, VolumeMoves};
 
-/// Target acceptance while the amplitude is tuned.
+/// Target fraction of accepted volume moves while their amplitude is tuned.
 const ACCEPTANCE: f64 = 0.4;
 
-/// Step of the logarithm of the amplitude per move while it is tuned. Forty rejected moves reduce it to a
-/// fifth, and its final scatter is a tenth.
+/// Change of the logarithm of the amplitude per volume move, while it is tuned. Forty rejected moves reduce the
+/// amplitude to a fifth. A tuned amplitude fluctuates by about a tenth.
 const STEP: f64 = 0.1;
 
-/// With fewer moves, no amplitude is found.
+/// Minimum number of volume moves that can tune the amplitude.
 pub(in crate::run) const FEWEST_MOVES: u32 = 40;
 
-/// State of the volume moves of a stage.
+/// State of the volume moves in the present stage.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Moves {
-    /// Simulated time of the next move.
+    /// Simulated time of the next volume move.
     pub(super) next: f64,
     random: Random,
     pub(in crate::run) done: VolumeMoves,
@@ -36,7 +36,7 @@ impl Moves {
         self.done.accepted += u64::from(is_accepted);
     }
 
-    /// Changes the amplitude after a move, towards the target acceptance.
+    /// Adapts the amplitude after a move: increases it if the move was accepted, and otherwise decreases it.
     fn adapt(&mut self, is_accepted: bool) {
         let excess = f64::from(u8::from(is_accepted)) - ACCEPTANCE;
         self.done.amplitude = (self.done.amplitude * libm::exp(STEP * excess)).min(LARGEST_AMPLITUDE);
@@ -44,12 +44,12 @@ impl Moves {
 }
 
 impl Driver<'_> {
-    /// Starts the volume moves of the present stage. `seed` and `stream` select their random numbers.
+    /// Starts the volume moves of the present stage. `seed` and `stream` determine their random numbers.
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
-            // The amplitude for an ideal gas, for which the standard deviation of the logarithm of the volume
-            // is `1 / sqrt(N + 1)`.
+            // The first guess is the value for an ideal gas: the standard deviation of the logarithm of its volume,
+            // which is `1 / sqrt(N + 1)`.
             let guess = (1.0 / (particles as f64 + 1.0)).sqrt();
             let seed = StatePoint::new(seed).with(&[barostat.pressure, barostat.interval]);
             let amplitude = barostat.amplitude.or(self.state.amplitude).unwrap_or(guess);
@@ -66,14 +66,13 @@ impl Driver<'_> {
         self.state.moves.as_ref().map_or(f64::INFINITY, |moves| moves.next)
     }
 
-    /// Proposes another volume, at a time that the simulation has reached within round-off, and accepts or
-    /// rejects it.
+    /// Proposes another volume, and accepts or rejects it. The simulation has reached `time` within round-off.
     ///
-    /// The equilibrium density of the volume `V`, the centres of the `N` molecules in units of the box, their
-    /// internal coordinates, and the momenta is proportional to `V^N exp(-(U + P V + K) / T)`. The proposal
-    /// is uniform in `ln V`, in which the density has one more factor `V`, and is as probable as its reverse.
-    /// The density is therefore preserved if a move is accepted with the probability `min(1, exp(-(dU + P dV)
-    /// / T + (N + 1) ln(V' / V)))`.
+    /// The state consists of the volume `V`, the centres of the `N` molecules in units of the box, their internal
+    /// coordinates, and the momenta. Its equilibrium density is proportional to `V^N exp(-(U + P V + K) / T)`. The
+    /// proposal is uniform in `ln V`, which adds one factor `V` to the density, and is as probable as its reverse. A
+    /// move to the volume `V'` is accepted with the probability
+    /// `min(1, exp(-(dU + P dV) / T + (N + 1) ln(V' / V)))`, which preserves the density.
     pub(super) fn move_volume(&mut self, time: f64) {
         let settings = self.settings();
         let (Some(barostat), Some(Thermostat::Andersen { temperature, .. })) = (settings.barostat, settings.thermostat)
@@ -82,7 +81,7 @@ impl Driver<'_> {
         };
         let Some(mut moves) = self.state.moves.take() else { return };
         let scaling = self.scaling.take().unwrap_or_else(|| Scaling::of(&self.simulation));
-        // Both are drawn for each move, so that later moves do not depend on the outcome.
+        // Both random numbers are drawn for each move, so that later moves do not depend on its outcome.
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
         let space = self.simulation.scaled_box(&scaling, change);
@@ -102,15 +101,16 @@ impl Driver<'_> {
             self.integrate();
             self.resize_system();
         }
-        // Counted from the start of the stage, so that rounding errors do not accumulate.
+        // Volume moves are at multiples of the interval since the start of the stage, so that rounding errors do not
+        // accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / barostat.interval).round();
         moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());
         (self.state.moves, self.scaling) = (Some(moves), Some(scaling));
     }
 
-    /// Ends an interval of constant volume for all averages. The energy of the move is recorded at its time,
-    /// and so belongs to the next interval.
+    /// Ends an interval of constant volume for all averages. The energy after the move is the first value of the next
+    /// interval.
     fn integrate(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
@@ -119,7 +119,7 @@ impl Driver<'_> {
         }
     }
 
-    /// Passes the present box to instruments.
+    /// Updates the box size that the instruments see, after a volume move.
     fn resize_system(&mut self) {
         if let Some(system) = self.system.as_mut().filter(|_| !self.is_pilot) {
             system.space = self.simulation.scene().space.clone();

@@ -1,9 +1,9 @@
-//! Ids returned by a builder.
+//! Tests the ids that a builder returns.
 
 use super::*;
 use crate::scene::Lattice;
 
-/// A box with a species and bonds.
+/// A builder with a periodic box, one species, and an interaction for bonds.
 fn begun() -> (SceneBuilder, SpeciesId) {
     let mut scene = SceneBuilder::new("dimers").space(Space::periodic_cube(12.0));
     let hard = InteractionDraft::new(Model::HardSphere).between("bead", "bead").restitution(0.9);
@@ -54,7 +54,7 @@ fn an_id_that_cannot_be_known_is_refused_and_so_is_a_species_without_a_mass() {
     assert_eq!(insert(fill().count(27)).unwrap(), 27);
     let error = insert(fill().amount(Amount::NumberDensity(0.05))).unwrap_err().to_string();
     assert!(error.starts_with("particle[0] is given behind a fill"), "{error}");
-    // The particle may follow the group if its id is not requested.
+    // A particle may follow a fill of unknown count if the caller does not request its id.
     let (mut scene, _) = begun();
     let dense = fill().amount(Amount::NumberDensity(0.05)).region(Vector::repeat(4.0), Vector::repeat(11.0));
     scene.insert_fill(dense);

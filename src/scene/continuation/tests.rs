@@ -1,4 +1,4 @@
-//! Scenes that start from simulations, without the files of a run.
+//! Tests scenes that start from a simulation in memory, without the files of a run.
 
 use super::*;
 use crate::engine::{Reason, Until};
@@ -15,7 +15,7 @@ fn wells(depth: f64, lambda: f64) -> String {
     format!("{SPECIES}[[interaction]]\nspecies = [\"A\", \"A\"]\n{well}{hard}")
 }
 
-/// A fluid with wells after a number of events.
+/// A square-well fluid after a number of events.
 fn simulation(events: u64) -> Simulation {
     let scene = Scene::from_toml(format!("{RUN}{}{FILL}", wells(1.0, 1.5)), "first.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
@@ -33,8 +33,8 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 
 #[test]
 fn pairs_keep_their_states_where_only_energies_are_others() {
-    // After each number of events, a different pair is at a step. Its coordinates may place it on either
-    // side.
+    // The simulation stops right after an event, with a pair exactly at a step of its potential. Round-off decides on
+    // which side of the step the coordinates are, so the test covers 40 different events.
     for events in 1_000..1_040 {
         let before = simulation(events);
         let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
@@ -78,7 +78,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
     for (open, before) in open.images.iter().zip(&before.snapshot().images) {
         assert_eq!(*open, [0, before[1], before[2]]);
     }
-    // Pairs bound across a side that opens are released: no pair is farther apart than the width of its well.
+    // Pairs captured across a side that opens are released. The remaining pairs are within the range of the well.
     let opened = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     let (positions, periods) = (opened.snapshot().positions, opened.scene().space().periods());
     for (pair, _) in opened.captured_pairs() {
@@ -92,7 +92,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // There it may overlap particles that stayed inside.
+    // The particles that enter may overlap other particles, so the scene has to allow overlaps.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }
@@ -112,7 +112,7 @@ fn what_no_longer_fits_is_refused_by_its_name() {
         .replacen("mass = 1.0", "static = true", 1)
         .replace("static = true\ndiameter = 1.0\n[[interaction]]", "mass = 1.0\ndiameter = 1.0\n[[interaction]]");
     assert!(error(&still).contains("static"), "{}", error(&still));
-    // A thermostat without a temperature to control, as in a scene with its own particles.
+    // A rescaling thermostat needs a temperature, which is not defined with gravity.
     let falling = "dynamics.gravity = [0.0, 0.0, -1.0]\nrun.thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 1.0 }\n";
     assert!(error(falling).starts_with("run.thermostat.kind is \"rescaling\""), "{}", error(falling));
     let refused = Scene::from_toml(format!("start.from = \"run\"\n{RUN}"), "next.toml").unwrap_err();
@@ -135,7 +135,7 @@ fn the_name_of_a_distribution_is_that_of_all_of_its_classes() {
     assert!(scene.interactions().iter().all(|interaction| interaction.restitution == 0.5));
     let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
     assert_eq!(radii(&scene), radii(before.scene()));
-    // A name that is not a family of classes is unknown, as before.
+    // A name without classes in the run is unknown.
     let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");
     let error = next(&unknown, &before).unwrap_err().to_string();
     assert!(error.contains("sand"), "{error}");

@@ -1,4 +1,4 @@
-//! Compares the radii and masses in a file with the radii and masses of the scene's species.
+//! Compares the radii and masses in a coordinate file with those of the scene's species.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,25 +9,24 @@ use crate::scene::diagnostic::SceneError;
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// Ten times the relative rounding error of single precision. Many programs write numbers in single
-/// precision.
+/// Relative tolerance for numbers that another program wrote in single precision: about ten times the round-off.
 const SINGLE: f64 = 1e-6;
 
-/// A number with at least this many digits counts as rounded.
+/// A number in a file may be rounded at its last digit if it has at least this many digits.
 const ROUNDED: usize = 3;
 
-/// The distinct radii and masses of a file.
+/// Radii, masses and momenta in a coordinate file.
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
-    /// The line with the masses.
+    /// Number of the comment line of the frame, which lists the masses of the species.
     comment: usize,
     species: Vec<FrameSpecies>,
-    /// Species, radius, and the first line with both.
+    /// Species, radius and line number of each distinct radius; empty if the frame has no radii.
     radii: Vec<(u32, f64, usize)>,
-    /// Species, mass, and the first line with both, if the file has a column of masses.
+    /// Species, mass and line number of each distinct mass; empty if the file has no column of masses.
     masses: Vec<(u32, f64, usize)>,
-    /// Momenta, if the file has momenta instead of velocities, and the number of the group of its particles.
+    /// Momenta of the particles; empty if the file has velocities.
     momenta: Vec<Vector>,
     group: usize,
 }
@@ -53,13 +52,12 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Sets velocities from the momenta of a file. The masses come from the file, or from the scene if the
-    /// file has none.
+    /// Divides the momenta of a file by the masses of the scene's species to set the velocities.
     pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
         let masses: HashMap<&str, f64> =
             scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();
         let Some(LocatedGroup { group: Group::Listed(listed), .. }) = scene.groups.get_mut(self.group) else { return };
-        // Velocities of static particles are rejected elsewhere.
+        // Static species have no mass. Static particles with a velocity are rejected later.
         let of_names: Vec<f64> =
             listed.names.iter().map(|name| masses.get(name.as_str()).copied().unwrap_or(1.0)).collect();
         for (particle, momentum) in listed.particles.iter_mut().zip(&self.momenta) {
@@ -67,8 +65,8 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Rejects a file whose particles have other radii or masses than the species of the scene. The scene
-    /// would silently override them.
+    /// Rejects a file whose radii or masses differ from those of the scene's species. Otherwise the values of the scene
+    /// would silently replace them.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
         let wrong = |line: usize, problem: String| Err(self.origin.wrong(line, problem));
@@ -102,7 +100,7 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // A difference is intended if the species is static only in the file or only in the scene.
+            // The masses differ on purpose if a species is static only in the file or only in the scene.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {
@@ -120,15 +118,15 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number of a file equals the number of the scene within rounding. The rounding is single
-/// precision, or the last digit if the number in the file has three or more digits.
+/// Whether a number in a file equals a number of the scene within round-off. The tolerance is that of single precision,
+/// or half a unit of the last digit if the file gives three or more digits.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let places = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let half_a_unit = 0.5 * libm::pow(10.0, exponent.parse::<f64>().unwrap_or(0.0) - places as f64);
-    // Exactly half a unit is a tie between two roundings.
+    // A tie, exactly half a unit of the last digit, may be rounded up or down.
     off <= SINGLE * number.abs() || (places + 1 >= ROUNDED && off <= half_a_unit * (1.0 + SINGLE))
 }
 

@@ -69,8 +69,8 @@ shortest = 0.5
 longest = 0.9
 "#;
 
-/// Two chains whose neighbours are closer than their species' cores, with two interactions, and with ids in
-/// reverse.
+/// Two chains with different bonds. Bonded neighbours are closer than the hard core of their species, and the frame
+/// lists the particles in reverse.
 fn chains() -> Frame {
     let straight = |y, bond: &str| Chain {
         species: "bead".into(),
@@ -112,7 +112,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
     )
     .unwrap();
     assert_eq!((scene.space.lower, scene.space.size), (Vector::new(0.5, -1.0, 0.0), Vector::new(8.0, 9.0, 10.0)));
-    // The particle has id 0, the last of the frame 1.
+    // The single particle has id 0. The frame lists its particles in reverse: its particle 5 gets id 1.
     let bonds: Vec<_> = scene
         .bonds
         .iter()
@@ -122,7 +122,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
         })
         .collect();
     assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
-    // Its bonds do not fit the range of another interaction.
+    // The key `bond` selects one interaction for all bonds, whatever the file names.
     let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
     assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
     let sized =
@@ -196,7 +196,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
     let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
     assert_eq!(scene.displacement, frame.displacement);
-    // Both simulations have the same contacts, except for rounding that some contacts amplify.
+    // The two trajectories differ only by round-off, which collisions amplify.
     let mut again = Simulation::without_plan(scene);
     assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
     simulation.advance(Until::time(3.3)).unwrap();
@@ -206,7 +206,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     for (a, b) in one.positions.iter().zip(&other.positions) {
         assert!(frame_of(&one).nearest_image(a - b).norm() < 1e-9, "{a} {b}");
     }
-    // Images at other positions overlap.
+    // Without the displacement of the images, particles overlap.
     let elsewhere = Frame { displacement: 0.0, ..frame.clone() };
     let found = started(&elsewhere, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap_err().to_string();
     assert!(found.contains("overlap at the start"), "{found}");
@@ -214,7 +214,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     assert!(found.contains("`shear_rate` is missing: images of this start are displaced"), "{found}");
 }
 
-/// A frame without particles in the box of a snapshot.
+/// A frame with the box of a snapshot. Only the box is used, to find nearest images.
 fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);
@@ -225,7 +225,7 @@ fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
 fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     let file = "[[file]]\npath = \"start.xyz\"\n";
     let error = |frame: &Frame| started(frame, &format!("{BEADS}{file}")).unwrap_err().to_string();
-    // Particles larger than their species, as after a growth of the diameters.
+    // Particles whose radii exceed the radius of their species, for example after growth.
     let mut grown = chains();
     grown.particles.iter_mut().for_each(|particle| particle.radius *= 1.1);
     let found = error(&grown);
@@ -244,7 +244,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
         found.contains("line 2: the species `bead` has a mass of 2, but 1 in the scene: set its mass to 2"),
         "{found}"
     );
-    // Particles that are static on purpose, and files without radii or masses.
+    // A species may be static only in the file, and a file may lack masses.
     let mut frozen = chains();
     (frozen.species[0].mass, frozen.species[0].is_static) = (Some(f64::INFINITY), true);
     started(&frozen, &format!("{BEADS}{file}")).unwrap();
@@ -271,7 +271,7 @@ fn momenta_are_velocities_times_masses() {
     let expected = vec![Vector::new(1.5, 0.0, -2.5), Vector::new(0.0, 0.5, 0.0)];
     assert_eq!(velocities(of_text(&file("momenta:R:3", "")).unwrap()), expected);
     assert_eq!(velocities(of_text(&file("masses:R:1:momenta:R:3", "2.0")).unwrap()), expected);
-    // Both together are redundant.
+    // If a file has velocities and momenta, the velocities are used.
     let both = file("velo:R:3:momenta:R:3", "7 8 9");
     assert_eq!(velocities(of_text(&both).unwrap()), [Vector::new(7.0, 8.0, 9.0); 2]);
     let error = of_text(&file("masses:R:1:momenta:R:3", "1.0")).unwrap_err().to_string();

@@ -8,7 +8,7 @@ use crate::base::whole;
 use crate::scene::parse::diameter::DISTRIBUTIONS;
 use crate::scene::schema::{keys_by_kind, words};
 
-/// `1.0`, or `{ distribution = "lognormal", mean = 1.0, deviation = 0.1 }`
+/// A diameter such as `1.0`, or a distribution such as `{ distribution = "lognormal", mean = 1.0, deviation = 0.1 }`.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum DiameterFile {
@@ -16,7 +16,7 @@ pub(crate) enum DiameterFile {
     Distribution(DistributionFile),
 }
 
-/// A distribution of diameters; the keys depend on its kind.
+/// A distribution of diameters. Its kind determines which keys are allowed.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("distribution", &DISTRIBUTIONS)))]
@@ -24,10 +24,10 @@ pub(crate) struct DistributionFile {
     /// Kind of distribution.
     #[schemars(extend("enum" = words(&DISTRIBUTIONS)))]
     pub distribution: String,
-    /// The smallest diameter, of a uniform distribution `[length]`.
+    /// Smallest diameter of a uniform distribution `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub lower: Option<f64>,
-    /// The largest diameter `[length]`.
+    /// Largest diameter of a uniform distribution `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub upper: Option<f64>,
     /// Mean diameter `[length]`.
@@ -36,11 +36,12 @@ pub(crate) struct DistributionFile {
     /// Standard deviation of the diameters `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub deviation: Option<f64>,
-    /// The diameters of a list `[length]`.
+    /// Diameters of the distribution `list` `[length]`.
     pub diameters: Option<Vec<f64>>,
-    /// Number shares of the listed diameters, which need not add up to one. Equal shares if not given.
+    /// Relative number of particles of each listed diameter; equal numbers if not given. The numbers need not add up to
+    /// 1.
     pub shares: Option<Vec<f64>>,
-    /// Number of species that approximate the distribution; 16 if not given.
+    /// Number of classes that approximate the distribution; 16 if not given. Each class is a species.
     #[serde(default, deserialize_with = "whole::given")]
     pub classes: Option<u64>,
 }

@@ -20,28 +20,29 @@ use crate::scene::schema::{keys_by_kind, words};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
-    /// Name of the stage in reports and in the column `stage` of `thermo.csv`. It may not be `equilibration` or
-    /// `measurement`.
-    /// Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is a letter or a digit.
+    /// Name of the stage in reports and in the column `stage` of `thermo.csv`. The names `equilibration` and
+    /// `measurement` are reserved. A name has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins
+    /// with a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Whether the stage is measured. If so, its means, curves and frames are written as for the run itself.
     #[serde(default)]
     pub measure: bool,
-    /// With `auto`, the equilibration of a measured stage ends when no observable drifts.
+    /// With `auto`, the equilibration of a measured stage ends when no observable drifts any more.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
-    /// Duration simulated before a measured stage is measured `[time]`.
+    /// Duration of the equilibration before a measured stage is measured `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
-    /// Number of events simulated before a measured stage is measured.
+    /// Number of events of the equilibration before a measured stage is measured.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
-    /// Duration of the stage at most. For a measured stage, duration of its measurement at most `[time]`.
+    /// Longest duration of the stage `[time]`. For a measured stage, it is the longest duration of the measurement.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Number of events of the stage at most. For a measured stage, number of events of its measurement at most.
+    /// Largest number of physical events in the stage. For a measured stage, it is the largest number in the
+    /// measurement.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
@@ -51,49 +52,51 @@ pub(crate) struct StageFile {
     pub thermostat: Option<ThermostatFile>,
     /// Barostat during the stage; none if not given. It needs a thermostat of the kind `andersen`.
     pub barostat: Option<BarostatFile>,
-    /// Hard spheres that grow during the stage.
+    /// Growth of the diameters of hard spheres during the stage.
     pub grow: Option<GrowthFile>,
 }
 
-/// `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or
-/// `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`
+/// A thermostat, such as `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or
+/// `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
 pub(crate) struct ThermostatFile {
-    /// How the temperature is held: by new velocities of single particles, or by scaling all velocities.
+    /// How the temperature is held. `andersen` gives single particles new velocities, and `rescaling` scales all
+    /// velocities.
     #[schemars(extend("enum" = words(&THERMOSTATS)))]
     pub kind: String,
     /// Temperature `[energy]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: f64,
-    /// How often a particle gets a new velocity `[1 / time]`.
+    /// Rate at which each particle gets new velocities `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
     /// Axes along which the thermostat draws new velocities; all axes if not given. Flat axes are skipped.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "string", "enum": AXES }), "default" = AXES))]
     pub axes: Option<Vec<String>>,
-    /// Time between two scalings `[time]`.
+    /// Time between two scalings of the velocities `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
-/// `{ pressure = 1.0, interval = 0.5, amplitude = 0.1 }`
+/// A barostat, such as `{ pressure = 1.0, interval = 0.5, amplitude = 0.1 }`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BarostatFile {
-    /// Pressure `[energy / length^D]`.
+    /// Pressure to be held `[energy / length^D]`, where `D` is the number of axes that are not flat.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure: f64,
     /// Time between two volume moves `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
-    /// Largest change of the logarithm of the volume in one move. If not given, the equilibration finds it.
+    /// Largest change of the logarithm of the volume in one move. If not given, it is adjusted while nothing is
+    /// measured.
     #[schemars(range(max = LARGEST_AMPLITUDE), extend("exclusiveMinimum" = 0))]
     pub amplitude: Option<f64>,
 }
 
-/// A number, or `auto`.
+/// Number of threads, or `auto`.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum ThreadsFile {
@@ -108,11 +111,12 @@ impl<'de> Deserialize<'de> for ThreadsFile {
     }
 }
 
-/// `{ rate = 0.01, packing_fraction = 0.62 }`, or up to a `compressibility_factor`
+/// Growth of the diameters, such as `{ rate = 0.01, packing_fraction = 0.62 }`. It ends at a packing fraction or at a
+/// compressibility factor.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GrowthFile {
-    /// Rate of growth `[1 / time]`: in a unit of time a diameter grows by this fraction of its value at the start of
+    /// Rate of growth `[1 / time]`. Per unit of time, each diameter grows by this fraction of its value at the start of
     /// the stage.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
@@ -129,41 +133,40 @@ pub(crate) struct GrowthFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {
-    /// Temperatures, all different, ascending or descending. One temperature for windows `[energy]`.
+    /// Temperatures in ascending or descending order `[energy]`. Windows of a distance have a single temperature.
     #[schemars(length(min = 1, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub temperatures: Vec<f64>,
-    /// Time between two attempts to swap `[time]`.
+    /// Time between two attempts to swap replicas `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
-    /// How often a particle gets a new velocity from the heat bath of its replica `[1 / time]`.
+    /// Rate at which each particle gets new velocities from the heat bath of its replica `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
-    /// Ensemble that is measured. `canonical`: a canonical ensemble at each temperature, with swaps.
-    /// `multicanonical`: one ensemble of all replicas, which visits all energies of the range of temperatures equally
-    /// often.
-    /// `umbrella`: a canonical ensemble in each window of a distance, at one temperature, with swaps.
+    /// Ensemble that is measured. With `canonical`, each temperature has a canonical ensemble, and replicas are
+    /// swapped. With `multicanonical`, all replicas together sample one ensemble, which visits all energies of the
+    /// range of temperatures equally often. With `umbrella`, each window of a distance has a canonical ensemble at the
+    /// same temperature, and replicas are swapped.
     #[schemars(extend("enum" = words(&ENSEMBLES), "default" = "canonical"))]
     pub ensemble: Option<String>,
-    /// The distance of the ensemble `umbrella`, and its windows.
+    /// Distance and windows for the ensemble `umbrella`.
     pub umbrella: Option<UmbrellaFile>,
 }
 
-/// `{ between = [[0], [19]], windows = [[0.9, 2.0], [1.6, 3.0]] }`
+/// Umbrella sampling, such as `{ between = [[0], [19]], windows = [[0.9, 2.0], [1.6, 3.0]] }`.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UmbrellaFile {
-    /// The ids of the particles of two groups. The distance is between the centres of mass of the groups. In a
-    /// periodic box
-    /// the particles of a group must be bonded together. Ids count from 0.
+    /// Ids of the particles of two groups, counted from 0. The distance is between the centres of mass of the groups.
+    /// In a periodic box, the particles of a group must be bonded together.
     #[schemars(inner(length(min = 1, max = MOST_MEMBERS), inner(range(min = 0, max = u32::MAX))))]
     #[serde(deserialize_with = "whole::lists")]
     pub between: [Vec<u32>; 2],
-    /// Lower and upper end of each window. Both ascend from window to window, and each window overlaps the next one
-    /// `[length]`.
+    /// Lower and upper end of each window `[length]`. Both ends increase from window to window, and neighbouring
+    /// windows overlap.
     #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
     pub windows: Vec<[f64; 2]>,
     /// Approximate number of bins of the potential of mean force over all windows. The ends of windows are edges of
-    /// bins.
+    /// bins, so the number is not exact.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = USUAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<usize>,

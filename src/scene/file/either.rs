@@ -1,4 +1,4 @@
-//! Values with several notations: a boolean, a number or a word, or a table.
+//! Values of a scene file that may be written as a boolean, a number, a word or a table.
 
 use std::fmt;
 
@@ -6,10 +6,10 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-/// Notations of a value besides a table `T`, and the conversion of each. A notation without a conversion is
-/// rejected.
+/// Deserializer of a value with several notations. Each notation has a conversion to the value, and notations without a
+/// conversion are rejected.
 pub(super) struct Either<T, V> {
-    /// All notations, in words.
+    /// Permitted notations of the value, as named in error messages.
     pub expected: &'static str,
     pub of_bool: Option<fn(bool) -> V>,
     pub of_number: Option<fn(f64) -> V>,

@@ -15,24 +15,24 @@ use crate::scene::schema::{keys_by_kind, words};
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
 pub(crate) struct InteractionFile {
-    /// Name for bonds and chains, unique among interactions. The same rules hold as for names of species.
+    /// Name for bonds and chains, unique among interactions. It follows the same rules as the name of a species.
     #[schemars(regex(pattern = WORD))]
     pub name: Option<String>,
-    /// The two species that interact like this.
+    /// Names of the two species that have this interaction.
     pub species: Option<[String; 2]>,
-    /// The potential. It decides which other keys are allowed.
+    /// Kind of potential. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&POTENTIALS)))]
     pub potential: String,
     /// Contact distance `[length]`; the mean diameter of the two species if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub diameter: Option<f64>,
-    /// Outer end of a well, shoulder or bond, in diameters.
+    /// Outer end of a well, shoulder or bond, divided by the contact distance.
     #[schemars(extend("exclusiveMinimum" = 1))]
     pub lambda: Option<f64>,
     /// Depth of the well `[energy]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub well_depth: Option<f64>,
-    /// Height of the shoulder or of the core `[energy]`; positive for a shoulder.
+    /// Height of a shoulder or of a penetrable core `[energy]`. A shoulder needs a positive height.
     pub height: Option<f64>,
     /// Shortest length of a bond `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -43,8 +43,8 @@ pub(crate) struct InteractionFile {
     /// Radii of the steps `[length]`, the outermost first.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub radii: Option<Vec<f64>>,
-    /// Energies `[energy]`: one outside the first radius, then one inside each radius. `inf` as the first or last
-    /// energy is a barrier.
+    /// Energies `[energy]`: first the energy outside the first radius, then the energy inside each radius. `inf` as the
+    /// first or last energy is a barrier.
     #[schemars(length(min = 2), with = "Option<Vec<Option<f64>>>")]
     // JSON has no infinity. Programs that convert TOML to JSON turn `inf` into null.
     pub energies: Option<Vec<f64>>,

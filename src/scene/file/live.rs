@@ -6,14 +6,15 @@ use serde::Deserialize;
 use crate::scene::parse::live::{COLOURS, SCALES};
 use crate::scene::parse::words;
 
-/// `[live]`: the page of `carom live`, and the first picture of the player of `carom report`.
+/// `[live]`: settings of the page of `carom live`. They also determine the first picture of the player in
+/// `carom report`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct LiveFile {
-    /// Simulated time in a second of the page `[time / second]`; chosen by the page if not given.
+    /// Simulated time per second on the page `[time / second]`. If not given, the page chooses it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub speed: Option<f64>,
-    /// Property that particles are coloured by.
+    /// Property that determines the colour of particles.
     #[schemars(extend("enum" = words(&COLOURS), "default" = "species"))]
     pub colour: Option<String>,
     /// Azimuth and elevation of the camera, in degrees.
@@ -26,7 +27,7 @@ pub(crate) struct LiveFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SliderFile {
-    /// Path of the key as in `--set`, such as `dynamics.gravity.2`.
+    /// Config path of the value that the slider changes, as for `--set`: for example `dynamics.gravity.2`.
     pub key: String,
     /// Name beside the slider; the key if not given.
     pub label: Option<String>,

@@ -41,7 +41,7 @@ pub(crate) struct MeasureFile {
     pub surface_forces: Switch<SurfaceForces>,
 }
 
-/// `true`, `false`, or a table of settings.
+/// A measurement: `true`, `false`, or a table of settings.
 #[derive(Debug, Default)]
 pub(crate) struct Switch<T>(pub Option<T>);
 

@@ -1,4 +1,4 @@
-//! Tables of particles: single ones, files, chains, fills, static-sphere surfaces and bonds.
+//! Tables of particles: single particles, files, chains, fills, static surfaces and bonds.
 
 use std::collections::BTreeMap;
 
@@ -16,11 +16,11 @@ use crate::scene::schema::{keys_by_kind, words};
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ParticleFile {
-    /// Name of its species.
+    /// Name of the particle's species.
     pub species: String,
-    /// Position of its centre `[length]`.
+    /// Position of the particle's centre `[length]`.
     pub position: [f64; 3],
-    /// Velocity `[length / time]`.
+    /// Initial velocity `[length / time]`.
     #[serde(default)]
     pub velocity: [f64; 3],
 }
@@ -37,7 +37,7 @@ pub(crate) struct CoordinatesFile {
     /// Name of the interaction for the bonds of the file. If not given, each bond uses the interaction that the file
     /// names.
     pub bond: Option<String>,
-    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs store it with their scene.
+    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -47,7 +47,7 @@ pub(crate) struct CoordinatesFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChainFile {
-    /// Name of the species of its particles.
+    /// Name of the species of the chain's particles.
     pub species: String,
     /// Particles per chain.
     #[schemars(range(min = 1))]
@@ -62,14 +62,15 @@ pub(crate) struct ChainFile {
     /// Bond length at the start `[length]`; the middle of the allowed lengths if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
-    /// First particle of a straight chain `[length]`.
+    /// Position of the first particle of a straight chain `[length]`.
     pub start: Option<[f64; 3]>,
     /// Direction of a straight chain. Its length does not matter.
     pub direction: Option<[f64; 3]>,
-    /// Temperature of Maxwell velocities `[energy]`. Without it and without `speed`, the particles are at rest.
+    /// Temperature of the initial Maxwell velocities `[energy]`. Without `temperature` and `speed`, the particles start
+    /// at rest.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
-    /// Equal speed of all particles, in random directions, instead of a temperature `[length / time]`.
+    /// Initial speed of every particle, in a random direction, instead of a temperature `[length / time]`.
     #[schemars(range(min = 0))]
     pub speed: Option<f64>,
 }
@@ -80,11 +81,11 @@ pub(crate) struct ChainFile {
 pub(crate) struct FillFile {
     /// Name of the species. For several species, use `composition`.
     pub species: Option<String>,
-    /// Species and their shares, which need not add up to 1.
+    /// Species and their relative numbers of particles, which need not add up to 1.
     #[schemars(extend("additionalProperties" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub composition: Option<BTreeMap<String, f64>>,
-    /// `lattice` puts the particles on a lattice that is stretched to fit, `random` at random positions without
-    /// overlaps.
+    /// `random` puts the particles at random positions without overlaps. Other words name a lattice that is stretched
+    /// to fit.
     #[schemars(extend("enum" = words(&ARRANGEMENTS)))]
     pub arrangement: String,
     /// Number of particles.
@@ -97,29 +98,30 @@ pub(crate) struct FillFile {
     /// Packing fraction.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub packing_fraction: Option<f64>,
-    /// Whether fewer particles are accepted. If so, particles are added one by one until no more fit, or until the
-    /// count or density is reached. For random arrangements only.
+    /// Whether a fill with the arrangement `random` may have fewer particles than requested. Particles are then added
+    /// one by one until the count or density is reached, or no more fit.
     #[serde(default)]
     pub as_many_as_fit: bool,
     /// Part of the box to fill; the whole box if not given.
     pub region: Option<RegionFile>,
-    /// Temperature of Maxwell velocities `[energy]`. Without it and without `speed`, the particles are at rest.
+    /// Temperature of the initial Maxwell velocities `[energy]`. Without `temperature` and `speed`, all particles start
+    /// with the same velocity `velocity`.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
-    /// Equal speed of all particles, in random directions, instead of a temperature `[length / time]`.
+    /// Initial speed of every particle, in a random direction, instead of a temperature `[length / time]`.
     #[schemars(range(min = 0))]
     pub speed: Option<f64>,
-    /// Velocity that is added to all particles `[length / time]`.
+    /// Velocity that is added to the velocities of all particles `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub velocity: Option<[f64; 3]>,
 }
 
-/// The inside of a box aligned with the axes, of a cylinder, a cone or a sphere.
+/// Region of a fill: the inside of an axis-aligned box, a cylinder, a cone or a sphere.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &REGIONS)))]
 pub(crate) struct RegionFile {
-    /// The shape. It decides which other keys are allowed.
+    /// Shape of the static surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&REGIONS), "default" = "box"))]
     pub shape: Option<String>,
     /// Lower corner of a box `[length]`.
@@ -130,7 +132,7 @@ pub(crate) struct RegionFile {
     pub base: Option<[f64; 3]>,
     /// Direction from the first end to the second. Its length does not matter.
     pub axis: Option<[f64; 3]>,
-    /// Distance between the ends `[length]`.
+    /// Distance between the two ends of a cylinder or cone `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length: Option<f64>,
     /// Radii of the two ends of a cone `[length]`.
@@ -148,17 +150,16 @@ pub(crate) struct RegionFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("surface", &SURFACES)))]
 pub(crate) struct MeshFile {
-    /// Name in messages. Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first character is a letter
-    /// or a digit.
+    /// Name of the mesh in messages. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with
+    /// a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
-    /// Name of a static species.
+    /// Name of a static species, to which all particles of the mesh belong.
     pub species: String,
-    /// The shape. It decides which other keys are allowed.
+    /// Shape of the region. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
-    /// Largest distance between neighbouring particles `[length]`. If not given, it is chosen so that no particle
-    /// gets through.
+    /// Largest distance between neighbouring particles `[length]`. If not given, no moving particle fits between them.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Corner of a plane `[length]`.
@@ -178,7 +179,7 @@ pub(crate) struct MeshFile {
     pub base: Option<[f64; 3]>,
     /// Direction from the first end to the second. Its length does not matter.
     pub axis: Option<[f64; 3]>,
-    /// Distance between the ends `[length]`.
+    /// Distance between the two ends of a cylinder or cone `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length: Option<f64>,
     /// Radii of the two ends of a cone `[length]`.
@@ -202,10 +203,10 @@ pub(crate) struct MeshFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BondFile {
-    /// Ids of the two particles. Ids count from 0: first single particles, then files, chains, fills and meshes.
+    /// Ids of the two particles. Ids count from 0, in this order: single particles, files, chains, fills, meshes.
     #[schemars(inner(range(min = 0, max = u32::MAX)))]
     #[serde(deserialize_with = "whole::several")]
     pub particles: [u32; 2],
-    /// Name of the interaction between them.
+    /// Name of the interaction that bonds the two particles.
     pub interaction: String,
 }

@@ -18,7 +18,7 @@ pub(crate) struct SpaceFile {
     /// Lower corner of the box `[length]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub lower: Option<[f64; 3]>,
-    /// Shear rate `dv_x / dy` of Lees-Edwards boundaries `[1 / time]`, not 0. Without it the boundaries are at rest.
+    /// Shear rate `dv_x / dy` of Lees-Edwards boundaries `[1 / time]`, not 0. If not given, the boundaries are at rest.
     pub shear_rate: Option<f64>,
     /// Boundary conditions along x.
     #[schemars(extend("default" = "periodic"))]
@@ -31,7 +31,8 @@ pub(crate) struct SpaceFile {
     pub z: Option<AxisFile>,
 }
 
-/// `"periodic"`, or `{ lower = "wall", upper = "open", restitution = 0.5 }`, or a table for each wall
+/// Sides across an axis: a word such as `"periodic"`, or a table such as
+/// `{ lower = "wall", upper = "open", restitution = 0.5 }`. Each wall may be a table as well.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum AxisFile {
@@ -39,25 +40,24 @@ pub(crate) enum AxisFile {
     Sides(SidesFile),
 }
 
-/// The two sides of an axis.
+/// The two sides of the box across an axis.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SidesFile {
-    /// The side at the lower corner: a word, or a table of this wall.
+    /// Side at the lower corner: a word, or a table for a wall with its own values.
     pub lower: SideFile,
-    /// The side at the upper corner: a word, or a table of this wall.
+    /// Side at the upper corner: a word, or a table for a wall with its own values.
     pub upper: SideFile,
     /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. A particle leaves them with a
-    /// new velocity,
-    /// drawn at this temperature.
+    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution. A particle leaves such a wall
+    /// with a new velocity, drawn at this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }
 
-/// `"wall"`, or `{ temperature = 2.0 }`
+/// One side of the box: a word such as `"wall"`, or the table of a wall such as `{ temperature = 2.0 }`.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum SideFile {
@@ -65,7 +65,7 @@ pub(crate) enum SideFile {
     Wall(WallFile),
 }
 
-/// One wall with its own values.
+/// A wall with a restitution or temperature of its own.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WallFile {

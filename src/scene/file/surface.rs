@@ -14,32 +14,30 @@ use crate::scene::schema::{keys_by_kind, words};
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &SHAPES)))]
 pub(crate) struct SurfaceFile {
-    /// Name, unique among the surfaces. Up to 100 letters, digits, blanks and any of `_ - + . ( )`. The first
-    /// character is a
-    /// letter or a digit. If not given, `surface 1` for the first surface, and so on.
+    /// Unique name of the surface. It has up to 100 letters, digits, blanks and any of `_ - + . ( )`, and begins with a
+    /// letter or a digit. If not given, the name is `surface 1` for the first surface, and so on.
     #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
-    /// The shape. It decides which other keys are allowed.
+    /// Shape of the surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SHAPES)))]
     pub shape: String,
-    /// Names of the species that collide with it; all species if not given.
+    /// Names of the species that collide with the surface; all species if not given.
     #[schemars(length(min = 1))]
     pub species: Option<Vec<String>>,
-    /// Names of the stages in which the surface exists; `measurement` is the part after all stages. All of them if
-    /// not given.
-    /// Where a surface appears later, no particle may be in its way.
+    /// Names of the stages in which the surface exists; all stages if not given. `measurement` is the part of the run
+    /// after all stages. A surface may only appear where there are no particles.
     #[schemars(length(min = 1))]
     pub stages: Option<Vec<String>>,
-    /// Motions of the surface in order of time. Before, between and after them it is at rest.
+    /// Motions of the surface in order of time. The surface is at rest before, between and after its motions.
     #[schemars(length(min = 1))]
     pub motion: Option<Vec<MotionFile>>,
     /// Ratio of the normal speeds after and before a contact.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of a thermal surface, instead of a restitution `[energy]`.
+    /// Temperature of a thermal surface `[energy]`, instead of a restitution.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
-    /// Side of a sphere or an endless cylinder where the particles are.
+    /// Side of a sphere or an endless cylinder on which the particles are.
     #[schemars(extend("enum" = json!(words(&SIDES)), "default" = "outside"))]
     pub side: Option<String>,
     /// A point of a plane `[length]`.
@@ -55,18 +53,18 @@ pub(crate) struct SurfaceFile {
     pub base: Option<[f64; 3]>,
     /// Direction of the axis, from the first end to the second. Its length does not matter.
     pub axis: Option<[f64; 3]>,
-    /// Distance between the ends of a cylinder or cone `[length]`. A cylinder without it is endless.
+    /// Distance between the ends of a cylinder or cone `[length]`. A cylinder without a length is endless.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length: Option<f64>,
     /// Radii of the two ends of a cone `[length]`.
     #[schemars(inner(range(min = 0)))]
     pub radii: Option<[f64; 2]>,
-    /// Points of the profile that is turned about the axis: distance from the axis, and height along it above `base`
-    /// `[length]`.
+    /// Points of the profile that is turned about the axis `[length]`. Each point is the distance from the axis, and
+    /// the height along the axis above `base`.
     #[schemars(length(min = 2))]
     pub profile: Option<Vec<[f64; 2]>>,
-    /// Largest distance between the triangles and the round surface that they replace `[length]`. A thousandth of the
-    /// largest radius if not given.
+    /// Largest distance between a round surface and the triangles that approximate it `[length]`. If not given, it is a
+    /// thousandth of the largest radius.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tolerance: Option<f64>,
     /// First end of a capsule `[length]`.
@@ -85,23 +83,22 @@ pub(crate) struct SurfaceFile {
     pub upper: Option<[f64; 3]>,
     /// STL or OBJ file of a mesh. Its path is relative to the folder of the scene.
     pub path: Option<String>,
-    /// Whether the mesh must be closed, with normals outwards and without self-intersections. If so, any other mesh
-    /// is an error.
+    /// Whether to reject the mesh unless it is closed, has outward normals and does not intersect itself.
     #[schemars(extend("default" = false))]
     pub closed: Option<bool>,
-    /// Distance within which vertices of the file are merged, as a fraction of the largest extent of the mesh. No
-    /// vertices are merged if not given.
+    /// Vertices of the file are merged if they are closer than this fraction of the largest extent of the mesh. If not
+    /// given, no vertices are merged.
     #[schemars(range(min = 0, max = 0.01), extend("default" = 0.0))]
     pub weld: Option<f64>,
     /// Factor by which the mesh is scaled. Scaling comes before rotation.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     pub scale: Option<f64>,
-    /// Axis and angle in degrees by which the mesh is rotated, after scaling.
+    /// Axis and angle in degrees of the rotation of the mesh. The mesh is scaled before it is rotated.
     pub rotation: Option<RotationFile>,
-    /// Vector by which the mesh is moved, after rotation `[length]`.
+    /// Displacement of the mesh, after its rotation `[length]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub translation: Option<[f64; 3]>,
-    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs store it with their scene.
+    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. A run adds it to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }
@@ -111,18 +108,18 @@ pub(crate) struct SurfaceFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &MOTIONS)))]
 pub(crate) struct MotionFile {
-    /// `"translation"` is `v t + a t^2 / 2`, `"oscillation"` `A (sin(2 pi f t + phase) - sin(phase))`, `"rotation"`
-    /// turns by `2 pi f t`, by the time `t`
-    /// since its beginning.
+    /// Kind of motion. In a time `t`, a `translation` moves the surface by `v t + a t^2 / 2` with the velocity `v` and
+    /// the acceleration `a`. An `oscillation` moves it by `A (sin(2 pi f t + phase) - sin(phase))` with the amplitude
+    /// `A` and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// Stage whose beginning is time 0 of this motion. `measurement` is the part after all stages. All earlier stages
-    /// must end at given times.
+    /// Stage at whose start the motion's time is 0. `measurement` is the part of the run after all stages. All earlier
+    /// stages must end at given times.
     pub stage: Option<String>,
-    /// Simulated time at which the motion begins `[time]`. If not given, it begins when the previous motion of the
-    /// same stage ends, and the first one at 0.
+    /// Simulated time at which the motion begins `[time]`. If not given, the motion begins at the end of the previous
+    /// motion of the same stage. The first motion begins at 0.
     pub from: Option<f64>,
-    /// Simulated time at which the motion ends `[time]`; it never ends if not given.
+    /// Simulated time at which the motion ends `[time]`. If not given, the motion never ends.
     pub until: Option<f64>,
     /// Initial velocity of a translation `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]

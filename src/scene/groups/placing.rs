@@ -1,4 +1,4 @@
-//! The particles of a group without given positions: on a surface, in a fill or in chains.
+//! Places the particles of static surfaces, fills and chains.
 
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
@@ -20,7 +20,7 @@ use crate::scene::limits::{
 };
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// Whether a group is placed at random. Groups at given positions are placed first.
+/// Whether the particles of a group get random positions. Such groups are placed after all other groups.
 pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     match &placed.group {
         Group::Fill(fill) => fill.arrangement == Arrangement::Random,
@@ -29,19 +29,19 @@ pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     }
 }
 
-/// State while all groups are placed.
+/// Data that the placement of every group of particles uses.
 pub(crate) struct Placing<'a> {
     pub scene: &'a SceneBuilder,
     pub species: &'a [Species],
     pub space: &'a Space,
     pub contacts: &'a Contacts,
     pub surfaces: &'a Surfaces,
-    /// Static surfaces, by group.
+    /// Layout of each static surface, with the index of its group.
     pub layouts: Vec<(usize, Layout)>,
 }
 
 impl<'a> Placing<'a> {
-    /// Rejects numbers of particles that exceed the memory, before the first is created.
+    /// Rejects groups of particles that need more memory than there is, before any particle is created.
     pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
         for placed in &self.scene.groups {
@@ -51,7 +51,8 @@ impl<'a> Placing<'a> {
         Ok(())
     }
 
-    /// Number of particles of a group. The number for a static surface is not yet known here.
+    /// Number of particles of a group before it is placed. It is 0 for a static surface, whose number follows from its
+    /// layout.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
             Group::Listed(listed) => Ok(listed.particles.len() as u64),
@@ -225,7 +226,7 @@ impl<'a> Placing<'a> {
     }
 }
 
-/// Distance of neighbours in a chain `[length]`: the middle of the bond's range, unless it is given.
+/// Distance between neighbours in a chain `[length]`. If not given, it is the middle of the bond's range.
 fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
     let why = "the pairs of this interaction can separate, so that it has no bond length";
     match chain.spacing {

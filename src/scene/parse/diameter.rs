@@ -7,12 +7,12 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::DistributionFile;
 use crate::scene::limits::{finite, positive};
 
-/// The most classes of one species.
+/// Maximum number of classes of one distribution.
 const MOST_CLASSES: usize = 64;
 
 const DEFAULT_CLASSES: u64 = 16;
 
-/// The distributions, and the keys of each.
+/// Kinds of distributions, and the keys of each kind.
 pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("uniform", &["lower", "upper", "classes"]),
     ("gaussian", &["mean", "deviation", "classes"]),
@@ -20,7 +20,7 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("list", &["diameters", "shares"]),
 ];
 
-/// The classes of a distribution, smallest first.
+/// Parses a distribution of diameters into classes.
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
     let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
     if word == "list" {
@@ -44,7 +44,7 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
         _ => lognormal(given("mean")?, given("deviation")?, classes),
     };
     let share = 1.0 / classes as f64;
-    // A distribution that overflows is too wide for a simulation.
+    // The diameters of a distribution that is too wide may overflow.
     diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
 }
 

@@ -7,7 +7,7 @@ use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// The named potentials, and the keys of each.
+/// Names of potentials, and the keys of each potential.
 pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("hard-sphere", &["diameter"]),
     ("square-well", &["diameter", "lambda", "well_depth"]),
@@ -46,7 +46,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
     Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
-/// Config path of the list of a stepped potential that an error is about.
+/// Config path of the number or list that an error of a stepped potential is about.
 fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> ConfigPath {
     use crate::model::error::PotentialError as E;
     match *error {
@@ -58,7 +58,7 @@ fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> Conf
     }
 }
 
-/// Two ways to specify a bond: by its lengths, or relative to the diameter.
+/// Parses a bond: from its shortest and longest length, or from `lambda` and the contact distance.
 fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
     if let Some(lambda) = file.lambda {
         keys.allow(&["diameter", "lambda"])?;

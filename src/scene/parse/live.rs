@@ -1,4 +1,4 @@
-//! Parses `[live]` into a plan.
+//! Parses `[live]` into the plan of the live page.
 
 use super::variant;
 use crate::base::text::shortest;
@@ -8,7 +8,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::{LiveFile, SliderFile};
 use crate::scene::limits::finite;
 
-/// Words for the properties that particles are coloured by.
+/// Words for the properties that can determine the colour of particles.
 pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("species", Colouring::Species),
     ("speed", Colouring::Speed),
@@ -19,10 +19,10 @@ pub(crate) const COLOURS: [(&str, Colouring); 4] = [
 /// Words for the scales of sliders.
 pub(crate) const SCALES: [(&str, SliderScale); 2] = [("linear", SliderScale::Linear), ("log", SliderScale::Log)];
 
-/// Maximum number of characters of a key or label.
+/// Maximum number of characters of a slider's key or label.
 const LONGEST: usize = 200;
 
-/// Plan of the live page.
+/// Parses `[live]`, together with the description of the scene for the page.
 pub(super) fn parse_live(description: Option<String>, live: LiveFile) -> Result<LivePlan, SceneError> {
     let at = ConfigPath::root().key("live");
     if let Some(speed) = live.speed.filter(|speed| !(*speed > 0.0 && speed.is_finite())) {

@@ -6,14 +6,14 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::MotionFile;
 
-/// The motions, and the keys of each.
+/// Kinds of motion, and the keys of each kind.
 pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("translation", &["velocity", "acceleration"]),
     ("oscillation", &["amplitude", "frequency", "phase"]),
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Parses motions in order of time. If a motion names a stage, its times count from the beginning of the
+/// Parses the motions of a surface in order of time. If a motion names a stage, its times count from the start of that
 /// stage.
 pub(super) fn parse_motions(
     files: Vec<MotionFile>,

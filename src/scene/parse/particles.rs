@@ -28,7 +28,7 @@ pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, Sce
     })
 }
 
-/// The words for arrangements.
+/// Words for the arrangements of a fill.
 pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
     ("sc", Arrangement::Lattice(Lattice::SimpleCubic)),
     ("bcc", Arrangement::Lattice(Lattice::BodyCentredCubic)),
@@ -72,7 +72,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
     })
 }
 
-/// The shapes of regions, and the keys of each.
+/// Shapes of regions, and the keys of each shape.
 pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("box", &["lower", "upper"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
@@ -94,7 +94,7 @@ fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneE
     })
 }
 
-/// The surfaces, and the keys of each.
+/// Shapes of static surfaces, and the keys of each shape.
 pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
     ("plane", &["corner", "edge_1", "edge_2"]),
     ("box", &["lower", "upper", "open"]),

@@ -17,7 +17,7 @@ use crate::scene::file::{
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
-/// Parses the plan of a run: its stages and limits.
+/// Parses `[run]` and `[[stage]]` into the plan of a run.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
     let Some(run) = run else {
         return Err(missing(&ConfigPath::root(), "run", "a scene needs [run] with until_time or until_events"));
@@ -52,7 +52,7 @@ fn parse_threads(file: ThreadsFile, at: ConfigPath) -> Result<Threads, SceneErro
     }
 }
 
-/// The word for an equilibration that ends once the system is stationary.
+/// The word that lets the program decide when an equilibration ends, or how many threads to use.
 pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
 fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Result<Equilibration, SceneError> {
@@ -103,7 +103,7 @@ fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError
     Ok(Growth { rate: file.rate, until })
 }
 
-/// The kinds of thermostats, and the keys of each.
+/// Kinds of thermostats, and the keys of each kind.
 pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
     [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
@@ -138,7 +138,7 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
     Ok(axes)
 }
 
-/// Parses the plan of an exchange.
+/// Parses `[exchange]` into the plan of a replica exchange.
 pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneError> {
     let ExchangeFile { temperatures, interval, rate, ensemble, umbrella } = file;
     let at = ConfigPath::root().key("exchange").key("ensemble");
@@ -152,7 +152,7 @@ pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneEr
     Ok(ExchangePlan { temperatures, interval, rate, ensemble, umbrella })
 }
 
-/// Ensembles of an exchange.
+/// Words for the ensembles of replica exchange.
 pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 3] = [
     ("canonical", ExchangeEnsemble::Canonical),
     ("multicanonical", ExchangeEnsemble::Multicanonical),

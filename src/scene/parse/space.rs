@@ -8,7 +8,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile};
 use crate::scene::limits;
 
-/// The words for both sides of an axis.
+/// Words for the boundary conditions along an axis.
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("periodic", Boundary::Periodic),
     ("open", Boundary::OPEN),
@@ -16,7 +16,7 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("flat", Boundary::Flat),
 ];
 
-/// The words for one side of an axis, with an elastic wall.
+/// Words for one side of an axis. The word for a wall means an elastic wall.
 pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
 
 pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
@@ -39,7 +39,7 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
     Ok(())
 }
 
-/// Boundary condition of one side, and the temperature of its wall.
+/// Parses one side of an axis: its boundary condition, and the temperature of its wall.
 fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(Face, Option<f64>), SceneError> {
     let side = if key == "lower" { &sides.lower } else { &sides.upper };
     match side {
@@ -54,7 +54,8 @@ fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(
     }
 }
 
-/// Rejects a law for both sides if no side is just the word for a wall.
+/// Rejects a restitution or temperature of the axis that applies to no side, because the walls have tables of their
+/// own.
 fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     let both = [&sides.lower, &sides.upper];
     let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));
@@ -67,7 +68,7 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     checked_law(sides.restitution, sides.temperature, at).map(|_| ())
 }
 
-/// The restitution and the temperature of a wall, which has only one of them.
+/// Checks the restitution and the temperature of a wall. Only one of them may be given.
 fn checked_law(
     restitution: Option<f64>,
     temperature: Option<f64>,

@@ -19,7 +19,7 @@ use crate::scene::file::{RotationFile, SurfaceFile};
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// The shapes, and the keys of each.
+/// Shapes of surfaces, and the keys of each shape.
 pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("plane", &["point", "normal"]),
     ("sphere", &["centre", "radius", "side"]),
@@ -33,13 +33,13 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
-/// The words for the side of the particles, and whether it is inside.
+/// Words for the side of a surface on which the particles are, and whether this is the inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
-/// Deviation of the triangles, relative to the largest radius.
+/// Default distance between a round surface and its triangles, relative to the largest radius.
 const TOLERANCE: f64 = 1e-3;
 
-/// A surface, and the file of its mesh.
+/// Parses a surface. Also returns the file of its mesh, if it has one.
 pub(super) fn parse_surface(
     file: SurfaceFile,
     index: usize,
@@ -118,7 +118,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             finite_vector(&corner, &at.key("corner"))?;
             finite_vector(&one, &at.key("edge_1"))?;
             finite_vector(&other, &at.key("edge_2"))?;
-            // For parallel edges, rounding alone gives a nonzero area.
+            // The cross product of parallel edges may be nonzero by round-off.
             if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
                 return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
             }
@@ -145,7 +145,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
     })
 }
 
-/// A profile rotated about an axis.
+/// Turns a profile about an axis into a surface of revolution.
 fn turned(
     base_key: &'static str,
     profile: &[[f64; 2]],
@@ -172,13 +172,13 @@ fn turned(
     }
 }
 
-/// Maximum merging distance of vertices, relative to the extent of a mesh.
+/// Maximum merging distance of vertices, relative to the largest extent of the mesh.
 const MOST_WELDED: f64 = 0.01;
 
 /// File of a mesh, and its transformation.
 pub(super) struct MeshSource<'f> {
     pub path: String,
-    /// The reason why it must be a closed surface, if it must.
+    /// Reason why the mesh must be closed, for messages. `None` if the mesh may be open.
     pub closed: Option<&'static str>,
     pub weld: Option<f64>,
     pub scale: Option<f64>,
@@ -187,7 +187,7 @@ pub(super) struct MeshSource<'f> {
     pub checksum: Option<&'f str>,
 }
 
-/// The mesh of a file, transformed.
+/// Reads the mesh of a file, and applies the scaling, rotation and translation.
 pub(super) fn mesh(
     file: &MeshSource<'_>,
     at: &ConfigPath,
@@ -237,8 +237,7 @@ pub(super) fn mesh(
     Ok((read.transformed(scale, &rotation, &translation), input))
 }
 
-/// Rejects a mesh that is not a closed surface: with rims, inconsistent orientations, degenerate or duplicate
-/// faces, or self-intersections.
+/// Rejects a mesh with rims, inconsistent or inward normals, degenerate or duplicate faces, or self-intersections.
 fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let report = MeshReport::of(mesh);
     let refused = |value: String, cure: &str| {

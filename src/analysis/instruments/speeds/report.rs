@@ -7,7 +7,7 @@ use crate::analysis::published::maxwell_speed_below;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
 
-/// A curve is drawn at least up to this many thermal speeds.
+/// Maxwell's distribution is drawn at least up to this many thermal speeds.
 const DRAWN: f64 = 4.0;
 
 impl Speeds {
@@ -44,7 +44,6 @@ impl Speeds {
         last.max(drawn).saturating_add(1).min(self.bins)
     }
 
-    /// Adds the series of a window.
     fn with_window(&self, curve: Curve, window: usize, class: usize, rows: usize) -> Curve {
         let Window { number, last, histograms, .. } = &self.windows[window];
         let begin = self.start + *number as f64 * self.length;
@@ -62,8 +61,8 @@ impl Speeds {
     }
 
     /// For each species of a class, its share of the particles and the variance of a velocity component in
-    /// equilibrium: `T / m` at the temperature of the last window, reduced for a conserved momentum. Empty if
-    /// nothing moves.
+    /// equilibrium: `T / m` at the temperature of the last window, reduced if the momentum is conserved. Empty
+    /// if nothing moves.
     fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
         let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
         if !(temperature > 0.0 && temperature.is_finite()) {

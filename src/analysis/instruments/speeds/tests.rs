@@ -7,10 +7,10 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::scene::{Arrangement, Fill, SceneBuilder};
 
-/// Masses that are not powers of two.
+/// The masses are not powers of two, so that products with them are rounded.
 const MASSES: [f64; 2] = [0.7, 3.3];
 
-/// A periodic box of `dimensions`, with edges of 30.
+/// A periodic box of one to three dimensions, with edges of 30.
 fn space(dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(30.0);
     space.boundary[dimensions..].fill(Boundary::Flat);
@@ -20,8 +20,8 @@ fn space(dimensions: usize) -> Space {
     space
 }
 
-/// A mixture with the given number of particles of each mass: points that never meet, or spheres of diameter
-/// 1. They start at a temperature or with a speed.
+/// A mixture with the given number of particles of each species. The particles are hard spheres of diameter 1,
+/// or points that do not interact. `drawn` adds their velocities.
 fn mixture(space: Space, counts: &[u64], is_hard: bool, drawn: impl Fn(SceneBuilder) -> SceneBuilder) -> SceneBuilder {
     let names: Vec<String> = (0..counts.len()).map(|k| format!("S{k}")).collect();
     let mut scene = SceneBuilder::new("mixture").space(space).seed(3);
@@ -79,8 +79,8 @@ fn free_particles_of_one_speed_are_in_one_bin_in_every_dimension() {
             }
             let names: Vec<_> = curve.series.iter().map(|series| series.name.as_str()).collect();
             assert_eq!(names, ["p(v) from 0 to 2", "p(v) from 2 to 4", "p(v) from 4 to 6"]);
-            // All but the tail beyond four thermal speeds of the last bin: 6e-5 in one dimension, 1e-3 in
-            // three.
+            // The published curve ends with the last bin. It lacks the tail beyond four thermal speeds: 6e-5 in
+            // one dimension, 1e-3 in three.
             let published = &curve.published[0];
             let sum = published.y.iter().sum::<f64>() * width(curve);
             assert!(sum <= 1.0 + 1e-12 && sum > 0.998, "{sum}");
@@ -109,8 +109,8 @@ fn drawn(system: &SystemDescription, plan: &plan::Speeds, frames: u32) -> Measur
     report(&instrument, system)
 }
 
-/// `sum (n - e)^2 / e` divided by the number of bins in which `e` is at least 20 of `all` particles; and that
-/// number.
+/// Chi-squared per bin, `sum (n - e)^2 / e`, over the bins with more than 20 expected particles, and the number
+/// of these bins. `all` is the number of particles in all samples together.
 fn chi_squared(curve: &Curve, window: usize, all: f64) -> (f64, f64) {
     let each = curve.series[window].values.iter().zip(&curve.published[0].y);
     let terms = each.map(|(value, expected)| (value.unwrap() * width(curve) * all, expected * width(curve) * all));
@@ -124,13 +124,13 @@ fn independent_velocities_have_maxwells_distribution_for_few_particles_and_unequ
         let scene = mixture(space(dimensions), &[5, 4], false, |scene| scene.temperature(1.5)).build().unwrap();
         let system = SystemDescription::of(&scene);
         let frames = 6000;
-        // One window that begins at rest: the frame at the start is one of 6001.
+        // There is a single window of 6001 frames. All particles are at rest in its first frame.
         let measured = drawn(&system, &plan::Speeds { interval: Some(1.0), ..plan(1, 100) }, frames);
         for (curve, count) in measured.curves.iter().zip([5.0, 4.0]) {
             let (chi, bins) = chi_squared(curve, 0, count * f64::from(frames));
             let first = curve.series[0].values[0].unwrap();
-            // The first bin also holds the particles at rest, one in 6001. In the other bins the expected
-            // numbers are too large by the same fraction.
+            // The first bin also holds the particles at rest, one in 6001. In the other bins, the expected
+            // numbers are therefore too large by this fraction.
             assert!(first > 0.0 && bins > 25.0);
             let deviation = (2.0 / bins).sqrt();
             assert!((chi - 1.0).abs() < 5.0 * deviation, "{dimensions} {}: {chi} of {bins}", curve.name);
@@ -177,7 +177,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
                     .map(|((value, error), expected)| ((value.unwrap() - expected) / error.unwrap()).powi(2))
                     .collect();
                 let chi = terms.iter().sum::<f64>() / terms.len() as f64;
-                // There are about 25 bins. Their errors are known to an eighth at best.
+                // There are about 25 bins. The error of each bin is itself uncertain by at least an eighth.
                 assert!(terms.len() > 20 && (0.4..2.0).contains(&chi), "{} {window}: {chi}", curve.name);
             }
         }
@@ -203,7 +203,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
     let every = plan::Speeds { interval: Some(1.0), ..plan(2, 50) };
     let grown = show(&every);
     assert!((integral(&grown, 0) - 1.0).abs() < 1e-14 && (integral(&grown, 1) - 1.0).abs() < 1e-14);
-    // The second window has five frames, and the fast particles have their own bins.
+    // The second window has five frames. The two fast particles have bins of their own.
     let at = |speed: f64| grown.series[1].values[trunc_to_usize(speed / width(&grown))].unwrap() * width(&grown);
     assert!((at(1.0) - 0.95).abs() < 1e-12 && at(100.0) > 0.008 && width(&grown) * 50.0 > 100.0);
     let ended = show(&plan::Speeds { largest: Some(2.0), ..every });

@@ -49,7 +49,8 @@ fn modes_of_a_sheared_box_are_the_sums_of_their_definition_whichever_image_is_ta
                 positions.iter().map(|position| phase(position).cos()).sum(),
                 positions.iter().map(|position| phase(position).sin()).sum(),
             ];
-            // Powers up to 35, 20 particles, rounded phases up to 250.
+            // The tolerance covers the round-off of powers up to 35 and of phases up to 250, summed over 20
+            // particles.
             assert!((exact[0] - re).abs() < 2e-12 && (exact[1] - im).abs() < 2e-12, "{n:?}");
             assert!((image[0] - re).abs() < 2e-12 && (image[1] - im).abs() < 2e-12, "{n:?}");
         }
@@ -58,7 +59,8 @@ fn modes_of_a_sheared_box_are_the_sums_of_their_definition_whichever_image_is_ta
 
 #[test]
 fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only() {
-    // A triangular lattice of spacing 1 in five rows: peaks at 4 pi / sqrt(3) = 7.26, in three directions.
+    // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. Its five
+    // rows fit a periodic box whose upper image is displaced by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
@@ -68,7 +70,8 @@ fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only()
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
     let setup = Setup { system: &system, sample: empty(), duration: 10.0 };
     let mut instrument = StructureFactor::new(&plan, &setup);
-    // 0.5 plus or minus whole spacings: the lattice is the same, its wave vectors are not.
+    // The displacements differ by whole spacings. The lattice is then the same, but the wave vectors of the box
+    // are not.
     for (time, displacement) in [(1.0, 0.5), (2.0, -1.5), (3.0, 2.5)] {
         let sample = Sample { time, positions: &positions, displacement, ..empty() };
         instrument.sample(&sample, &system);
@@ -113,14 +116,16 @@ fn modes_are_the_sums_of_their_definition() {
             positions.iter().map(|position| phase(position).cos()).sum(),
             positions.iter().map(|position| phase(position).sin()).sum(),
         ];
-        // Powers up to 25, 20 particles, rounded phases up to 200.
+        // The tolerance covers the round-off of powers up to 25 and of phases up to 200, summed over 20
+        // particles.
         assert!((exact[0] - re).abs() < 1e-12 && (exact[1] - im).abs() < 1e-12, "{n:?}");
     }
 }
 
 #[test]
 fn a_lattice_scatters_into_its_reciprocal_lattice_only() {
-    // A simple cubic lattice of spacing 1: 2 pi is the only wave number up to 7, along the axes.
+    // A simple cubic lattice of spacing 1 has peaks along the axes at the wave number 2 pi, and no others up
+    // to 7.
     let site = |k: u32| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36));
     let frame: Vec<Vector> = (0..216).map(site).collect();
     let instrument = measure(&Space::periodic_cube(6.0), &vec![frame; 10]);
@@ -143,7 +148,8 @@ fn an_ideal_gas_has_no_structure() {
     let (means, errors) = (instrument.curve.means(), instrument.curve.standard_errors());
     assert!(means.len() >= 9);
     for (shell, (mean, error)) in instrument.shells.iter().zip(means.into_iter().zip(errors)) {
-        // |sum|^2 / N has an exponential distribution with mean and standard deviation 1.
+        // At random positions, `|sum_j exp(i q.r_j)|^2 / N` has an exponential distribution with mean and
+        // standard deviation 1.
         let exact = (1.0 / (64.0 * shell.vectors.len() as f64)).sqrt();
         assert!((mean.unwrap() - 1.0).abs() < 4.0 * exact, "{mean:?} +- {exact}");
         assert!((error.unwrap() / exact - 1.0).abs() < 0.6, "{error:?} but {exact}");

@@ -9,23 +9,23 @@ use std::f64::consts::PI;
 /// Largest number of shells.
 pub(super) const MOST_SHELLS: f64 = 60.0;
 
-/// Largest multiple of the smallest wave number, and so the number of tabulated powers.
+/// Largest wave number in units of the smallest one. It limits the number of tabulated powers.
 const MOST_MULTIPLES: f64 = 4096.0;
 
-/// Directions tried in each shell, at three radii.
+/// Number of directions in which each shell is searched for wave vectors, at three radii each.
 const DIRECTIONS: u32 = 64;
 
 /// Wave vectors of about the same length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shell {
-    /// Their mean length `[1 / length]`.
+    /// Mean length of the wave vectors `[1 / length]`.
     pub wave_number: f64,
     /// The vectors as multiples of the wave vectors along the axes. Of `q` and `-q`, only one is listed.
     pub vectors: Vec<[i32; 3]>,
 }
 
-/// The wave vectors of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)` with the displacement
-/// `d` of its next image up.
+/// The reciprocal lattice of a box: `2 pi (n_x / L_x, (n_y - n_x d / L_x) / L_y, n_z / L_z)`, where `d` is the
+/// displacement along x of the periodic image above the box.
 #[derive(Debug, Clone, Copy)]
 struct Reciprocal {
     /// `2 pi / L` along periodic axes, 0 along others `[1 / length]`.
@@ -47,7 +47,7 @@ impl Reciprocal {
         (x * x + y * y + z * z).sqrt()
     }
 
-    /// The multiples nearest to a wave vector.
+    /// Multiples `n` of the wave vector that is closest to a given vector.
     fn nearest(&self, vector: [f64; 3]) -> [i32; 3] {
         let multiple = |k: usize| if self.units[k] > 0.0 { vector[k] / self.units[k] } else { 0.0 };
         let x = multiple(0).round();
@@ -55,25 +55,25 @@ impl Reciprocal {
     }
 }
 
-/// Shells of at most `most` vectors each, with wave numbers up to `largest` and up to 4096 times the smallest
-/// one. Empty shells are left out.
+/// Shells of at most `most` wave vectors each. Their wave numbers reach up to `largest`, but not beyond 4096
+/// times the smallest wave number. Empty shells are left out.
 pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     let mut shells = all_shells(space, 0.0, largest, most);
     shells.retain(|shell| !shell.vectors.is_empty());
     shells
 }
 
-/// Shells of a box with a displaced next image up, including empty ones. Their number and wave numbers do not
-/// depend on the displacement.
+/// Shells of a sheared box, including empty ones. `displacement` is the shift of the periodic image above the
+/// box. The number of shells and their bounds do not depend on it.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
-    // No displacement makes a vector shorter than the shortest vector along the axes. The component along x
-    // ensures this, or the component along y if the component along x is zero.
+    // The smallest unit is also the smallest wave number, whatever the displacement. The first nonzero of
+    // `n_x`, `n_y` and `n_z` contributes at least one unit.
     let smallest = lattice.units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         return Vec::new();
     }
-    // The shells are centred at multiples of their width, so the last one ends half a width further out.
+    // Shells are centred at multiples of their width. The last shell is cut off at the largest wave number.
     let largest = largest.min(MOST_MULTIPLES * smallest);
     let width = (largest / MOST_SHELLS).max(smallest);
     let count = trunc_to_u32(largest / width * (1.0 + 1e-9));
@@ -107,8 +107,8 @@ fn upper(n: [i32; 3]) -> [i32; 3] {
     if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
 }
 
-/// Vectors along the axes and the diagonals of the faces and of the box, where crystals aligned with it have
-/// their strongest peaks.
+/// Wave vectors along the axes, along the diagonals of the faces, and along those of the box. Crystals aligned
+/// with the box have their strongest peaks there.
 fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let mut found = BTreeSet::new();
     for code in 0..27 {
@@ -126,7 +126,8 @@ fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Vectors close to points spread evenly over half of the shell.
+/// Wave vectors close to points that are spread evenly over one half of the shell. The other half holds the
+/// opposite vectors.
 fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let axes: Vec<usize> = (0..3).filter(|&k| lattice.units[k] > 0.0).collect();
     let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
@@ -155,7 +156,7 @@ fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Keeps `most` of the vectors, evenly spaced in the list.
+/// Keeps at most `most` of the vectors, evenly spaced in the list.
 fn thin(vectors: &mut Vec<[i32; 3]>, most: usize) {
     let count = vectors.len();
     if count > most {
@@ -208,7 +209,8 @@ mod tests {
 
     #[test]
     fn the_first_shell_of_a_cube_is_complete() {
-        // Lengths from 1/2 to 3/2: three along the axes and six along the diagonals of the faces.
+        // The first shell extends from 1/2 to 3/2 of the smallest wave number. It holds three vectors along the
+        // axes and six along the diagonals of the faces.
         assert_eq!(shells(&Space::periodic_cube(1.0), 20.0, 20)[0].vectors.len(), 9);
     }
 

@@ -20,7 +20,8 @@ fn open(name: &str) -> SceneBuilder {
 
 #[test]
 fn bouncing_balls_weigh_what_they_weigh() {
-    // A slope of 45 degrees and a wall, below one ball each. Over many bounces the mean force is the weight.
+    // One ball bounces on a plane tilted by 1e-9, another on a wall. Over many bounces the mean force is the
+    // weight.
     let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };
     let walls = Boundary::Bounded {
         lower: crate::model::space::Face::Wall { restitution: 1.0 },
@@ -47,13 +48,13 @@ fn bouncing_balls_weigh_what_they_weigh() {
     let measured = report(&forces, &system);
     for (name, weight) in [("slope", 1.4), ("wall_z_lower", 6.2)] {
         let mean = |key: &str| estimate(&measured, &format!("force_{name}_{key}")).0;
-        // At most two incomplete bounces in 2,000 time units.
+        // At most two bounces are incomplete at the ends of the run.
         assert!((mean("z") / -weight - 1.0).abs() < 5e-3, "{name} {}", mean("z"));
         assert!((mean("normal") / weight - 1.0).abs() < 5e-3);
         assert!(mean("x").abs() < 1e-12);
     }
-    // The force is recorded at the centres of the balls, 5.5 and 0.5 of 20: in the bins of width 2 that start
-    // at 4 and 0.
+    // At contact, the centres of the balls are at heights of 5.5 and 0.5. They belong to the bins of width 2
+    // that start at 4 and 0.
     let curve = &measured.curves[0];
     let full = |series: usize| -> Vec<usize> {
         let values = curve.series[series].values.iter().enumerate();
@@ -93,8 +94,9 @@ fn filled(
 
 #[test]
 fn the_pressure_in_a_sphere_is_that_of_the_virial() {
-    // `sum r . J` over contacts with the cavity is exactly `- R F`. By the virial theorem it is `2 E + W`,
-    // apart from the two ends of the run.
+    // Virial theorem: `R F = 2 E + W`, apart from the change of `sum m r . v` over the run. `F` is the mean
+    // normal force, `R` the distance of the centres from the middle at contact, `E` the kinetic energy, and `W`
+    // the virial of the contacts between particles per time.
     let middle = Vector::repeat(10.0);
     for interacts in [false, true] {
         let sphere = SurfaceShape::Sphere { centre: middle, radius: 4.0, is_inside: true };
@@ -120,9 +122,11 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // Without contacts between particles, and with uniform positions, the rate of contacts is `v S / 4 V`
-    // (Cauchy) and the normal force is `m v^2 S / 3 V`, by the virial, for any shape.
-    /// Triangles reach up to 0.0024 into the ring, and a sphere has a radius of 0.15.
+    // For particles that do not interact, at uniform positions, each particle meets the wall at the rate `v S /
+    // 4 V`, for any shape of the cavity (Cauchy). `v` is its speed, `S` the surface and `V` the volume that
+    // centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
+    /// Largest initial distance of a particle from the centre line of the cavity, whose radius is 2. A particle
+    /// has a radius of 0.15, and the triangles of the ring reach up to 0.0024 into it.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
     let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;
@@ -153,11 +157,11 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
             measure(&mut simulation, &system, &mut forces, 30.0);
             let measured = report(&forces, &system);
             let mean = |key: &str| estimate(&measured, &format!("force_cavity_{key}")).0;
-            // For a ring and for a pipe, V / S is half of the radius that centres can reach.
+            // For a ring and for a pipe, the ratio `V / S` is half of the radius that centres can reach.
             rates.push(mean("rate") * 2.0 * 1.85 / speed);
             pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }
-        // The error comes from the scatter of seeds.
+        // The error is estimated from the scatter over the seeds.
         for ratios in [rates, pressures] {
             let mean = ratios.iter().sum::<f64>() / 8.0;
             let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;
@@ -170,8 +174,8 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
 
 #[test]
 fn the_pressure_in_a_pipe_is_that_of_the_virial_across_it() {
-    // Across the axis, `sum r . J` is `- R F`. Without contacts between particles, the energy of the motion
-    // across it is constant.
+    // Virial theorem for the motion across the axis of the pipe. Without contacts between particles, the
+    // kinetic energy of this motion is constant.
     let middle = Vector::repeat(10.0);
     let pipe = SurfaceShape::Cylinder { point: middle, axis: Vector::x(), radius: 4.0, is_inside: true };
     let across = |vector: &Vector| Vector::new(0.0, vector.y, vector.z);

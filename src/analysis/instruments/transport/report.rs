@@ -27,7 +27,8 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
     ]);
 }
 
-/// Factors from `<dG^2> / t` to the coefficients, by curve; `None` if a coefficient is not defined.
+/// Factors that turn `<dG^2> / t` into the coefficients, in the order of the curves; `None` if a coefficient is
+/// not defined.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
     let temperature = transport.temperature(system);
@@ -37,15 +38,15 @@ fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4]
     [viscosity.filter(|_| dimensions > 1.0), viscosity, viscosity, heat]
 }
 
-/// Slope of the straight part of a curve over time.
+/// Slope of the straight part of a curve of mean squares over time.
 fn slope(transport: &Transport, kind: usize) -> Option<Estimate> {
-    // The first element is lag 1.
+    // The terms are numbered by lag, so the offset is 0.
     let combination = |terms: &[(usize, f64)]| combination(transport, kind, terms);
     straight_slope(transport.lags, transport.interval, 0, combination)
 }
 
-/// The mean of `sum c_k x_k^2` over lags `k`, which count from 1; for the bulk viscosity, `sum c_k (x_k -
-/// <x_k>)^2`.
+/// Weighted sum `sum c_k <x_k^2>` of the mean squares at lags `k = 1, 2, ...`. For the bulk viscosity it is
+/// `sum c_k <(x_k - <x_k>)^2>`.
 fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Option<Estimate> {
     let (average, lags) = (&transport.average, transport.lags);
     let mut elements: Vec<(usize, f64)> = terms.iter().map(|(lag, c)| (kind * lags + lag - 1, *c)).collect();
@@ -57,14 +58,15 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
         let element = BULK_MEAN * lags + lag - 1;
         let mean = average.mean(element)?;
         square += c * mean * mean;
-        // The derivative of -<x>^2.
+        // Derivative of `-<x>^2` by `<x>`.
         elements.push((element, -2.0 * c * mean));
     }
     let estimate = average.combination(&elements)?;
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` if the coefficient is not defined.
+/// Divisors that turn sums over all time origins into `<dG^2> / (2 V T t)`; `None` if the coefficient is not
+/// defined.
 fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
     scales(transport, system)[kind]?;
     let dimensions = system.space.dimensions() as f64;

@@ -15,7 +15,7 @@ fn transport(simulation: &Simulation, system: &SystemDescription, duration: f64)
 fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
     let (system, mut simulation) = hard_spheres(256, 0.2);
     equilibrate(&mut simulation, 50);
-    // 14 mean free times are enough at this density, and errors grow with the span.
+    // A span of 14 mean free times is enough at this density. A longer span would have larger errors.
     let plan = Plan { interval: None, span: Some(3.0) };
     let mut instrument = instrument(&simulation, &system, 500.0, |setup| Transport::new(&plan, setup));
     measure(&mut simulation, &system, &mut instrument, 500.0);
@@ -72,7 +72,8 @@ fn moments_do_not_depend_on_the_frame() {
     };
     let (still, moving) = (run(0.0), run(3.0));
     for (a, b) in [(still.bulk, moving.bulk), (still.shear[0], moving.shear[0]), (still.heat[0], moving.heat[0])] {
-        // The trajectories diverge by a factor of a few at each collision, starting from 1e-16.
+        // The two trajectories differ by round-off of 1e-16. The difference grows by a factor of a few at each
+        // collision.
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 }

@@ -21,7 +21,8 @@ fn a_periodic_fluid_has_everything_but_a_height() {
     assert!(!applicable.has_wells && !applicable.has_height());
     assert_eq!(applicable.degrees_of_freedom, 3.0);
     assert_eq!(applicable.number_density, 0.002);
-    // The two move at 1 relative to their common velocity of 2: K' = 2, T = 2 * 2 / 3.
+    // Both particles move at a speed of 1 relative to their common velocity of 2. Their kinetic energy is then
+    // 2, and `T = 2 * 2 / 3`.
     assert_eq!(applicable.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(4.0 / 3.0));
 }
 
@@ -33,7 +34,8 @@ fn walls_gravity_and_static_particles_take_meaning_away() {
     assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
     assert_eq!(walled.degrees_of_freedom, 6.0);
     assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
-    // Walls along x only: the common motion along y, with K = 2, is conserved, and so is the motion along z.
+    // There are walls along x only. The common motion along y, with a kinetic energy of 2, is conserved, as is
+    // the motion along z.
     let slit = Space {
         boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
         ..Space::periodic_cube(10.0)
@@ -93,8 +95,8 @@ fn the_virial_of_an_ideal_like_fluid_is_positive_and_its_rate_that_of_the_counts
     let row = observer.row(&simulation);
     assert_eq!(row.collision_rate, Some(2.0 * 20_000.0 / (256.0 * (row.time - first.time))));
     let (_, z) = observer.estimates()[2];
-    // Carnahan and Starling: 2.4063 at 0.2. 20,000 contacts give Z - 1 to within 1 / sqrt(20,000), times some
-    // correlation: 3 % is four times that.
+    // Carnahan and Starling give `Z = 2.4063`. From 20,000 contacts, `Z - 1` is known to 1 / sqrt(20,000) = 0.7
+    // % without correlation. The tolerance of 3 % allows for correlation.
     assert!((z.mean / 2.4063 - 1.0).abs() < 0.03, "{}", z.mean);
     let temperature = row.temperature.unwrap();
     assert!((temperature - 1.5).abs() < 1e-12);
@@ -109,7 +111,8 @@ fn slit() -> Space {
 
 #[test]
 fn only_what_moves_towards_the_walls_presses_on_them() {
-    // One crosses between the walls and back in 18, the other moves along them: 2 for 100 x 9 on either side.
+    // One particle crosses the slit and returns in a time of 18. It gives each wall of area 100 a momentum of
+    // 2, so the pressure is 1 / 900. The other particle moves along the walls.
     let scene = SceneBuilder::new("slit")
         .space(slit())
         .species("A", 1.0, 1.0)
@@ -128,7 +131,8 @@ fn only_what_moves_towards_the_walls_presses_on_them() {
 
 #[test]
 fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
-    // Hot along y only, with two dissipative species: each has its own temperature, and x has another one.
+    // The walls along x are cold, a heat bath acts along y only, and contacts dissipate. So each species has
+    // its own temperature along each axis.
     let mut scene = SceneBuilder::new("driven")
         .space(slit())
         .wall_temperature(0, 0.2)
@@ -146,7 +150,8 @@ fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
     let mut simulation = Simulation::without_plan(scene);
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0).unwrap();
-    // sum x m v / V: its change is the only difference between the two pressures in a finite time.
+    // The moment `sum x m v / V`. Over a finite time, the virial pressure and the pressure on the walls differ
+    // only by the change of this moment.
     let moment = |simulation: &Simulation| {
         let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
         let of = |(k, particle): (usize, &crate::model::Particle)| {

@@ -3,7 +3,7 @@
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Scene, Thermostat};
 
-/// Walls of finite area.
+/// For each axis, whether its lower and its upper side are walls of finite area.
 pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
     [0, 1, 2].map(|axis| space.walled_sides(axis).map(|is_wall| is_wall && space.wall_area(axis).is_some()))
 }
@@ -23,7 +23,7 @@ pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
     })
 }
 
-/// The only axis between walls, unless a thermostat acts along it.
+/// The only axis between two walls, if no thermostat acts along it.
 pub(super) fn balanced(walled: &[bool; 3], thermostat: Option<&Thermostat>) -> Option<usize> {
     let axis = walled.iter().position(|is_walled| *is_walled)?;
     let is_driven = match thermostat {

@@ -51,25 +51,27 @@ fn a_system_of_this_size_has_less_in_first_order() {
         let values = of_system(scene, bath, &[0, count], 1.0, Some(5.0));
         values.into_iter().find(|value| value.quantity == quantity).unwrap()
     };
-    // In one dimension this order is exact: Z_N - 1 = (1 - 1 / N) (Z - 1).
+    // For rods the first order in `1 / N` is exact: `Z_N - 1 = (1 - 1 / N) (Z - 1)`.
     let rods = scene(1, hard(), 1.0);
     let z = of(&rods, None, 2, "compressibility_factor");
     assert!((z.value - 1.0 / 0.6).abs() < 1e-15 && (z.at_size() - 1.0 - 0.5 * (z.value - 1.0)).abs() < 1e-5, "{z:?}");
-    // Two rods of constant energy have one degree of freedom: u^2 = 1 has a mean |u| of 1 instead of sqrt(2 /
-    // pi) = 0.798, a quarter more in this order.
+    // Two rods of constant energy have one degree of freedom, whose speed is fixed. In units of the thermal
+    // speed it is 1 instead of the Maxwellian mean of sqrt(2 / pi) = 0.798. To first order, the collision rate
+    // is larger by a quarter.
     let bath = Thermostat::Andersen { temperature: 5.0, rate: 1.0, axes: [true; 3] };
     for (bath, part) in [(None, 0.75), (Some(&bath), 0.5)] {
         let rate = of(&rods, bath, 2, "collision_rate");
         assert!((rate.at_size() / rate.value - part).abs() < 1e-5, "{rate:?}");
     }
-    // In a dilute gas each particle lacks one partner of N.
+    // In a dilute gas of `N` particles, each particle has `N - 1` instead of `N` partners. Two particles have
+    // half of `Z - 1`.
     let spheres = scene(3, hard(), 1.0);
     let z = of(&spheres, None, 2, "compressibility_factor");
     assert!((z.finite_size / (z.value - 1.0) + 0.5).abs() < 0.02, "{z:?}");
     let pressure = of(&spheres, None, 2, "pressure");
     assert!((pressure.finite_size / pressure.value - z.finite_size / z.value).abs() < 1e-12);
-    // The viscosity of 64 spheres equals the viscosity of 512 spheres in eight times the volume, where half
-    // of the term is left.
+    // 512 spheres in a cube of twice the edge have the density and viscosity of the 64 spheres. Their
+    // finite-size correction is half as large.
     let slower = |edge: f64, count: usize| {
         let mut cube = scene(3, hard(), 1.0);
         cube.space.size = Vector::repeat(edge);
@@ -91,7 +93,7 @@ fn nothing_is_published_about_other_systems() {
     let nothing = |scene: &Scene| assert_eq!(of_system(scene, None, &[0, 2], 1.0, Some(1.0)), []);
     nothing(&scene(3, Potential::square_well(2.0, 1.5, 1.0).unwrap(), 1.0));
     nothing(&scene(3, hard(), 0.9));
-    // The contact distance differs from the diameter that fills the space.
+    // The contact distance differs from the diameter of the species.
     nothing(&scene(3, Potential::hard_sphere(1.0).unwrap(), 1.0));
     let mut walls = scene(3, hard(), 1.0);
     walls.space.boundary[0] = Boundary::walls(1.0);

@@ -1,5 +1,5 @@
-//! The table of outcomes by hand, and a comparison of both functions with the corresponding functions of
-//! the engine. The two implementations share no code.
+//! Compares the outcomes with a table made by hand, and both `respond` and [`TcModel::contact`] with the corresponding
+//! functions of the engine. The two implementations share no code.
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
@@ -13,7 +13,7 @@ const EPS: f64 = f64::EPSILON;
 
 /// Number of random cases in each comparison.
 const CASES: u32 = 4000;
-/// Fewest cases of each kind. All kinds are expected more than a hundred times.
+/// Fewest random cases of each outcome. More than a hundred of each are expected.
 const FEWEST: u32 = 50;
 
 fn at(energy_step: f64) -> Discontinuity {
@@ -22,7 +22,7 @@ fn at(energy_step: f64) -> Discontinuity {
 
 #[test]
 fn outcomes_are_those_of_the_table_one_float_either_side_of_the_limit() {
-    // mu/2 vn^2 = 1/4 * 4 = 1.
+    // The radial kinetic energy is mu/2 vn^2 = 1/4 * 4 = 1.
     let (up, down) = (1.0_f64.next_up(), 1.0_f64.next_down());
     for (side, vn, [over, off]) in [
         (Side::Positive, -2.0, [Outcome::Capture, Outcome::Bounce]),
@@ -31,7 +31,7 @@ fn outcomes_are_those_of_the_table_one_float_either_side_of_the_limit() {
         for (step, expected) in [(up, off), (1.0, off), (down, over), (0.0, over), (-1.25, over)] {
             let (outcome, after) = respond(&at(step), side, vn, 0.5, 0.25);
             assert_eq!(outcome, expected, "{side:?} {step}");
-            // vn'^2 = 4 - 4 dU.
+            // A pair that crosses the step has vn'^2 = 4 - 4 dU.
             let crossed = 4.0 - 4.0 * step;
             assert_eq!(after, if outcome == off { -vn } else { vn.signum() * crossed.sqrt() }, "{side:?} {step}");
         }
@@ -59,7 +59,7 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0, 1], 1.0, &arrival), (0.5, 1.0), "the first");
     assert_eq!(model.contact(&[1, 2], 1.25, &arrival), (2.0, 1.0), "the second of one of them");
     assert_eq!(model.contact(&[2], 1.75, &arrival), (0.5, 1.0), "the contact time is not less than itself");
-    // The particle leaves at 0.25 against an acceleration of 1, and returns after 0.5.
+    // The particle leaves at a speed of 0.25 against an acceleration of 1. It returns after the contact time, 0.5.
     let dead = Arrival { restitution: 0.0, closing: 1.0, ..arrival };
     assert_eq!(model.contact(&[0], 3.0, &dead), (0.25, 1.0));
     assert_eq!(model.contact(&[0], 4.0, &Arrival { approach: 0.125, ..dead }), (0.125, 1.0), "never more than it had");
@@ -70,7 +70,8 @@ fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_t
     assert_eq!(model.contact(&[0], 6.0, &Arrival { tangential: 0.0, ..slides }), (0.0, 1.0));
 }
 
-/// Upper bound of the difference of two roots if their squares differ by `square` and one of them is `root`.
+/// Returns an upper bound for the difference between two roots whose squares differ by `square`. One of the roots is
+/// `root`.
 fn of_root(square: f64, root: f64) -> f64 {
     if root * root > square { square / root.abs() } else { square.sqrt() }
 }
@@ -83,20 +84,20 @@ fn restitution() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(0.0), 0.0..1.0_f64]
 }
 
-/// Zero, or of any magnitude.
+/// A speed of zero, or of any order of magnitude.
 fn speed() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 9 => (-9.0..9.0_f64).prop_map(f64::exp)]
 }
 
-/// `2 dU / mu` in units of `vn^2`, and whether the barrier is infinite.
+/// Energy step in units of the radial kinetic energy, `2 dU / (mu vn^2)`. An infinite step is a barrier.
 fn step() -> impl Strategy<Value = f64> {
     prop_oneof![2 => Just(f64::INFINITY), 1 => Just(0.0), 3 => -3.0..0.0_f64, 6 => 0.0..2.0_f64]
 }
 
-/// Masses (`None` for a static partner), restitution, and whether it is the outer discontinuity.
+/// The two masses (`None` for a static partner), the restitution, and whether the discontinuity is the outer one.
 type Pair = (f64, Option<f64>, f64, bool);
-/// Speed, whether the pair recedes, the step, and the length of the line along which the engine holds the
-/// motion.
+/// Speed, whether the pair recedes, the energy step in units of the kinetic energy, and the length of the separation by
+/// which the engine multiplies the velocity.
 type Motion = (f64, bool, f64, f64);
 
 #[test]
@@ -109,17 +110,17 @@ fn outcomes_are_those_of_the_engine() {
     let run = |((first, second, restitution, outer), (speed, recedes, step, length)): (Pair, Motion)| {
         let side = if outer { Side::Negative } else { Side::Positive };
         let sides = if outer { overlap::Side::Negative } else { overlap::Side::Positive };
-        // A static partner has no inverse mass.
+        // The inverse mass of a static partner is zero.
         let reduced_mass = 1.0 / (1.0 / first + second.map_or(0.0, f64::recip));
         let vn = if recedes { side.sign() } else { -side.sign() } * speed;
         let unit = if vn == 0.0 { 1.0 } else { vn * vn };
         let energy_step = 0.5 * reduced_mass * step * unit;
         let (outcome, after) = respond(&at(energy_step), side, vn, reduced_mass, restitution);
-        // The engine holds the motion along a line of any length.
+        // The engine does not normalize the separation, so any length must give the same result.
         let approach = response::Approach { radial: vn * length, squared: length * length, reduced_mass };
         let engine = response::respond(sides, energy_step, &approach, restitution);
 
-        // About four products in either implementation, each rounded.
+        // Each implementation rounds about four products.
         let finite = if step.is_finite() { step } else { 0.0 };
         let rounding = 8.0 * EPS * unit * (1.0 + finite.abs());
         if step.is_finite() && (unit * step - vn * vn).abs() <= rounding && vn != 0.0 {
@@ -140,20 +141,20 @@ fn outcomes_are_those_of_the_engine() {
     println!("{counts:?}");
     assert_eq!(counts.len(), 6, "Core, Capture, Release, and Bounces in and out: {counts:?}");
     assert!(counts.values().all(|&count| count >= FEWEST), "{counts:?}");
-    // Ties and near ties are rare: half of the steps of zero energy, and pairs without motion.
+    // Only ties within round-off are skipped, and they are rare.
     assert!(counts.values().sum::<u32>() > CASES * 9 / 10, "{counts:?}");
 }
 
-/// Two particles, as the first particle and the offset to the second. The time since the last contact is
-/// in contact times; `None` is exactly one contact time.
+/// Index of the first particle, offset to the second, and the time since the previous contact in units of the contact
+/// time. `None` stands for exactly one contact time.
 type Contact = (u32, u32, Option<f64>);
-/// Restitution, speeds across and along the barrier, and acceleration towards it.
+/// Restitution, speed towards the barrier, speed along the barrier, and scaled acceleration towards the barrier.
 type Arriving = (f64, f64, f64, f64);
 
 #[test]
 fn the_tc_model_is_that_of_the_engine() {
     let counts = RefCell::new(BTreeMap::<&str, u32>::new());
-    // The contact time sets the scale: accelerations are in units of the arrival speed.
+    // Accelerations are relative to the arrival speed divided by the contact time.
     let contact = (
         (0..4_u32, 1..4_u32, prop::option::weighted(0.9, 0.0..2.0_f64)),
         (restitution(), speed(), speed(), -2.0..400.0_f64),
@@ -163,7 +164,7 @@ fn the_tc_model_is_that_of_the_engine() {
         let (mut ours, mut theirs) = (TcModel::new(contact_time, 4), ContactTimes::new(contact_time, 4));
         let mut time = 0.0;
         for ((first, step, gap), (restitution, approach, tangential, closing)) in contacts {
-            // After a fraction of a contact time, or after exactly one.
+            // The next contact follows after a random time, or after exactly one contact time.
             time += gap.map_or(contact_time, |gap: f64| gap * contact_time);
             let particles = [first, (first + step) % 4];
             let closing = closing * 0.01 * (approach + 0.1 * tangential) / contact_time;

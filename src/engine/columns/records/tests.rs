@@ -1,4 +1,4 @@
-//! Particles that are removed and inserted, compared with an engine that starts with the resulting particles.
+//! Removes and inserts particles, and compares the engine with a new engine that starts with the resulting particles.
 
 use super::*;
 use crate::engine::Until;
@@ -13,7 +13,7 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// The next events and the final state.
+/// Runs an engine for a number of events. Returns these events and the final state.
 fn go_on<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     events: u64,
@@ -33,7 +33,7 @@ fn go_on<const FALLING: bool, const TABLE: bool>(
     (seen, now)
 }
 
-/// Ids of a pair in ascending order.
+/// Returns the ids of an event's particle and partner in ascending order.
 fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, ParticleId) {
     let (one, other) = (name(event.particle), event.partner().map_or(name(event.particle), name));
     (one.min(other), one.max(other))
@@ -89,7 +89,8 @@ fn hole<const FALLING: bool, const TABLE: bool>(
     })
 }
 
-/// Particles whose wells contain a given position.
+/// Returns the captured pairs of a new particle at a given position: one for each particle whose well contains this
+/// position.
 fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     row: u16,
@@ -105,7 +106,7 @@ fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine.particles().filter_map(pair).collect()
 }
 
-/// Removes a third of the particles, then inserts particles at positions without overlap.
+/// Removes a third of the particles, then inserts particles at positions without overlap. Checks the engine after both.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diameter: f64) {
     let mut random = Random::new(5, Purpose::Velocities, 0);
     let mut engine = Engine::<FALLING, TABLE>::new(scene);

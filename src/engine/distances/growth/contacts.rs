@@ -8,18 +8,18 @@ use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// Number of pairs that are compared together. Longer lists are split.
+/// Number of pairs in a batch. Longer lists are split.
 const TOGETHER: usize = 32;
 
-/// Relative uncertainty. Pairs closer to a limit than this are left to the scalar prediction, which is
-/// decisive.
+/// Relative uncertainty of the results in SIMD lanes. If a pair is closer to a limit than this, the scalar prediction
+/// decides.
 const SLACK: f64 = 1e-9;
 
-/// Slack for times. If a discriminant is only the fraction `SLACK` of its terms, its root has half as many
-/// digits.
+/// Relative uncertainty of contact times. It is larger than [`SLACK`]: if a discriminant is only the fraction `SLACK`
+/// of its terms, it has lost digits, and so has the contact time.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
-/// The search of [`Batch::growing_contacts`].
+/// Arguments of [`Batch::growing_contacts`].
 struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -53,13 +53,14 @@ impl Work for GrowingContacts<'_> {
             let discriminant = squares.sub(v2.mul(r2));
             let root = r2.div(discriminant.sqrt().sub(b));
             let dt = b.if_less(zero, zero.if_less(discriminant, root, never), never);
-            // In contact, grazing, or apart until growth brings them together.
+            // SIMD lanes cannot decide for pairs in contact, pairs that graze, and receding pairs that growth brings
+            // together.
             let is_touching = r2.sub(F::all(SLACK).mul(contact).mul(contact));
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
             let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
-            // The squared distance of species that do not meet is negative. Its root is NaN, and every
-            // comparison with NaN is false.
+            // For species that do not meet, the squared distance is negative. Its root is NaN, and every comparison
+            // with NaN is false, so these pairs are ignored.
             unsure |= is_unsure << (at * F::COUNT);
             let dt = zero.if_less(is_touching, dt, never);
             dt.write(due);
@@ -77,8 +78,8 @@ impl Work for GrowingContacts<'_> {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask over up to [`TOGETHER`] others, while all diameters grow. It marks particles that
-    /// `me` may meet first, before `horizon`. The true first contact is always included.
+    /// Returns a bit mask of the particles in `others` that `me` may meet first, before `horizon`, while all diameters
+    /// grow. The true first contact is always included. `others` has at most [`TOGETHER`] entries.
     #[inline]
     fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
         self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
@@ -86,8 +87,8 @@ impl Batch<'_> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first contact with uncaptured others while all diameters grow. The number of others is a multiple
-    /// of [`MOST_LANES`].
+    /// Predicts the first contact with uncaptured particles while all diameters grow. The length of `others` is a
+    /// multiple of [`MOST_LANES`].
     pub(in crate::engine) fn predict_growing(
         &self,
         me: &Streamed,
@@ -120,7 +121,7 @@ mod tests {
     use crate::physics::detection::lanes::Simd;
     use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 
-    /// Three species with non-additive diameters.
+    /// Creates a mixture of three species with non-additive contact distances.
     fn mixture(packing_fraction: f64) -> Scene {
         let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
@@ -141,7 +142,8 @@ mod tests {
             .unwrap()
     }
 
-    /// Checks that every prediction equals the result of testing all others one by one.
+    /// Checks that every prediction equals the result of testing all candidates one by one. Returns whether cells and
+    /// whether lists were used.
     fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
         let mut used = [false; 2];
         for width in Simd::all() {
@@ -159,7 +161,7 @@ mod tests {
                 for particle in engine.particles() {
                     let mut one_by_one = Prediction::NONE;
                     let me = engine.streamed(particle, now);
-                    // A particle outside the list must enter it before it can be met.
+                    // The neighbour list is sufficient: a particle outside the list must enter it before a contact.
                     let others = if let Some(verlet) = engine.neighbours.verlet() {
                         verlet.lists.of(particle)
                     } else {
@@ -183,7 +185,8 @@ mod tests {
     fn the_first_contact_in_lanes_is_that_of_all_one_by_one() {
         let mut used = [false; 2];
         for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
-            // The rates range from growth much slower than the spheres to growth faster than the spheres.
+            // At the lowest rate, the spheres grow much more slowly than they move. At the highest rate, they grow
+            // faster.
             for rate in [0.002, 0.1, 3.0] {
                 let scene = mixture(packing_fraction);
                 let one = finds_what_one_by_one_finds::<true>(&scene, rate, largest);

@@ -1,4 +1,4 @@
-//! The search in a particle's cell and the adjacent ones, and prefetching for it.
+//! Searches a particle's cell and the adjacent cells, and prefetches data for such searches.
 
 use super::Cells;
 use crate::engine::hardware::prefetch::prefetch;
@@ -6,20 +6,21 @@ use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::grid::CellFace;
 
 impl Cells {
-    /// Prefetches the cell of a particle.
+    /// Prefetches the cell number of a particle and the number of the next particle in its cell.
     #[inline]
     pub fn prefetch_home(&self, particle: u32) {
         prefetch(&self.homes, particle as usize);
         prefetch(&self.next, particle as usize);
     }
 
-    /// Prefetches the heads of the cells that a search reads.
+    /// Prefetches the numbers of the first particles in a cell and in the adjacent cells.
     #[inline]
     pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first particles that a search finds.
+    /// Prefetches data of the first particles in a cell and in the adjacent cells. Calls `expect` for each of
+    /// these particles.
     #[inline]
     pub fn prefetch_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
@@ -29,7 +30,7 @@ impl Cells {
         });
     }
 
-    /// Finds every particle in `cell` and the adjacent cells.
+    /// Finds all particles in `cell` and in the adjacent cells.
     #[inline]
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -42,7 +43,8 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Finds every particle near `cell` that was not near the cell before a transition through `face`.
+    /// Finds the particles that become near when a particle enters `cell`. The particle comes from an adjacent
+    /// cell, which it leaves through `face`.
     #[inline]
     pub fn find_new_candidates(&self, cell: u32, face: CellFace, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -51,22 +53,23 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Prefetches data for a transition through a face: the heads of the cell and of the cells that become
-    /// near.
+    /// Prefetches data for a transition out of `cell` through `face`: the numbers of the first particles in
+    /// `cell` and in the cells that become adjacent.
     #[inline]
     pub fn prefetch_transition(&self, cell: u32, face: CellFace) {
         prefetch(&self.first, cell as usize);
         self.for_each_new_after(cell, face, |new| prefetch(&self.first, new as usize));
     }
 
-    /// Prefetches the first particles in the cells that become near.
+    /// Prefetches data of the first particles in the cells that become adjacent in a transition out of `cell`
+    /// through `face`. Calls `expect` for each of these particles.
     #[inline]
     pub fn prefetch_new(&self, cell: u32, face: CellFace, expect: impl Fn(u32)) {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
-    /// Prefetches the first particle of a cell. For an empty cell it prefetches the last particle of the
-    /// system, which costs less than a mispredicted branch.
+    /// Prefetches data of the first particle of a cell. If the cell is empty, prefetches data of the last
+    /// particle of the system instead, which costs less than a mispredicted branch.
     #[inline(always)]
     fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(

@@ -1,4 +1,4 @@
-//! Neighbours among packed centres, compared with a search over all particles.
+//! Compares searches among packed centres with a search over all particles.
 
 use super::*;
 use crate::model::space::minimum_image;
@@ -16,8 +16,8 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
-/// Returns the centres found near `centre`, and whether all are certainly within reach. All instruction sets
-/// of the processor must give the same result.
+/// Returns the particles found near `centre`, and whether all are certainly within reach. The results must be the
+/// same for all instruction sets of the processor.
 fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();

@@ -1,4 +1,4 @@
-//! Contents of Verlet lists, compared with all pairs.
+//! Tests of the contents of Verlet lists, by comparison with all pairs.
 
 use super::*;
 use crate::engine::Until;
@@ -9,8 +9,8 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space, minimum_image};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// Checks that every uncaptured pair within reach is in both lists, that no other pair is, and that each
-/// particle is in its skin.
+/// Checks that every uncaptured pair within reach is in the lists of both particles, that the lists contain no other
+/// pairs, and that each particle is within its skin.
 fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, verlet: &VerletLists) {
     for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
         let (position, _) = engine.state_at(particle, engine.clock.now);
@@ -25,7 +25,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // Allows for the margin of the skin, a millionth, and for the rounding of a distance.
+            // The skin has a relative margin of one millionth, and distances are rounded.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();
@@ -92,8 +92,8 @@ fn lists_are_complete_and_no_longer_in_a_small_box_far_from_the_origin() {
     }
 }
 
-/// Two species in a cube. The second is hard, with a given mass and diameter. The potentials are the
-/// interaction of the first species with itself, and its interaction with the second.
+/// Two species in a cube. The second species consists of hard spheres with the given mass and diameter. `own` is the
+/// potential between particles of the first species, and `mixed` is the potential between the species.
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))
@@ -117,7 +117,7 @@ fn lists_are_complete_among_wells_of_two_sizes() {
 
 #[test]
 fn lists_are_complete_in_a_small_box_of_wells() {
-    // The skin is as wide as the box allows.
+    // The box is so small that it limits the width of the skin.
     let well = Potential::square_well(1.0, 1.5, 0.8).unwrap();
     let shoulder = Potential::square_shoulder(0.9, 1.4, 0.4).unwrap();
     check::<false, true>(&mixture(4.1, (0.7, 0.8), [well, shoulder], [18, 17]), 20_000);

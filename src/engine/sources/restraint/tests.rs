@@ -10,7 +10,8 @@ fn ids(groups: [&[u32]; 2]) -> [Vec<ParticleId>; 2] {
     groups.map(|group| group.iter().map(|id| ParticleId(*id)).collect())
 }
 
-/// The distance of two groups in a snapshot. Positions are unwrapped along the order of the groups.
+/// Returns the distance of two groups in a snapshot. Each member is taken in the image nearest to the first member of
+/// its group.
 fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
     let periods = scene.space().periods();
@@ -25,7 +26,7 @@ fn distance(simulation: &Simulation, groups: [&[u32]; 2]) -> f64 {
     nearest(centre(groups[0]) - centre(groups[1])).norm()
 }
 
-/// Six bonded pairs and single particles of three masses in a box. The bonds cross its sides.
+/// Six bonded pairs and six single particles, with three masses, in a periodic box. The bonds cross its sides.
 fn molecules() -> Scene {
     let bond = Potential::bond(0.9, 1.3).unwrap();
     let mut scene = SceneBuilder::new("molecules")
@@ -69,7 +70,7 @@ fn a_reflection_conserves_momentum_and_energy_and_leaves_the_motion_within_group
             engine.simulated(engine.sources.restraint.as_ref().unwrap().next_reflection())
         });
         let energy = simulation.energy().kinetic;
-        // Rounding may put the reflection before or after that time.
+        // Because of round-off, the reflection may happen slightly before or after the predicted time.
         simulation.advance(Until::time(next + 1e-12)).unwrap();
         let after = simulation.snapshot();
         if simulation.event_counts().physical() > counts {
@@ -109,13 +110,13 @@ fn a_distance_stays_in_its_window_whatever_happens_to_the_members() {
             assert!(window[0] - 1e-13 <= now && now <= window[1] + 1e-13, "{step}: {now} of {window:?}");
         }
         assert!(farthest > 0.9, "{farthest}");
-        // The run has gone through many epochs, with contacts and bonds as before.
+        // Contacts and bonds must still be correct after a run of many epochs.
         assert!(simulation.event_counts().physical() > 200);
         assert_eq!(simulation.real_overlaps(), []);
     }
 }
 
-/// Hard spheres of one species; their engine has no table of interactions.
+/// Tests the engine for hard spheres of one species, which has no interaction table.
 #[test]
 fn two_spheres_of_a_fluid_are_held_together() {
     let scene = SceneBuilder::new("fluid")
@@ -145,7 +146,8 @@ fn two_spheres_of_a_fluid_are_held_together() {
     assert!((simulation.energy().kinetic / free.0 - 1.0).abs() < 1e-12 && free.1.is_none());
 }
 
-/// On a line, in a plane, and falling between walls. A copy of the simulation continues with the same bits.
+/// Tests a line, a plane, and particles that fall between walls. A simulation and its copy must continue with the same
+/// bits.
 #[test]
 fn distances_are_held_in_all_dimensions() {
     let wall = Boundary::walls(1.0);
@@ -185,7 +187,7 @@ fn distances_are_held_in_all_dimensions() {
     }
 }
 
-/// A distance exactly at an end of its window, or one float beyond it, returns and moves no further out.
+/// If a distance is exactly at an end of its window, or one float beyond it, it returns and moves no further out.
 #[test]
 fn a_distance_at_an_end_of_its_window_comes_back() {
     for (speed, is_lower) in [(0.7, false), (-0.7, true), (1e-200, false), (0.0, false)] {

@@ -1,5 +1,5 @@
-//! Moving surfaces. They are compared with exact bounces and with surfaces at rest in another frame, and no
-//! particle leaves a closed surface.
+//! Tests of moving surfaces. They are compared with exact bounces and with surfaces at rest in another frame, and no
+//! particle may leave a closed surface.
 
 use super::meshes::{contacts, gas, mesh};
 use crate::Vector;
@@ -25,7 +25,7 @@ fn floor(restitution: f64) -> SurfaceDraft {
     SurfaceDraft::new("floor", plane).restitution(restitution)
 }
 
-/// A ball of mass 0.7 and radius 0.25 at a height above contact with a floor at 0.
+/// A ball of mass 0.7 and radius 0.25 above a floor at z = 0. `height` is the initial gap.
 fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
     SceneBuilder::new("ball")
@@ -41,7 +41,7 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
 
 #[test]
 fn a_surface_that_moves_later_is_waited_for() {
-    // Long enough that the search tries to prove that no event follows.
+    // The floor starts to move so late that the engine first tries to prove that no further event happens.
     let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
     let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
     assert_eq!(simulation.advance(Until::events(1)), Ok(crate::engine::Reason::Events));
@@ -55,18 +55,19 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 
 #[test]
 fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
-    // The floor moves up at speed 0.5 from t = 2 to 4, then by 0.3 (t - 4)^2 until 5. The ball waits at rest,
-    // 0.6 above the floor.
+    // The floor rises at a speed of 0.5 from t = 2 to 4, and then by 0.3 (t - 4)^2 until t = 5. The ball is at rest,
+    // 0.6 above the initial floor.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
     let found = contacts(ball(0.0, 0.6, 0.0, floor), 1);
     let event = &found[0];
     assert!((event.time - 3.2).abs() < 1e-14);
-    // `v' = -e v + (1 + e) w`, and the work `J w`.
+    // With restitution `e` and speed `w` of the floor, the speed after the contact is `v' = -e v + (1 + e) w`. The
+    // floor does the work `J w` with the impulse `J`.
     assert!((event.after[0].z - 0.9).abs() < 1e-14);
     let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
     assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
-    // The floor accelerates from t = 4 on. The floor above would never reach a ball at rest at 1.8, because
-    // `0.3 (t - 4)^2 = 0.8` is not reached before it stops.
+    // This floor accelerates only, and rises by 1.2 (t - 4)^2 from t = 4 to 5. It reaches a ball that is 1.1 above it,
+    // but no ball that is 1.3 above it.
     let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
     let found = contacts(late, 1);
     assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
@@ -76,7 +77,8 @@ fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
     assert_eq!(simulation.event_counts().wall, 0, "it stops 0.1 below the ball");
 }
 
-/// Times of the first bounces of a ball on a floor, from steps and bisection of its height above the floor.
+/// Returns the times of the first bounces of a ball on a vibrating floor. Each is found by small steps in time, and
+/// then by bisection of the height above the floor.
 fn bounces(
     gravity: f64,
     (height, leaving): (f64, f64),
@@ -111,8 +113,7 @@ fn bounces(
 
 #[test]
 fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
-    // Two kinds of cases: bounces near stable orbits, where rounding errors decay, and elastic bounces
-    // without an orbit, where rounding errors grow.
+    // In bounces near a stable orbit, rounding errors decay. In elastic bounces without such an orbit, they grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
         let amplitude = gamma * gravity / (rate * rate);
@@ -130,7 +131,7 @@ fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
 
 #[test]
 fn bounces_on_a_vibrating_floor_have_the_times_of_forty_digits() {
-    // Times of the bounces 1, 50, 100 and 200, from bisection with 40 digits and the same numbers.
+    // Times of the bounces 1, 50, 100 and 200, computed by bisection with 40 digits from the same input.
     let cases = [
         (
             0.5,
@@ -165,16 +166,17 @@ fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
     let mut simulation = Simulation::without_plan(Scene::new(parts).unwrap());
     simulation.advance(Until::events(500)).unwrap();
     assert_eq!((simulation.event_counts().in_invalid_state, simulation.real_overlaps()), (0, vec![]));
-    // Two units in the last place of that time, at a speed of 5.
+    // Two units in the last place of a time of 1e7 are 4e-9. The relative speed is about 5.
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// The largest difference between successive intervals of bounces, in periods, long after the start on the
-/// orbit with one bounce per period.
+/// Returns the largest difference between successive intervals of bounces, in periods of the floor. The ball starts
+/// near the orbit with one bounce per period, and the last 40 bounces are compared.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);
-    // The orbit has `cos(phase) = pi (1 - e) / (gamma (1 + e))`. The ball starts near a bounce there.
+    // On the orbit, the ball bounces at the phase with `cos(phase) = pi (1 - e) / (gamma (1 + e))`. Here `e` is the
+    // restitution, and `gamma` is the largest acceleration of the floor in units of gravity.
     let phase = libm::acos(PI * (1.0 - restitution) / (gamma * (1.0 + restitution)));
     let leaving = PI * gravity / rate;
     let floor = floor(restitution).motion(moving(ALWAYS, oscillation(amplitude, rate, phase / TAU)));
@@ -186,7 +188,7 @@ fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
 
 #[test]
 fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
-    // The acceleration at which the orbit becomes unstable, in units of gravity.
+    // The orbit becomes unstable at this acceleration of the floor, in units of gravity.
     for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
         let below = unevenness(restitution, threshold - 1e-3, 20_000);
         let above = unevenness(restitution, threshold + 1e-3, 20_000);
@@ -197,7 +199,7 @@ fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
 
 #[test]
 fn what_moves_with_its_surface_sees_one_at_rest() {
-    // A closed box with a gas: at rest, at a constant velocity, and falling with its gas.
+    // A gas in a closed box. The box is at rest, moves at a constant velocity, or falls together with the gas.
     let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
     let draft = || mesh("box", TriangleMesh::cuboid(&lower, &upper)).restitution(0.9);
     let scene = |drift: Vector, gravity: f64, draft: SurfaceDraft| {
@@ -224,8 +226,8 @@ fn what_moves_with_its_surface_sees_one_at_rest() {
 
 #[test]
 fn a_blade_that_turns_strikes_along_its_own_normal() {
-    // The blade lies along x and turns about z through the middle. At an angle of `2 pi f t` it meets the
-    // ball, which rests above x = 3.
+    // The blade turns about z through the middle of the box. It starts along x, and its angle is `2 pi f t`. The ball
+    // is at rest at (3, 2), measured from the middle.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(14.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -236,22 +238,22 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
         .surface(mesh("blade", blade).motion(moving(ALWAYS, kind)))
         .particle("A", Vector::new(13.0, 12.0, 10.0), Vector::zeros());
     let found = contacts(scene.build().unwrap(), 1);
-    // The contact is `sqrt(13 - 1/16)` along the blade. Its angle is the angle of the ball minus the angle
-    // that the ball's radius subtends.
+    // The distance of the contact from the axis is `sqrt(13 - 1/16)`. The angle of the blade is then the angle of the
+    // ball minus the angle that the ball's radius subtends.
     let angle = libm::atan2(2.0, 3.0) - libm::asin(0.25 / 13.0_f64.sqrt());
     let rate = TAU * 0.1;
     assert!((found[0].time - angle / rate).abs() < 1e-13, "{} {}", found[0].time, angle / rate);
     let normal = Vector::new(-libm::sin(angle), libm::cos(angle), 0.0);
     assert!((found[0].normal - normal).norm() < 1e-13, "{}", found[0].normal);
-    // Elastic: twice the speed of the blade there.
+    // The contact is elastic. The ball leaves at twice the speed of the blade at the point of contact.
     let speed = 2.0 * rate * (13.0_f64 - 0.0625).sqrt();
     assert!((found[0].after[0] - normal * speed).norm() < 1e-13, "{}", found[0].after[0]);
 }
 
 #[test]
 fn a_blade_ends_where_it_ends() {
-    // The ball is more than a radius beyond the end of the blade, but less than a radius away from the planes
-    // of its faces.
+    // The ball is too far from the axis for the blade to reach it. However, the planes of the blade's faces pass
+    // through the ball.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));
     let kind = MotionKind::Rotation { point: Vector::repeat(10.0), axis: Vector::z(), frequency: 0.1 };
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -266,7 +268,7 @@ fn a_blade_ends_where_it_ends() {
     assert_eq!(simulation.event_counts().wall, 0);
 }
 
-/// Depth of a position within a convex mesh.
+/// Distance of a position from the nearest plane of the faces of a convex mesh; negative outside the mesh.
 fn depth(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let height = |[a, b, c]: [Vector; 3]| (b - a).cross(&(c - a)).normalize().dot(&(a - place));
     mesh.all_corners().map(height).fold(f64::INFINITY, f64::min)

@@ -1,4 +1,4 @@
-//! Periodic images of surfaces, which particles meet across the sides of the box.
+//! Tests of the periodic images of surfaces, which particles meet across the sides of the box.
 
 use super::run;
 use crate::Vector;
@@ -10,10 +10,10 @@ use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
-/// Edge of the box.
+/// Edge length of the box.
 const EDGE: f64 = 7.0;
 
-/// A gas around a rod along x and balls, all near the sides of the box.
+/// A gas around a rod along x and two balls, all close to the sides of a periodic box.
 fn gas(count: u64, gravity: f64) -> SceneBuilder {
     let ball = |centre: Vector| SurfaceShape::Sphere { centre, radius: 0.8, is_inside: false };
     let rod =
@@ -30,7 +30,7 @@ fn gas(count: u64, gravity: f64) -> SceneBuilder {
         .temperature(1.0)
 }
 
-/// Vector from the nearest image of a surface to a position.
+/// Returns the vector from the axis or centre of a surface, in the nearest image, to a position.
 fn from_surface(surface: u32, place: &Vector) -> Vector {
     let centres = [Vector::new(0.0, 0.3, 5.0), Vector::new(6.9, 3.0, 3.0), Vector::new(3.0, 0.2, 6.8)];
     let apart = place - centres[surface as usize - 6];
@@ -94,8 +94,8 @@ fn a_surface_periods_away_is_met_as_its_image_in_the_box() {
         let far = super::meshes::contacts(scene(by), 6);
         assert_eq!(near.len(), far.len());
         assert!(near.len() >= 4, "{}", near.len());
-        // Adding many periods rounds, and each event multiplies the error by the ratio of path length to
-        // radius.
+        // A shift by many periods rounds the coordinates of the surface. Each event multiplies this error by the ratio
+        // of path length to radius.
         let mut bound = 1e-12;
         for (one, other) in near.iter().zip(&far) {
             assert_eq!((one.particle, number(one)), (other.particle, number(other)));

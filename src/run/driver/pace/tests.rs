@@ -16,7 +16,7 @@ fn durations_are_rounded_to_two_digits() {
     assert_eq!(rounded(0.000_678_9), 0.000_68);
 }
 
-/// Rows and times of frames, and the last checkpoint with their numbers at that time.
+/// A recorder in memory: rows, times of frames, and the last checkpoint with the numbers of rows and frames before it.
 #[derive(Default)]
 struct Kept {
     rows: Vec<Row>,
@@ -45,7 +45,7 @@ impl Recorder for Kept {
 }
 
 impl Kept {
-    /// Continues a run until the callback has been called a number of times.
+    /// Continues a run, and interrupts it in call number `questions` of `watch`.
     fn go_on(&mut self, run: Run, mut questions: u32) {
         let mut watch = |_: &crate::run::Progress| {
             questions = questions.saturating_sub(1);
@@ -89,8 +89,8 @@ fn run(scene: Scene) -> Kept {
 
 #[test]
 fn a_pilot_run_changes_nothing_of_what_is_kept() {
-    // Cases: a pilot run that is kept, one in which a row could be due before its first event, and some with
-    // so few events that a row is due at about the time of the first.
+    // Cases: a pilot run that is the beginning of its stage, a pilot run without an event before the first row, and
+    // runs so short that the first row is due at about the time of the first event.
     let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
     for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)].into_iter().chain(few) {
         let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
@@ -140,7 +140,8 @@ fn frames_take_no_more_than_200_megabytes_unasked() {
     assert!((8..16).contains(&most), "{most}");
     for limit in [Limit::events(2_000), Limit::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
-        // A lattice has few events at first, so that a number of events takes less time than estimated.
+        // The events of a lattice are rare at first. The estimated duration of a number of events is therefore too
+        // long, and there are fewer frames.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");
     }
