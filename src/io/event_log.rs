@@ -12,7 +12,7 @@
 //! | `energy_step.npy` | `f64` | potential energy gained; for a thermostat, the kinetic energy that it supplied |
 //! | `dissipated.npy` | `f64` | kinetic energy lost to restitution |
 //!
-//! Numbers are little-endian and have all the digits of the run: 197 bytes per event.
+//! Numbers are little-endian and have all the digits of the run: 181 bytes per event.
 
 use std::fs;
 use std::path::Path;
@@ -45,6 +45,11 @@ const COLUMNS: [Kind; 9] = [
 
 /// Number of entries buffered in memory: some hundred pages of the widest columns.
 const GATHERED: usize = 4096;
+
+/// Bytes of an entry in all columns together.
+pub(super) fn bytes_of_event() -> f64 {
+    COLUMNS.iter().map(|(.., size)| *size as f64).sum()
+}
 
 /// The columns being written.
 #[derive(Debug)]

@@ -116,7 +116,7 @@ impl SceneBuilder {
             return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
         }
         let growth = self.parts.run.stages.iter().position(|stage| stage.growth.is_some());
-        growth.map_or(Ok(()), |index| refuse(ConfigPath::entry("stage", index).key("growth"), "given", expected))
+        growth.map_or(Ok(()), |index| refuse(ConfigPath::entry("stage", index).key("grow"), "given", expected))
     }
 }
 

@@ -325,11 +325,13 @@ fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     if first.size.iter().any(|edge| *edge > 0.0) {
         return [first.lower.into(), (first.lower + first.size).into()];
     }
-    let fields = heads.iter().map(|head| head.field);
-    let joined = fields.reduce(|a, b| {
-        [0, 1].map(|side| [0, 1, 2].map(|k| if side == 0 { a[0][k].min(b[0][k]) } else { a[1][k].max(b[1][k]) }))
-    });
-    joined.map_or([[0.0; 3]; 2], |[lower, size]| [lower, [0, 1, 2].map(|k| lower[k] + size[k])])
+    let ends = heads.iter().map(|FrameHead { field: [lower, size], .. }| [*lower, axes(|k| lower[k] + size[k])]);
+    let joined = ends.reduce(|a, b| [axes(|k| a[0][k].min(b[0][k])), axes(|k| a[1][k].max(b[1][k]))]);
+    joined.unwrap_or_default()
+}
+
+fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
+    [0, 1, 2].map(value)
 }
 
 /// Constants of all frames, and the number of bonds.

@@ -32,8 +32,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     };
     let (windows, key) = (&umbrella.windows, at().key("windows"));
     if !(2..=MOST_TEMPERATURES).contains(&windows.len()) {
-        let expected =
-            format!("2 to {MOST_TEMPERATURES}, ascending: replicas at neighbouring temperatures are swapped");
+        let expected = format!("2 to {MOST_TEMPERATURES}, ascending: replicas in neighbouring windows are swapped");
         return refuse(key, format!("a list of {}", windows.len()), expected);
     }
     for (index, [lower, upper]) in windows.iter().enumerate() {

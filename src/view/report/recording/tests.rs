@@ -230,3 +230,19 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
         assert_eq!(found, expected);
     }
 }
+
+#[test]
+fn the_view_of_an_unbounded_system_contains_the_particles_of_all_frames() {
+    let at = |time: f64, x: f64| {
+        let mut frame = frame(time, 1);
+        (frame.lower, frame.size, frame.periodic) = (Vector::zeros(), Vector::zeros(), [false; 3]);
+        frame.particles.truncate(1);
+        frame.bonds.clear();
+        frame.particles[0].position = Vector::new(x, 0.0, 0.0);
+        frame
+    };
+    // The field of the first frame ends before that of the second begins.
+    let recording = read(text(&[at(0.0, -3.0), at(1.0, 50.0)]).as_slice(), None).unwrap();
+    let [lower, upper] = recording.head.view;
+    assert!(lower[0] <= -3.0 && upper[0] >= 50.0, "{lower:?} {upper:?}");
+}
