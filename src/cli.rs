@@ -82,15 +82,15 @@ struct Cli {
 enum Command {
     /// Simulates a scene and writes thermo.csv, trajectory.xyz, summary.json and more
     Run(run::Run),
-    /// Runs a scene for all combinations of values, with tables and a page over all runs
+    /// Runs a scene for all combinations of values, and writes tables and a page about all runs
     Sweep(sweep::SweepCommand),
-    /// Runs replicas at several temperatures with swaps between them, and averages at each one
+    /// Runs replicas at several temperatures with swaps between them, and averages at each temperature
     Exchange(exchange::ExchangeCommand),
     /// Describes the simulation in words and reports mistakes in the scene
     Check(check::Check),
     /// Proves that no event in a run, or in a part of it, is missing, spurious or out of order
     Verify(verify::Verify),
-    /// Measures known pressures, rates and motions, and compares the results
+    /// Measures pressures, rates and motions with known values, and compares the results
     Validate(validate::Validate),
     /// Draws a frame of a run as a PNG
     #[command(alias = "picture")]
@@ -128,13 +128,14 @@ impl SceneArgs {
     }
 }
 
-/// Overrides of a scene.
+/// Options that override values of a scene.
 #[derive(Debug, Args)]
 struct Changes {
     /// Seed of the random numbers that place particles and draw velocities
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
-    /// Replaces a value of the scene: dots separate keys; list entries have a number (from 0) or a name
+    /// Replaces a value of the scene. Dots separate keys; an entry of a list is given by its number (from 0) or its
+    /// name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
     overrides: Vec<(String, String)>,
     /// Starts from the exact final state of the run in this folder. Particles, bonds, box and time are taken
@@ -160,7 +161,7 @@ impl Changes {
         self.seed.is_none() && self.overrides.is_empty() && self.from.is_none()
     }
 
-    /// Returns the text of a loaded scene with its overrides.
+    /// Returns the text of a scene that was loaded with these overrides.
     fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
         scene.record(path, &borrowed(&self.all()))
     }
@@ -177,7 +178,7 @@ impl Changes {
     }
 }
 
-/// Refuses a scene with replica exchange for commands that would ignore it.
+/// Refuses a scene with replica exchange in commands that would ignore the exchange.
 fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
     if scene.exchange().is_none() {
         return Ok(());
@@ -197,7 +198,7 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Joins the other processes that were started together with this process, if there are any.
+/// A function that connects this process to the other processes of the same run. Returns `None` if there are none.
 pub type Join = fn() -> Option<Arc<dyn Transport>>;
 
 /// Executes the command line of the program. Must be called first, before a second thread exists.
@@ -210,8 +211,8 @@ pub fn program(join: Join) -> ExitCode {
     ExitCode::from(main(&arguments, join))
 }
 
-/// Executes a command line; `arguments` begin with the name of the program. All messages go to the standard
-/// output and error. Interrupts pause the work.
+/// Executes a command line. `arguments` begin with the name of the program. All messages go to the standard output and
+/// error. An interrupt ends the work in good order.
 ///
 /// Returns the exit code: 0 for success, 1 for a failure or an interruption, 2 for bad input.
 #[must_use]
@@ -220,7 +221,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version also arrive here. Neither they nor a closed pipe are errors.
+            // Requests for help and version also arrive here. They are no failures, and neither is a closed pipe.
             if has_controls {
                 warn(&error.render().to_string());
             } else {
@@ -274,13 +275,13 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::bad_input(format!("{folder} has no trajectory.xyz"), Some(&help)))
 }
 
-/// Kind of a folder with several runs.
+/// Kinds of folders that contain several runs.
 enum Several {
     Exchange,
     Sweep,
 }
 
-/// Returns the kind of a folder with several runs, or `None` for other folders.
+/// Returns the kind of a folder that contains several runs, or `None` for other folders.
 fn of_several(folder: &Path) -> Option<Several> {
     if ExchangeFolder::is_one(folder) {
         return Some(Several::Exchange);
@@ -301,7 +302,7 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Refuses to write more bytes than permitted without `--force`. Returns the permitted size `[bytes]`.
+/// Rejects output that is larger than permitted without `--force`. Returns the permitted size `[bytes]`.
 fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
     allowed(bytes, path).map_err(|too_large| {
         let help = format!("choose {instead}, or another disk with --out, or --force");
@@ -309,7 +310,7 @@ fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f6
     })
 }
 
-/// Word of the command line, its help text, and its value.
+/// A word that the command line accepts, its help text, and its value.
 type Choice<T> = (&'static str, Option<&'static str>, T);
 
 /// Returns a parser that accepts one of the given words.
@@ -324,7 +325,7 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Writes to standard output. A pipe that is closed early, for example by `head`, is not an error.
+/// Writes to standard output. If the reader closes a pipe early, as `head` does, this is not an error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {

@@ -133,23 +133,23 @@
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 #![cfg_attr(feature = "cli", doc = "| What can be typed, and what comes of it | [`cli`] | |")]
 //!
-//! Each of these modules is a layer or part of a layer, and uses only those above it in this table: see
+//! The modules are layers, or parts of layers. Each module uses only modules above it in this table; see
 //! `docs/architecture.md`.
 //!
 //! # Notation and units
 //!
-//! `r_ij = r_i - r_j` and `v_ij = v_i - v_j`, with the paper's sign. Units are reduced: the scene defines
-//! lengths, masses and energies, and Boltzmann's constant is 1. `[length]`, `[mass]`, `[energy]` and `[time]`
-//! name the dimension of a quantity.
+//! `r_ij = r_i - r_j` and `v_ij = v_i - v_j`, as in the paper. Units are reduced: the scene defines lengths, masses and
+//! energies, and Boltzmann's constant is 1. `[length]`, `[mass]`, `[energy]` and `[time]` name the dimension of a
+//! quantity.
 //!
 //! # Reproducible results
 //!
-//! A run is a function of its scene and seed: the same bits every time, on every processor, however often it
-//! is paused, and whatever observes it.
+//! A run is a function of its scene and its seed. It gives the same bits every time and on every processor. Pauses and
+//! observers do not change them.
 
-// The same bits on every processor; unit tests are exempt.
+// The disallowed functions give different last bits on different processors. Unit tests may use them.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// No input may end a program that uses the library.
+// Panics are forbidden, because no input may end a program that uses this library.
 #![cfg_attr(
     not(test),
     warn(
@@ -161,7 +161,7 @@
         clippy::unimplemented
     )
 )]
-// Some code for writing files safely is used by pictures, movies and pages only.
+// Without pictures, movies and pages, some code for writing files is not used.
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;
@@ -189,8 +189,8 @@ pub use model::{Potential, Scene};
 pub use run::Run;
 pub use scene::SceneBuilder;
 
-/// The crate of [`Vector`], re-exported so that programs use the same version.
+/// The crate that defines [`Vector`]. It is re-exported so that programs use the same version.
 pub use nalgebra;
 
-/// A vector in space; the components along flat axes are exactly zero.
+/// A vector in space. Its components along flat axes are exactly zero.
 pub type Vector = nalgebra::Vector3<f64>;

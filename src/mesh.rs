@@ -1,5 +1,4 @@
-//! Meshes of triangles: their files, meshes of round shapes and of the surfaces of a scene, and the faults of
-//! a mesh.
+//! Triangle meshes: files, meshes of round shapes and of the surfaces of a scene, and reports on faults.
 
 mod clip;
 pub mod read;

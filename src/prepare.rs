@@ -1,12 +1,12 @@
-//! Starts: initial positions and velocities of the particles of a model.
+//! Initial states: positions and velocities of the particles of a model.
 //!
-//! Positions come from [`lattice`], [`packing`] (random insertion, compression), [`chain`] and [`surface`]
-//! (static spheres). [`region`] defines the part of the box to fill, and [`velocity`] draws the velocities.
-//! [`resting`] finds particles at rest in contact with something fixed. [`polydispersity`] calculates the
-//! diameters of the classes of a distribution, and [`composition`] the particle numbers of a mixture.
+//! Positions come from [`lattice`], [`packing`] (random insertion, compression), [`chain`] and [`surface`] (static
+//! spheres). [`region`] defines the part of the box to fill, and [`velocity`] draws the velocities. [`resting`] finds
+//! particles at rest in contact with something fixed. [`polydispersity`] calculates the diameters of the classes of a
+//! distribution, and [`composition`] the particle numbers of a mixture.
 //!
-//! Nothing here depends on a file or on a key in a user's input. Failures have their own error type,
-//! [`NoPlace`], which `scene` converts to a message.
+//! Nothing here depends on a file or on a key in a user's input. Failures have their own error type, [`NoPlace`], which
+//! `scene` converts to a message.
 
 pub(crate) mod chain;
 pub(crate) mod composition;
@@ -29,7 +29,7 @@ pub(crate) enum NoPlace {
     NoRoom { placed: usize, count: usize, attempts: usize },
     /// Growing spheres jam before they reach their final size.
     Jammed { wanted: f64, reached: f64 },
-    /// A periodic axis is so short that a pair would meet in two images.
+    /// A periodic axis is so short that a pair could collide through two images.
     SmallBox { axis: usize, size: f64, range: f64 },
     /// The potential of the growing spheres could not be constructed.
     Potential(PotentialError),

@@ -1,4 +1,4 @@
-//! Trajectories: a frame, and the extended XYZ that keeps all bits of it.
+//! Trajectories: frames, and files in the extended XYZ format that preserve all bits of a frame.
 
 pub(crate) mod compressed;
 pub mod extended_xyz;

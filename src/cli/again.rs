@@ -7,12 +7,12 @@ use std::time::Duration;
 /// Default wall time between two checkpoints, in seconds.
 pub const CHECKPOINT_EVERY: &str = "300";
 
-/// Command with the options that are not stored in the folder of the work.
+/// A command that resumes work, with the options that are not stored in the folder of the work.
 #[derive(Debug, Clone)]
 pub struct Again(String);
 
 impl Again {
-    /// Returns a command such as `carom run --resume`, followed by the folder.
+    /// Creates the command from words such as `run --resume` and the folder.
     pub fn new(words: &str, folder: &Path) -> Self {
         Self(format!("carom {words} {}", quoted(&folder.to_string_lossy())))
     }
@@ -32,7 +32,7 @@ impl Again {
         self.option("checkpoint-every", (seconds != CHECKPOINT_EVERY).then_some(seconds))
     }
 
-    /// Appends the given options without a value.
+    /// Appends options that have no value, if they were given.
     pub fn flags(mut self, flags: [(&str, bool); 2]) -> Self {
         for (name, _) in flags.into_iter().filter(|(_, is_given)| *is_given) {
             let _ = write!(self.0, " --{name}");

@@ -1,10 +1,9 @@
-//! Camera options of pictures and movies.
+//! Camera options for pictures and movies.
 
 use crate::Vector;
 use crate::view::render::Style;
 use clap::Args;
 
-/// Options of the camera.
 #[derive(Debug, Args)]
 pub struct Camera {
     /// Direction from which the scene is seen: x, y, z, -x, -y or -z, or azimuth and elevation in degrees;
@@ -24,7 +23,7 @@ pub struct Camera {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    /// View from this side.
+    /// Direction from which the scene is seen, as a unit vector.
     From(Vector),
     /// Azimuth and elevation in degrees.
     Angles([f64; 2]),

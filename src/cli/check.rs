@@ -52,12 +52,12 @@ impl Check {
     }
 }
 
-/// Measures the events per second of a short trial. No other number of this command differs between calls.
-/// Returns `None` if the trial has no result within [`PATIENCE`], or too few events for an estimate.
+/// Measures the events per second in a short trial, so that the result differs from call to call. Returns `None` if the
+/// trial has no result within [`PATIENCE`], or too few events for an estimate.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();
-    // The thread ends with the program.
+    // If the trial takes too long, its thread ends with the program.
     std::thread::spawn(move || {
         let mut simulation = Simulation::without_plan(scene);
         let begun = Instant::now();
@@ -68,17 +68,17 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.event_counts().physical() as f64;
-        // The receiver no longer exists if the result is too late.
+        // If the result is too late, the receiver no longer exists.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// Duration of the trial, and maximum waiting time for its result.
+/// Duration of the trial, followed by the longest time to wait for its result.
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Returns two lines with the size of the output and the memory of the run.
+/// Returns two lines with the output, the memory and the number of events of the run.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
@@ -101,7 +101,7 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         + &description::line("needs", &format!("some {memory} of memory; {work}"))
 }
 
-/// Returns the estimate for all replicas, if the scene has several.
+/// Returns the size estimate for all replicas, or the given estimate if the scene has no replica exchange.
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
     let (replicas, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -117,7 +117,7 @@ fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     }
 }
 
-/// Formats a number; from 10000 on, with two digits.
+/// Formats a number. From 10000 on, the text has two digits and an exponent.
 fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }

@@ -43,14 +43,14 @@ Examples:
   carom man > ~/.local/share/man/man1/carom.1
   carom man run > ~/.local/share/man/man1/carom-run.1")]
 pub struct Manual {
-    /// A command, such as run
+    /// The command, such as run; without it, prints the page of the program
     command: Option<String>,
 }
 
 impl Manual {
     pub fn execute(&self) -> Result<(), Failure> {
         let mut cli = Cli::command();
-        // This gives the commands their full names.
+        // `build` gives the commands their full names, such as `carom run`.
         cli.build();
         let page = match &self.command {
             None => Some(cli),

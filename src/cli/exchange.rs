@@ -47,12 +47,11 @@ pub struct ExchangeCommand {
     /// Number of replicas to run at the same time; by default the number of processors
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// Measures for this simulated time instead of the scene's; an existing exchange continues to this time,
+    /// Measures for this simulated time instead of the time in the scene; an existing exchange continues to this time,
     /// even if it was complete
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = super::run::duration)]
     until_time: Option<f64>,
-    /// For a complete exchange: prints temperatures at which all swaps are accepted with at least this
-    /// probability
+    /// Prints temperatures at which all swaps are accepted with at least this probability; needs a complete exchange
     #[arg(long, value_name = "ACCEPTANCE", value_parser = probability, conflicts_with_all = ["until_time", "out"])]
     temperatures_for: Option<f64>,
     /// The folder of the results; by default runs/NAME-exchange, where NAME is the name of the scene
@@ -76,7 +75,7 @@ impl ExchangeCommand {
         }
         let opened = if self.path.is_dir() { self.kept() } else { self.given() };
         let (scene, record, path) = match opened {
-            // The scene's files may have been deleted, but the results are complete.
+            // The results of a complete exchange are shown even if files of its scene have been deleted.
             Err(_) if self.only_shows() => return end(&ExchangeFolder::read(&self.path)?, &self.path, true),
             opened => opened?,
         };
@@ -90,7 +89,7 @@ impl ExchangeCommand {
         }
     }
 
-    /// Prints temperatures for an acceptance, in the format of `--set`.
+    /// Prints temperatures for the given acceptance, in the format of `--set`.
     fn choose_temperatures(&self, acceptance: f64) -> Result<(), Failure> {
         let summary = ExchangeFolder::read(&self.path)?;
         let Some(temperatures) = summary.temperatures_for(acceptance) else {
@@ -115,13 +114,13 @@ impl ExchangeCommand {
         super::print(&format!("exchange.temperatures=[{}]\n", all.join(", ")))
     }
 
-    /// Whether only the results of a complete exchange are needed.
+    /// Whether the command only shows the results of a complete exchange.
     fn only_shows(&self) -> bool {
         let changes_nothing = self.until_time.is_none() && self.changes.are_none() && self.out.is_none();
         changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
     }
 
-    /// Returns the scene from the command line, its text, and the folder.
+    /// Returns the scene on the command line, its text, and the folder of the exchange.
     fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let scene = read_scene(&self.path, &borrowed(&self.replaced()))?;
         if scene.exchange().is_none() {
@@ -139,14 +138,14 @@ impl ExchangeCommand {
         Ok((scene, record, path))
     }
 
-    /// Returns the overrides of the scene.
+    /// Returns the overrides of the scene, including the time of `--until-time`.
     fn replaced(&self) -> Vec<(String, String)> {
         let mut all = self.changes.all();
         all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
         all
     }
 
-    /// Returns the scene, record and path of an existing exchange.
+    /// Returns the scene of an existing exchange, its text, and the folder.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
@@ -171,7 +170,7 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        // The files of a resumed exchange already occupy part of the disk.
+        // A resumed exchange has already written part of its files, which need no further space.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
         let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);
@@ -206,7 +205,7 @@ fn probability(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number between 0 and 1".to_owned())
 }
 
-/// Writes the page and prints the table and the verdict.
+/// Writes the page of a complete exchange, and prints the results. Returns a failure if the audit found faults.
 fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Failure> {
     refuse_link(&report::exchange_page_in(path))?;
     let page = report::exchange_page(path)?;
@@ -229,7 +228,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Optional columns of the table, in addition to the temperature or window and the acceptance.
+/// Columns that the table may show after the temperature or window and the acceptance of swaps, by name and heading.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),
@@ -239,7 +238,7 @@ const SHOWN: [(&str, &str); 6] = [
     ("pressure", "pressure"),
 ];
 
-/// Returns a table of the averages at all temperatures.
+/// Returns a table of the averages at all temperatures or in all windows.
 fn text(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
@@ -269,7 +268,7 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns the distances at which the free energy and the potential of mean force are lowest.
+/// Returns a line with the distances at which the free energy and the potential of mean force are lowest.
 fn lowest(summary: &ExchangeSummary) -> Option<String> {
     let at = |of| MeanForcePoint::lowest(&summary.potential_of_mean_force, of).map(|point| digits(point.distance));
     let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);

@@ -1,8 +1,8 @@
 //! Behaviour when memory or disk space is exhausted.
 //!
-//! By default, Rust aborts with a signal and a core dump when memory is exhausted. For use in scripts, Carom
-//! prints one line and exits with the code of failures instead. Files written so far remain, and a run can be
-//! resumed from its last checkpoint, as after a kill.
+//! By default, Rust aborts with a signal and a core dump when memory is exhausted. For use in scripts, Carom instead
+//! prints one line and returns the exit code of a failure. Files written so far remain, and a run can be resumed from
+//! its last checkpoint, as after a kill.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
@@ -14,38 +14,39 @@ pub struct Reporting;
 unsafe impl GlobalAlloc for Reporting {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller fulfils the contract.
+        // SAFETY: the caller fulfils the contract of `alloc`, which is also the contract of this call.
         given(unsafe { System.alloc(layout) }, layout.size())
     }
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller fulfils the contract.
+        // SAFETY: the caller fulfils the contract of `alloc_zeroed`, which is also the contract of this call.
         given(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     #[inline]
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the caller fulfils the contract.
+        // SAFETY: the caller fulfils the contract of `realloc`, which is also the contract of this call.
         given(unsafe { System.realloc(memory, layout, size) }, size)
     }
 
     #[inline]
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: the caller fulfils the contract.
+        // SAFETY: the caller fulfils the contract of `dealloc`, which is also the contract of this call.
         unsafe { System.dealloc(memory, layout) }
     }
 }
 
-/// Makes the allocator return large arrays to the system when they are freed. By default, the GNU allocator
-/// keeps up to 32 MB once that much was freed, and gaps between remaining arrays are a considerable part of
-/// the memory of a large system.
+/// Makes the allocator return large arrays to the system when they are freed. By default, after a large array was
+/// freed, the GNU allocator keeps the memory of arrays of its size, up to 32 MB. The gaps between the remaining arrays
+/// would then be a considerable part of the memory of a large system.
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Minimum size of a large array `[bytes]`. Keeping smaller arrays is faster.
+        /// Smallest size of an array that is returned to the system `[bytes]`. For smaller arrays, it is faster to keep
+        /// the memory.
         const LARGE: libc::c_int = 4 << 20;
-        // SAFETY: this sets two parameters of the allocator before there is a second thread.
+        // SAFETY: the calls set two parameters of the allocator before there is a second thread.
         unsafe {
             libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
             libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * LARGE);
@@ -53,18 +54,18 @@ pub(super) fn give_back_large_arrays() {
     }
 }
 
-/// Reports a file-size limit (`ulimit -f`) as a write error, like a full disk. By default, the system ends
-/// the program with a signal.
+/// Turns the signal of a file-size limit (`ulimit -f`) into a write error, as for a full disk. By default, the signal
+/// ends the program.
 pub(super) fn report_full_files() {
     #[cfg(target_os = "linux")]
-    // SAFETY: this ignores the signal, before there is a second thread.
+    // SAFETY: the call makes the process ignore `SIGXFSZ`, before there is a second thread.
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
 }
 
-/// Allocates as much of the stack as the program needs. Otherwise the stack would grow later, and if memory
-/// were exhausted then, the system would end the program with a signal.
+/// Allocates as much stack as the program needs. Otherwise the stack would grow later. If no memory were left then, the
+/// system would end the program with a signal.
 #[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
 pub(super) fn take_stack() {
     /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.
@@ -80,7 +81,7 @@ fn given(memory: *mut u8, size: usize) -> *mut u8 {
     memory
 }
 
-/// Reports that memory is exhausted, without allocating any, and exits with the code of failures.
+/// Reports exhausted memory without allocating memory, and ends the program with the exit code of a failure.
 #[cold]
 #[inline(never)]
 fn end(size: usize) -> ! {

@@ -28,12 +28,12 @@ const FAILED: u8 = 1;
 const BAD_INPUT: u8 = 2;
 
 impl Failure {
-    /// Returns a failure with valid input.
+    /// Returns a failure of a command whose input was valid.
     pub fn failed(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, FAILED)
     }
 
-    /// Returns a failure because of invalid input.
+    /// Returns a failure of a command whose input was invalid.
     pub fn bad_input(message: impl Into<String>, help: Option<&str>) -> Self {
         Self::new(message, help, BAD_INPUT)
     }
@@ -45,7 +45,7 @@ impl Failure {
     }
 
     fn new(message: impl Into<String>, help: Option<&str>, code: u8) -> Self {
-        // Messages contain user input and text from files.
+        // Messages contain user input and text from files, so control characters are replaced.
         let message = printable(&message.into()).into_owned();
         Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
@@ -70,7 +70,7 @@ impl Failure {
     }
 }
 
-/// Returns the exit code if a file cannot be written, because of a bad path or a failure of the disk.
+/// Returns the exit code after a file could not be written. A bad path is bad input; any other error is a failure.
 fn code_of(error: &io::Error) -> u8 {
     use io::ErrorKind::{
         InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
@@ -91,7 +91,7 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            // A component of a run's path is missing only if it was deleted.
+            // Part of the path is missing only if it was deleted during the run, so this is no bad input.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             OutputError::Write { .. }
             | OutputError::Frame { .. }
@@ -120,7 +120,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // The advice for a damaged checkpoint differs from the advice for a run.
+            // An exchange with a damaged checkpoint needs other advice than a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }
@@ -181,7 +181,7 @@ impl From<ConvertError> for Failure {
     }
 }
 
-/// Message with a suggested solution.
+/// A message with a suggested solution.
 #[derive(Debug)]
 struct Problem {
     message: String,

@@ -32,8 +32,8 @@ pub struct Live {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "live.html")]
     out: PathBuf,
-    /// The engine as WebAssembly, made by web/build; by default built in, or searched for near the program
-    /// and in the current folder
+    /// The engine as a WebAssembly module, made by web/build; the default is the module in the program, or else a
+    /// module near the program or in the current folder
     #[arg(long, value_name = "FILE")]
     module: Option<PathBuf>,
     /// Replaces an existing file
@@ -87,7 +87,7 @@ impl Live {
     }
 }
 
-/// Returns the paths where the module may be: below the folders of the program, and below the current folder.
+/// Returns the paths at which the module may be: below the folders of the program, and below the current folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

@@ -46,7 +46,7 @@ pub struct Movie {
     /// Quantity shown by colours
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
     colour: ColourBy,
-    /// Pixels across and down
+    /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = width_and_height)]
     size: (u32, u32),
     /// Angle by which the camera turns around the scene from the first to the last frame, in degrees; 0 for a
@@ -55,7 +55,7 @@ pub struct Movie {
     turn: f64,
     #[command(flatten)]
     camera: Camera,
-    /// Centre of the picture: com, the centre of mass of all moving particles, or the id of a particle
+    /// Centre of the picture: com for the centre of mass of all moving particles, or the id of a particle
     #[arg(long, value_name = "com|ID", allow_negative_numbers = true, value_parser = follow)]
     follow: Option<Follow>,
     /// Replaces an existing file

@@ -1,4 +1,4 @@
-//! `carom new`: template scenes, most of them from `configs/`, which the tests run.
+//! `carom new`: template scenes. Most of them are the files in `configs/`, which the tests run.
 
 use clap::Args;
 
@@ -14,7 +14,7 @@ pub fn scenes() -> impl Iterator<Item = (&'static str, &'static str)> {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
 pub struct New {
-    /// Kind of scene; by default, lists all kinds
+    /// Kind of scene; without it, lists all kinds
     #[arg(value_parser = one_of(&SCENES))]
     kind: Option<&'static str>,
 }

@@ -11,7 +11,7 @@ use crate::run::Run;
 use super::failure::Failure;
 use super::signals;
 
-/// Rejects processes with different arguments, and more processes than permitted.
+/// Returns a failure if the processes have different arguments, or if there are too many of them.
 pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
@@ -26,11 +26,11 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
     Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
 }
 
-/// Takes part in the run of the first process, which also prints the messages.
+/// Takes part in the run of the first process. The first process also prints all messages.
 pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, transport) else { return Ok(()) };
     signals::watch();
-    // The first process also receives the signals, and decides when the run ends.
+    // A signal also reaches the first process, which decides when the run ends. So this process ignores it.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

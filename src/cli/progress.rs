@@ -11,14 +11,14 @@ use crate::run::{self, Stage};
 use crate::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Interval between lines without a terminal.
+/// Interval between progress lines if standard error is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
-/// Interval between updates of the bar.
+/// Interval between updates of the progress bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Resolution of the bar.
+/// Number of steps of the progress bar.
 const STEPS: u64 = 1000;
 
-/// Returns a bar that is shown on a terminal and hidden elsewhere.
+/// Returns a progress bar. It is hidden if `is_quiet` is set, or if standard error is not a terminal.
 pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let is_shown = !is_quiet && std::io::stderr().is_terminal();
@@ -35,7 +35,7 @@ pub struct Display {
     stage: Option<Begun>,
     /// Events per second.
     events: Rate,
-    /// Rate of the completed part.
+    /// Growth rate of the completed fraction.
     done: Rate,
 }
 
@@ -43,7 +43,7 @@ pub struct Display {
 struct Begun {
     name: &'static str,
     since: Instant,
-    /// Fraction done at the last update.
+    /// Completed fraction at the last update.
     fraction: f64,
 }
 
@@ -53,11 +53,11 @@ pub struct State {
     time: f64,
     events: u64,
     fraction: f64,
-    /// Unit of the counter.
+    /// Name of the counted items: events or frames.
     unit: &'static str,
 }
 
-/// Unit of the counter of runs.
+/// Name of the items that runs and verifications count.
 const EVENTS: &str = "events";
 
 impl From<&run::Progress> for State {
@@ -94,7 +94,7 @@ impl From<&movie::MovieProgress> for State {
     }
 }
 
-/// Recent rate of growth.
+/// Growth rate of a number, averaged over a recent time.
 struct Rate {
     since: Instant,
     count: f64,
@@ -103,10 +103,10 @@ struct Rate {
     memory: f64,
 }
 
-/// Averaging time of the event rate `[s]`. With half a second, the number on the bar is readable.
+/// Averaging time of the event rate `[s]`. Half a second is long enough for a readable number.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// Averaging time of the completed part `[s]`. The speed of a settling run changes slowly; the speed of a set
-/// of tasks changes with each task.
+/// Averaging time of the rate of the completed fraction `[s]`. It smooths over tasks of unequal length, and is short
+/// enough to follow a run that becomes slower.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -114,7 +114,7 @@ impl Display {
         Self::named(scene.name().to_owned(), is_quiet)
     }
 
-    /// Returns a display for a task with this name.
+    /// Returns a display for the task `name`.
     pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
         let now = Instant::now();
@@ -122,7 +122,7 @@ impl Display {
         Self { name, bar, is_quiet, shown: None, stage: None, events, done }
     }
 
-    /// Shows the progress if the interval since the last update has passed.
+    /// Shows the progress, unless the last update was too recent.
     pub fn show(&mut self, progress: impl Into<State>) {
         let progress = progress.into();
         if self.is_quiet {
@@ -138,7 +138,7 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // Rates of other items are averages over the whole stage, since there are few of them.
+        // Frames and other units are too few for a recent rate. Their rate is an average over the whole stage.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
@@ -150,7 +150,7 @@ impl Display {
             left(fraction, self.done.per_second),
         );
         if self.bar.is_hidden() {
-            // A closed standard error is no reason to stop.
+            // If standard error is closed, the work continues.
             let percent = 100.0 * fraction;
             let _ = writeln!(std::io::stderr(), "{}, {stage}: {percent:.1} %, {text}", self.name);
             return;
@@ -162,8 +162,8 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// Returns the time at which the current stage began. A fraction smaller than the previous one indicates
-    /// a new stage, even with the same name.
+    /// Returns the time at which the current stage began. If the completed fraction decreases, a new stage has begun,
+    /// even if its name is the same.
     fn began(&mut self, progress: &State, now: Instant) -> Instant {
         let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
         let since = same.map_or(now, |it| it.since);
@@ -197,7 +197,7 @@ impl Rate {
     }
 }
 
-/// Returns the remaining time at the present speed, as text.
+/// Returns the remaining time at the present rate as text, or an empty text if it is unknown.
 fn left(fraction: f64, per_second: f64) -> String {
     if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();
@@ -216,7 +216,7 @@ mod tests {
         assert_eq!(left(0.0, done.per_second), "");
         done.see(0.25, start + Duration::from_secs(10));
         assert_eq!(left(0.25, done.per_second), ", 30 s left");
-        // Half as fast for a long time.
+        // From now on, the rate is half as large.
         for k in 1..=7_u32 {
             done.see(0.25 + 0.1 * f64::from(k), start + Duration::from_secs(10 + 8 * u64::from(k)));
         }

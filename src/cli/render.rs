@@ -28,7 +28,7 @@ pub struct Render {
     /// Quantity shown by colours
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color", value_parser = one_of(&COLOURS))]
     colour: ColourBy,
-    /// Pixels across and down; by default the part of 1600x1200 that fits the scene
+    /// Width and height in pixels; by default at most 1600x1200, cut to the shape of the scene
     #[arg(long, value_name = "WxH", value_parser = width_and_height)]
     size: Option<(u32, u32)>,
     #[command(flatten)]
@@ -53,10 +53,10 @@ pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// Extensions of other picture formats.
+/// File extensions of picture formats that are not supported.
 const OTHER_FORMATS: [&str; 9] = ["bmp", "gif", "jpeg", "jpg", "pdf", "svg", "tif", "tiff", "webp"];
 
-/// Rejects a file name with the extension of another picture format.
+/// Rejects a file name with the extension of an unsupported picture format.
 fn refuse_other_format(out: &Path) -> Result<(), Failure> {
     let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     match extension {

@@ -50,7 +50,7 @@ impl Report {
         super::print(&format!("{}\n", out.display()))
     }
 
-    /// Returns the file to write. The default file must not be a link.
+    /// Returns the file to write. If it is the default file, it must not be a link.
     fn place(&self, default: PathBuf) -> Result<PathBuf, Failure> {
         if let Some(out) = &self.out {
             return Ok(out.clone());
@@ -59,7 +59,7 @@ impl Report {
         Ok(default)
     }
 
-    /// Writes the page of a replica exchange, by default to the name that the exchange uses for it.
+    /// Writes the page of a replica exchange, by default into the folder of the exchange.
     fn of_exchange(&self) -> Result<(), Failure> {
         let page = report::exchange_page(&self.run)?;
         let out = self.place(report::exchange_page_in(&self.run))?;

@@ -50,21 +50,21 @@ pub struct Run {
     /// The folder of the results; by default runs/NAME, where NAME is the name of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Measures for this simulated time instead of the scene's
+    /// Measures for this simulated time instead of the time in the scene
     #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = duration)]
     until_time: Option<f64>,
-    /// Measures for this number of physical events instead of the scene's; with --until-time, the first
-    /// limit ends the run
+    /// Measures for this number of physical events instead of the number in the scene; with --until-time, the limit
+    /// that is reached first ends the run
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Number of threads instead of the scene's; does not change the results. auto uses one thread per core,
-    /// but at most one per 250000 particles
+    /// Number of threads instead of the number in the scene; the results do not depend on it. auto uses one thread per
+    /// core, but at most one per 250000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
-    /// Replaces the run in the folder once the new run is complete; also allows more than 10 GB, or a tenth
+    /// Replaces the run in the folder once the new run is complete; also allows output of more than 10 GB, or a tenth
     /// of the free disk space
     #[arg(long)]
     force: bool,
@@ -118,12 +118,12 @@ impl Run {
         }
     }
 
-    /// Prepares the run up to its first step.
+    /// Prepares a new or resumed run.
     fn ready(&self) -> Result<Ready, Failure> {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
             (None, Some(scene)) => self.begin(scene),
-            // The command line parser excludes this.
+            // The command line parser requires a scene or --resume.
             (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None)),
         }
     }
@@ -186,7 +186,8 @@ impl Run {
         }
     }
 
-    /// Returns the maximum permitted size of the files. A run that will write more needs `--force`.
+    /// Returns the largest permitted size of the files, or a failure if the run will be larger and `--force` was not
+    /// given.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -195,14 +196,15 @@ impl Run {
         super::refuse_large("run", bytes, path, "longer intervals in [output]")
     }
 
-    /// Returns the limit that replaces the limit of the scene.
+    /// Returns the limit on the command line, which replaces the limit of the scene.
     fn limit(&self) -> Option<Limit> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
     }
 }
 
-/// Returns the reason why a run cannot be resumed. If the folder contains an exchange or a sweep, names it.
+/// Returns the failure for a folder without a run that can be resumed. If the folder contains an exchange or a sweep,
+/// the message says so.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
@@ -228,7 +230,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// Executes a run to its end, with other processes if there are any.
+    /// Executes the run to its end. If there are other MPI processes, they take part.
     fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
@@ -246,7 +248,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
-                // The other processes have no information about the failure.
+                // The other processes do not know about the failure, so their part of the run is ended here.
                 Failure::from(error).report();
                 transport.abort("the run ends here")
             }
@@ -254,7 +256,7 @@ impl Ready {
     }
 }
 
-/// Writes the files and prints the table and the verdict.
+/// Writes the last files of a run, and prints the table. Returns a failure if the run did not end well.
 fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
     let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
@@ -281,7 +283,7 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// Returns a message about an old run that was not replaced, or an empty text.
+/// Returns a message if an older run in the folder was not replaced, and an empty text otherwise.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();
@@ -295,7 +297,7 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     format!("The run in {run} is unchanged: the new one {why}\n{next}`--force` begins another\n")
 }
 
-/// Checks whether the run reached its end and its audit is sound.
+/// Returns a failure if the run did not reach its end, or if its audit found faults.
 fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match &finished.ending {

@@ -4,23 +4,23 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Set by the first signal.
+/// Whether a signal has arrived.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the work checks for signals.
+/// Whether the work has checked for signals. Each check sets this flag.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Time within which work that leaves no files must check for a signal; otherwise it is ended.
+/// Time in which work that leaves no files must check for a signal. Otherwise the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Installs the signal handler. The first signal ends the work in good order, the second signal ends it
-/// immediately. Before the work has begun, the first signal also ends it immediately.
+/// Installs the signal handler. The first signal lets the work end in good order, and the second signal ends the
+/// program immediately. Before the work has begun, the first signal also ends the program immediately.
 pub fn watch() {
     listen(|| {});
 }
 
-/// Installs a signal handler for work that leaves no files. The first signal ends the work soon, even if the
-/// work does not check for signals.
+/// Installs a signal handler for work that leaves no files. The first signal ends the program soon, even if the work
+/// does not check for signals.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);
@@ -32,7 +32,7 @@ pub fn watch_without_traces() {
 }
 
 fn listen(then: fn()) {
-    // If the handler cannot be installed, a signal ends the program by default.
+    // If the handler cannot be installed, a signal ends the program as by default.
     let _ = ctrlc::set_handler(move || {
         let is_working = IS_ASKED.load(Ordering::Relaxed);
         if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {
@@ -42,7 +42,7 @@ fn listen(then: fn()) {
     });
 }
 
-/// Breaks after a signal.
+/// Returns [`ControlFlow::Break`] if a signal has arrived.
 pub fn flow() -> ControlFlow<()> {
     IS_ASKED.store(true, Ordering::Relaxed);
     if IS_STOPPED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

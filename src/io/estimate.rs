@@ -27,56 +27,56 @@ use crate::model::{Format, Limit, Scene, SceneSurface, SurfaceShape};
 use crate::run::{FrameLimit, Settings, Stage};
 use crate::trajectory::extended_xyz;
 
-/// Largest number of rows if the run chooses the interval, without the rows at the start and the end.
+/// Largest number of rows of `thermo.csv` in a stage if the run chooses the interval.
 const ROWS: f64 = 400.0;
 
-/// Bytes of a number with all its digits, in text.
+/// Length of a number with all its digits, as text `[bytes]`.
 const DIGITS: f64 = 19.0;
 
-/// Bytes per particle of a checkpoint. At times, three checkpoints exist.
+/// Size of the checkpoints per particle `[bytes]`. At times, three checkpoints exist.
 const CHECKPOINT: f64 = 3.0 * 300.0;
 
-/// Bytes of an event in the table of contacts.
+/// Size of an event in the table of contacts `[bytes]`.
 const CONTACT: f64 = 100.0;
 
-/// Memory of the program, and of a particle with its prediction and neighbours, which are most numerous in
-/// dense systems `[bytes]`.
+/// Memory of the program without particles, and additional memory per particle `[bytes]`. The latter includes a
+/// prediction and the neighbours in a dense system.
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// Memory of a triangle of a curved mesh, with its edges and corners and the tree that finds them `[bytes]`:
-/// 0.97 GB were measured for a million triangles.
+/// Memory per triangle of a curved mesh `[bytes]`, including its edges, its corners and the search tree. For a million
+/// triangles, 0.97 GB were measured.
 const TRIANGLE: f64 = 1_000.0;
 
-/// Memory of a particle in the copy that looks ahead, if instruments need the duration of the run in advance
-/// `[bytes]`.
+/// Additional memory per particle `[bytes]` if instruments must know the duration of the run in advance. A copy of the
+/// simulation then runs ahead to determine it.
 const COPY: f64 = 250.0;
 
-/// Largest size of a run that is written without --force `[bytes]`.
+/// Largest size of a run that is written without `--force` `[bytes]`.
 const MOST: f64 = 1e10;
 
-/// Estimated sizes of the output of a run.
+/// Estimated output and memory of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeEstimate {
-    /// Rows of `thermo.csv`; `None` if the scene does not determine it.
+    /// Number of rows of `thermo.csv`; `None` if the scene does not determine it.
     pub rows: Option<f64>,
-    /// Frames of `trajectory.xyz`; `None` if the scene does not determine it.
+    /// Number of frames of `trajectory.xyz`; `None` if the scene does not determine it.
     pub frames: Option<f64>,
-    /// Why there are no more frames, if their size on disk limits them.
+    /// Why the size of frames on disk limits their number; `None` if it does not.
     pub frames_limit: Option<&'static str>,
-    /// Events of all stages; `None` if the scene does not determine it.
+    /// Number of events of all stages; `None` if the scene does not determine it.
     pub events: Option<f64>,
-    /// All files together `[bytes]`, within a factor of two.
+    /// Total size of all files `[bytes]`, within a factor of two.
     pub bytes: f64,
-    /// Whether `bytes` counts all files. Otherwise it is a lower bound.
+    /// Whether `bytes` includes all files. Otherwise it is a lower bound, because the size of some files is unknown.
     pub is_complete: bool,
-    /// Memory `[bytes]`, within a factor of two.
+    /// Memory of the program `[bytes]`, within a factor of two.
     pub memory: f64,
 }
 
 impl SizeEstimate {
-    /// The estimate for a scene. `rate` is the number of events per simulated time, if it is known
-    /// `[1/time]`.
+    /// Estimates the output and memory of a run. `rate` is the number of events per unit of simulated time `[1 /
+    /// time]`, if it is known.
     #[must_use]
     pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
         let (duration, measured) = lengths(&scene.run.limit, rate);
@@ -128,7 +128,7 @@ impl SizeEstimate {
     }
 }
 
-/// Number of triangles of all meshes.
+/// Number of triangles in all meshes of a scene.
 fn triangles(scene: &Scene) -> f64 {
     let of = |surface: &SceneSurface| match &surface.shape {
         SurfaceShape::Mesh(mesh) => mesh.triangles.len(),
@@ -137,7 +137,7 @@ fn triangles(scene: &Scene) -> f64 {
     scene.surfaces.iter().map(of).sum::<usize>() as f64
 }
 
-/// Whether nothing will ever happen: all particles are at rest and apart, and nothing outside acts on them.
+/// Whether no event can happen: all particles are at rest without overlaps, and nothing acts on them from outside.
 fn rests(scene: &Scene) -> bool {
     let plan = &scene.run;
     let is_pushed = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0) || scene.shear_rate.is_some();
@@ -148,19 +148,19 @@ fn rests(scene: &Scene) -> bool {
     is_at_rest && !is_pushed && !is_driven && !scene.allow_invalid_start && !scene.has_moving_surfaces()
 }
 
-/// The stages before the last measurement.
+/// The stages before the last measurement, with their settings.
 fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {
     let all = Stage::all(&scene.run).filter(|stage| *stage != Stage::Measurement);
     all.map(|stage| (stage, stage.settings(&scene.run)))
 }
 
-/// Number of rows of the stages before the last measurement; `None` if the scene does not determine it.
+/// Number of rows of `thermo.csv` in the stages before the last measurement; `None` if the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     let simulated = earlier(scene).filter(|(_, settings)| settings.has_end());
     simulated.map(|(_, settings)| at_times(&settings, rate, scene.output.thermo_interval, ROWS)).sum()
 }
 
-/// Frames of the measured stages.
+/// Number of frames of the earlier measured stages; `None` if the scene does not determine it.
 fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option<f64> {
     let measured = earlier(scene).filter(|(stage, _)| stage.is_measured());
     let frames = |(stage, settings): (Stage, Settings)| {
@@ -169,8 +169,8 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames of a stage before the last measurement, at a given or chosen interval; `None` if
-/// the scene does not determine it.
+/// Number of rows or frames of a stage before the last measurement. If the scene gives no `interval`, the run chooses
+/// one that yields at most `most` rows or frames. `None` if the scene does not determine the number.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -182,8 +182,8 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
     }
 }
 
-/// Simulated time and events until a limit, as far as known. If there are two limits, the rate decides which
-/// comes first.
+/// Simulated time and number of events until a limit, as far as they are known. If the limit has both, the rate decides
+/// which comes first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
@@ -194,10 +194,10 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// Bytes of a frame in all formats that the scene requests.
+/// Size of a frame in extended XYZ and in all formats that the scene requests `[bytes]`.
 fn frame_bytes(scene: &Scene) -> f64 {
     let text = extended_xyz::frame_bytes(scene);
-    // In binary formats, a number takes 4 or 8 bytes instead of its digits.
+    // Sizes are relative to extended XYZ. A binary format stores a number in 4 or 8 bytes instead of all its digits.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,
         Format::Npy => 0.5,
@@ -206,33 +206,34 @@ fn frame_bytes(scene: &Scene) -> f64 {
     text * (1.0 + scene.output.formats.iter().map(share).sum::<f64>())
 }
 
-/// The expected output exceeds the size permitted without --force.
+/// The expected output exceeds the size permitted without `--force`.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("would write about {}, more than the {} allowed without --force", size(*.bytes), size(*.most))]
 pub struct TooLarge {
     /// Expected size `[bytes]`.
     pub bytes: f64,
-    /// Largest allowed size `[bytes]`.
+    /// Largest permitted size `[bytes]`.
     pub most: f64,
 }
 
-/// Checks the expected `bytes` and returns the largest size that may be written in a folder without --force
-/// `[bytes]`.
+/// Checks the expected size of an output, `bytes`. Returns the largest size that may be written to a folder without
+/// `--force` `[bytes]`.
 ///
 /// # Errors
-/// [`TooLarge`] if `bytes` exceeds it.
+/// [`TooLarge`] if the expected size exceeds it.
 pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
     let most = allowance(free_disk(folder));
     if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
 }
 
-/// Largest size of a run without --force: 10 GB, or a tenth of the free space on the disk `[bytes]`.
+/// Returns the largest size of a run that is written without `--force` `[bytes]`: 10 GB, or a tenth of the free disk
+/// space if this is less. `free` is the free disk space `[bytes]`, if it is known.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// Free disk space for a folder that may not exist yet `[bytes]`; `None` if the system does not report it.
+/// Free disk space for a folder, which need not exist yet `[bytes]`; `None` if the system does not report it.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &Path) -> Option<f64> {
@@ -243,14 +244,14 @@ pub fn free_disk(folder: &Path) -> Option<f64> {
     let there = folder.ancestors().find(|folder| folder.exists())?;
     let path = CString::new(there.as_os_str().as_bytes()).ok()?;
     let mut status = std::mem::MaybeUninit::<libc::statvfs>::zeroed();
-    // SAFETY: the path is null-terminated, and there is room for what the call writes.
+    // SAFETY: the path is null-terminated, and `status` can hold everything that the call writes.
     let result = unsafe { libc::statvfs(path.as_ptr(), status.as_mut_ptr()) };
-    // SAFETY: zeros are a valid value, which the call has overwritten.
+    // SAFETY: the value was initialized with zeros, which are valid for this type.
     let status = unsafe { status.assume_init() };
     (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
 }
 
-/// Free disk space for a folder; unknown on this system.
+/// Returns `None`, because the free disk space is unknown on this system.
 #[cfg(not(target_os = "linux"))]
 #[must_use]
 pub fn free_disk(_folder: &Path) -> Option<f64> {

@@ -1,18 +1,18 @@
-//! The log of all events, exact and in columns: NumPy arrays in the folder `events`, one entry per event in
-//! order of time.
+//! Log of all events as NumPy arrays in the folder `events`. Each array has one entry per event, in order of time. The
+//! values are exact.
 //!
 //! | file | kind | content |
 //! |---|---|---|
 //! | `time.npy` | `f64` | simulated time |
-//! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat |
-//! | `particle.npy` | `u32` | id |
-//! | `partner.npy` | `i64` | id; -1 if there is none |
+//! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface |
+//! | `particle.npy` | `u32` | id of the particle |
+//! | `partner.npy` | `i64` | id of the other particle; -1 if there is none |
 //! | `positions.npy` | `f64` x 2 x 3 | positions of particle and partner, inside the box; 0 without a partner |
-//! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | their velocities |
-//! | `energy_step.npy` | `f64` | potential energy gained; for a thermostat, the kinetic energy that it supplied |
-//! | `dissipated.npy` | `f64` | kinetic energy lost to restitution |
+//! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | velocities of particle and partner |
+//! | `energy_step.npy` | `f64` | potential energy gained; for a surface or a thermostat, the energy that it supplied |
+//! | `dissipated.npy` | `f64` | kinetic energy lost in an inelastic contact |
 //!
-//! Numbers are little-endian and have all the digits of the run: 181 bytes per event.
+//! Numbers are little-endian. An event takes 181 bytes.
 
 use std::fs;
 use std::path::Path;
@@ -25,10 +25,10 @@ use crate::base::numbers::index;
 use crate::engine::event::Event;
 use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
 
-/// The folder of the columns.
+/// Name of the folder with the columns.
 pub(super) const FOLDER: &str = "events";
 
-/// Name, NumPy type, shape of an entry, and bytes per entry.
+/// A column of the log: name of its file, NumPy type, shape of an entry, and bytes per entry.
 type Kind = (&'static str, &'static str, &'static [usize], u64);
 
 const COLUMNS: [Kind; 9] = [
@@ -43,24 +43,24 @@ const COLUMNS: [Kind; 9] = [
     ("dissipated.npy", "<f8", &[], 8),
 ];
 
-/// Number of entries buffered in memory: some hundred pages of the widest columns.
+/// Number of events buffered in memory. They take 0.7 MB.
 const GATHERED: usize = 4096;
 
-/// Bytes of an entry in all columns together.
+/// Size of an event in all columns together `[bytes]`.
 pub(super) fn bytes_of_event() -> f64 {
     COLUMNS.iter().map(|(.., size)| *size as f64).sum()
 }
 
-/// The columns being written.
+/// Writer of the event log. It buffers entries in memory.
 #[derive(Debug)]
 pub(super) struct EventLog {
     columns: Vec<PartialFile>,
-    /// The buffered entries, column by column.
+    /// Buffered entries of each column.
     gathered: [Vec<u8>; COLUMNS.len()],
 }
 
 impl EventLog {
-    /// Empty columns in the folder of a run.
+    /// Creates the column files, without entries, in the folder of a run.
     pub fn create(run: &Path) -> Result<Self, OutputError> {
         let folder = run.join(FOLDER);
         fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source })?;
@@ -72,7 +72,7 @@ impl EventLog {
         Ok(Self::of(COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()?))
     }
 
-    /// The columns of a checkpoint.
+    /// Continues the column files that a checkpoint records.
     pub fn resume(run: &Path, manifest: &Manifest) -> Result<Self, OutputError> {
         let column = |(name, ..): &Kind| {
             let (name, path) = (format!("{FOLDER}/{name}"), run.join(FOLDER).join(name));
@@ -113,19 +113,20 @@ impl EventLog {
         Ok(())
     }
 
-    /// Total size of the columns `[bytes]`.
+    /// Total length of the column files, including buffered entries `[bytes]`.
     pub fn length(&self) -> u64 {
         let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()
     }
 
-    /// Syncs everything written so far to disk.
+    /// Writes the buffered events and syncs all column files to disk. Returns a description of each file for the
+    /// checkpoint.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
         self.hand_on()?;
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
     }
 
-    /// The columns with their final numbers of entries.
+    /// Writes the final number of entries into each column, and returns the files.
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
         self.hand_on()?;
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
@@ -136,7 +137,7 @@ impl EventLog {
     }
 }
 
-/// Two vectors in the file's byte order.
+/// Returns two vectors as little-endian bytes.
 fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
     let mut bytes = [0; 48];
     for (to, x) in bytes.chunks_exact_mut(8).zip(vectors.iter().flatten()) {
@@ -145,7 +146,7 @@ fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
     bytes
 }
 
-/// The files of the columns, in the folder of a run.
+/// Names of the column files, relative to the folder of a run.
 pub(super) fn names() -> impl Iterator<Item = String> {
     COLUMNS.iter().map(|(name, ..)| format!("{FOLDER}/{name}"))
 }

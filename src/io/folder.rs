@@ -1,4 +1,4 @@
-//! The folder of a run.
+//! The folder in which a run writes its files.
 
 mod completion;
 mod conversions;
@@ -40,25 +40,25 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// The last file of a run. If it exists, all other files are complete and belong to it.
+/// Name of the last file that a run writes. If it exists, all other files are complete and belong to the same run.
 pub(super) const SUMMARY: &str = "summary.json";
-/// Name of the old summary of a continued run, until there is a new summary.
+/// Name of the old summary of a continued run, until the new summary is written.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
-/// The scene of the run.
+/// Name of the file with a copy of the scene.
 pub(super) const SCENE: &str = "scene.toml";
-/// The particles that a program has given to the scene, which then refers to this file.
+/// Name of the file with particles that a program has passed to the scene. The copy of the scene refers to this file.
 pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
-/// The page about a run, which is outdated when the run has continued.
+/// Page with the results of a run. It is outdated once the run has continued.
 pub(super) const PAGE: &str = "report.html";
-/// The page of a run to which the page of its sweep links.
+/// Page of a single run in a sweep. The page of the sweep links to it.
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
-/// Interval of flushes of a table, so that it can be viewed while it is written.
+/// Interval between flushes of `thermo.csv`, so that the table can be viewed during the run.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
@@ -92,17 +92,18 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) instead of `Run::new(scene)`.
 #[derive(Debug)]
 pub struct Folder {
-    /// Dropped first: its thread finishes writing before the locks are released.
+    /// This field is dropped first, so that its thread finishes writing before the locks are released.
     trajectory: Trajectory,
     /// The requested folder.
     target: PathBuf,
-    /// The folder of the unfinished files: the requested folder, or a folder inside it.
+    /// Folder in which the files are written: the requested folder, or a folder inside it if this run is to replace an
+    /// old run.
     path: PathBuf,
-    /// The list of the files in `path`.
+    /// List of Carom's files in the folder `path`.
     owned: Owned,
-    /// The list of the run that is to be replaced.
+    /// List of the old run, if this run is to replace it.
     outer: Option<Owned>,
-    /// Checksum of the scene, if its text is kept.
+    /// Checksum of the scene; `None` if its text is not stored.
     scene: Option<u32>,
     columns: Columns,
     thermo: PartialFile,
@@ -111,28 +112,30 @@ pub struct Folder {
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
-    /// Largest size of all files together `[bytes]`.
+    /// Largest total size of the files `[bytes]`.
     most_bytes: f64,
 }
 
 impl Folder {
-    /// Creates the folder for a new run. It must not exist or be empty, unless [`Existing::Replace`] permits
+    /// Creates the folder for a new run. The folder must be missing or empty, unless [`Existing::Replace`] permits
     /// replacing the run in it.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::Finished`],
-    /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run to be kept,
-    /// [`OutputError::WithinRun`] if it is inside the folder of a run, [`OutputError::NotReplacement`] if
-    /// something else is at the path of the new run, [`OutputError::Busy`] if another run writes to it,
-    /// [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot exist, [`OutputError::Foreign`] if
-    /// a file not written by Carom has the name of one of its files, [`OutputError::NotPlain`] if one of its
-    /// files is a link or a folder, [`OutputError::Write`] if its files cannot be created.
+    /// [`OutputError::Occupied`] if the folder holds something other than a run. [`OutputError::Finished`],
+    /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run that is to be kept.
+    /// [`OutputError::WithinRun`] if it is inside the folder of another run. [`OutputError::NotReplacement`] if
+    /// something else is at the path inside the folder where the new run would be written. [`OutputError::Busy`] if
+    /// another run writes to the folder. [`OutputError::NotFolder`] or [`OutputError::Folder`] if the folder cannot be
+    /// created. [`OutputError::Foreign`] if a file that Carom did not write has the name of an output file.
+    /// [`OutputError::NotPlain`] if an output file is a link or a folder. [`OutputError::Write`] if a file cannot be
+    /// created.
     pub fn create(target: &Path, scene: &Scene, existing: Existing) -> Result<Self, OutputError> {
         if let Some(run) = run_around(target) {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
         remove_abandoned(target);
-        // Checked before anything is created. A run that writes there is detected later, by its lock.
+        // The state of the folder is checked before anything is created. A run that writes to the folder is detected
+        // later, by its lock.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);
         }
@@ -144,14 +147,14 @@ impl Folder {
         replacement::recover(target, &mut owned)?;
         let path = spot(target, existing)?;
         let names = names_of(scene);
-        // Obstacles to the final files are reported now, before anything else is created.
+        // Foreign files that are in the way are reported now, before any other file is created.
         owned.allow(&names)?;
         let mut outer = None;
         if path != target {
             owned.set_replacement(Replacement::Begun)?;
             make(&path)?;
             let mut inner = Owned::lock(&path)?;
-            // Remains of an unfinished run that was to replace the same run.
+            // Removes the remains of an earlier run that was to replace the same run.
             inner.remove_all()?;
             outer = Some(std::mem::replace(&mut owned, inner));
         }
@@ -177,21 +180,22 @@ impl Folder {
         })
     }
 
-    /// Writes a checkpoint at this interval, instead of every five minutes.
+    /// Sets the interval between checkpoints. The default is five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
     }
 
-    /// Interrupts the run, after a checkpoint, once its files exceed this size `[bytes]`: [`Folder::excess`].
+    /// Interrupts the run once its files exceed this size `[bytes]`. A checkpoint is written first, and
+    /// [`Folder::excess`] returns an error afterwards.
     #[must_use]
     pub fn at_most(mut self, bytes: f64) -> Self {
         self.most_bytes = bytes;
         self
     }
 
-    /// The error if the files exceed the permitted size.
+    /// Returns an error if the files of the run exceed the size set by [`Self::at_most`].
     #[must_use]
     pub fn excess(&self) -> Option<OutputError> {
         let tables = [&self.thermo].into_iter().chain(&self.contacts);
@@ -201,26 +205,26 @@ impl Folder {
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
-    /// Keeps the text of the scene as `scene.toml`, from which the run can be repeated: [`Scene::record`] for
-    /// a scene read from a file. A scene made in code has no text, and its page says so.
+    /// Writes the text of the scene to `scene.toml`, from which the run can be repeated. For a scene that was read from
+    /// a file, [`Scene::record`] returns this text. A scene made in code has no text, and the page of the run says so.
     ///
     /// # Errors
-    /// [`OutputError::Write`] if it cannot be written.
+    /// [`OutputError::Write`] if the file cannot be written.
     pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
         self.scene = Some(scene_copy::create(self.path.join(SCENE), text)?);
         Ok(())
     }
 
-    /// Name of the file, in the folder, that [`Self::keep_particles`] writes.
+    /// Name of the file that [`Self::keep_particles`] writes to the folder of the run.
     pub const PARTICLES: &str = PARTICLES;
 
-    /// Keeps the particles that a program has given to the scene, as `particles.xyz`. The scene kept by
-    /// [`Self::keep_scene`] contains the name and the checksum of the file
+    /// Writes `content`, the particles that a program has passed to the scene, to `particles.xyz`. The scene that
+    /// [`Self::keep_scene`] writes contains the name and the checksum of this file
     /// ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if a file of this name exists that Carom did not write,
-    /// [`OutputError::Write`] if it cannot be written.
+    /// [`OutputError::Foreign`] if a file of this name exists that Carom did not write, [`OutputError::Write`] if the
+    /// file cannot be written.
     pub fn keep_particles(&mut self, content: &[u8]) -> Result<(), OutputError> {
         let names = [PARTICLES.to_owned()];
         if let Some(outer) = &self.outer {
@@ -233,28 +237,28 @@ impl Folder {
         file.complete().map(drop)
     }
 
-    /// The state of the run in a folder, from its files.
+    /// Returns the state of the run in a folder, which follows from the files in it.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`]
-    /// or [`OutputError::Folder`] if it cannot be read.
+    /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or
+    /// [`OutputError::Folder`] if the folder cannot be read.
     pub fn state_of(run: &Path) -> Result<FolderState, OutputError> {
         state_of(run)
     }
 
-    /// Path of the scene in the folder of a run.
+    /// Returns the path of the scene in the folder of a run.
     #[must_use]
     pub fn scene_of(run: &Path) -> PathBuf {
         run.join(SCENE)
     }
 
-    /// Path of the summary in the folder of a run, the last file that it writes.
+    /// Returns the path of the summary in the folder of a run. The summary is the last file that a run writes.
     #[must_use]
     pub fn summary_of(run: &Path) -> PathBuf {
         run.join(SUMMARY)
     }
 
-    /// The files of a run from which other files are made, whether they exist or not.
+    /// Returns the paths of the files of a run from which other files are made. The files need not exist.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {
         let names = [SUMMARY, SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
@@ -263,7 +267,7 @@ impl Folder {
     }
 }
 
-/// The files that a run of a scene will write, except its measurements.
+/// Names of the files that a run of this scene will write, except files of measurements.
 fn names_of(scene: &Scene) -> Vec<String> {
     let [last, previous] = checkpoints::NAMES;
     let mut names: Vec<String> =

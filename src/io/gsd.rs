@@ -3,20 +3,20 @@
 //! | chunk | content |
 //! |---|---|
 //! | `configuration/step` | index of the frame in the trajectory, from 0; there are no time steps |
-//! | `configuration/dimensions`, `configuration/box` | edges and tilt factors, with `xy = d / Ly` for a displacement `d` of the next image along y; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
+//! | `configuration/dimensions`, `configuration/box` | edges and tilt factors of the box, with `xy = d / Ly` for a displacement `d` of the next image along y; a box whose only flat axis is z has 2 dimensions and no extent along z; other flat axes get the largest diameter |
 //! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only if the source has them |
-//! | `particles/mass` | if the source contains the mass of every species; 0 for static particles, whose mass is infinite |
+//! | `particles/mass` | only if the source contains the mass of every species; 0 for static particles, whose mass is infinite |
 //! | `particles/image` | periods travelled, `i32`, for the positions in the file; only if the source has them |
-//! | `bonds/N`, `types`, `typeid`, `group` | interactions of the bonds, `bond` if their names are unknown; the ends, as indices in the order of ids |
+//! | `bonds/N`, `types`, `typeid`, `group` | a type is an interaction, or `bond` if the source does not name the interactions; a group is the indices of two particles in the order of ids |
 //! | `log/carom/time` | simulated time, `f64` |
 //! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
-//! Numbers are `f32` unless noted otherwise. Boxes of HOOMD are centred at the origin: a position in the file
-//! is the position in the run minus the centre. If the box is tilted, a multiple of the period along x is
-//! added to put it inside. HOOMD's boxes are also periodic along all axes. If the box of the run is not,
-//! particles may lie outside, and `log/carom/periodic` tells. Data equal to the data of the first frame are
-//! not repeated.
+//! Numbers are `f32` unless noted otherwise. The box of HOOMD is centred at the origin: a position in the file is the
+//! position in the run minus the centre of the box. In a tilted box, a multiple of the period along x is added to put
+//! each particle inside. The box of HOOMD is always periodic along all axes. If the box of the run is not,
+//! `log/carom/periodic` says so, and particles may lie outside. A chunk that equals the chunk of the first frame is not
+//! repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -32,16 +32,16 @@ use crate::base::numbers::{single, trunc_to_i32};
 use crate::trajectory::Frame;
 use chunks::{Chunks, Kind};
 
-/// The trajectory being written.
+/// Writer of a GSD trajectory.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// Chunks of the first frame. A later frame repeats one only if it differs.
+    /// Chunks of the first frame. A later frame contains such a chunk only if it differs.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether any frame so far had velocities. Without a chunk, readers would reuse the velocities of the
-    /// first frame.
+    /// Whether any frame so far had velocities. From then on, each frame needs a chunk of velocities, because readers
+    /// would otherwise use the velocities of the first frame.
     has_velocities: bool,
-    /// Whether any frame so far had images.
+    /// Whether any frame so far had images. From then on, each frame needs a chunk of images.
     has_images: bool,
 }
 
@@ -50,7 +50,7 @@ impl Trajectory {
         Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
-    /// Writes a chunk unless the first frame has the same chunk. A chunk without rows is not written.
+    /// Writes a chunk, unless the first frame has an equal chunk. A chunk without rows is not written.
     fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
         let first = self.first.iter().find(|(known, _)| *known == name);
         if first.is_some_and(|(_, first)| *first == bytes) {
@@ -156,8 +156,8 @@ impl Writer for Trajectory {
     }
 }
 
-/// A position relative to the centre, inside HOOMD's box, which is tilted if the next image along y is
-/// displaced; and the number of periods along x that were subtracted.
+/// Returns a position inside the tilted box of HOOMD, and the number of periods along x that were subtracted for this.
+/// `position` is relative to the centre of the box.
 fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
         return (position, 0.0);
@@ -167,7 +167,7 @@ fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods)
 }
 
-/// The periods that a particle has travelled, plus the integer number subtracted from its position.
+/// Returns the image number of a particle along x after `periods` have been subtracted from its position.
 fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     let sum = f64::from(image) + periods;
     if !(f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum) {
@@ -176,7 +176,7 @@ fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     Ok(trunc_to_i32(sum))
 }
 
-/// GSD has no ids other than the index in the file.
+/// Sorts particles by id, because a particle has no id in GSD other than its index.
 fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     if frame.particles.is_sorted_by_key(|particle| particle.id) {
         return Cow::Borrowed(frame);
@@ -211,7 +211,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// The names of types, each padded with at least one zero to equal width.
+/// Returns the names of types. Each is padded with zeros to the same width, and ends with at least one zero.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Protection of inputs: they are neither replaced by outputs, nor changed between two parts of a run.
+//! Protection of input files: no output may replace them, and a run is not continued if they have changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::NamedInput;
 
-/// Rejects writing a file or a folder if this would destroy an input at that path or in that folder.
+/// Rejects an output that would destroy an input: `target` is an input, or a folder with an input in it.
 ///
 /// # Errors
 /// [`OutputError::Input`] with the first such input.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
-    // A missing file replaces nothing.
+    // An output file that does not exist yet replaces nothing.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
     for input in inputs {
         let input: PathBuf = input.as_ref().to_owned();
@@ -26,15 +26,15 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
     Ok(())
 }
 
-/// Rejects writing one of Carom's own files through a link, or where a folder exists.
+/// Rejects a path at which Carom must not write one of its own files: a link, a folder or a device.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. A missing file is fine.
+/// [`OutputError::NotPlain`]. A missing file is accepted.
 pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
-/// An input of a scene with its present checksum; `None` if it cannot be read.
+/// Returns an input of a scene with its present checksum; `None` if the file cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
         NamedInput::File => Some(InputFile::new(path, &fs::read(path).ok()?)),
@@ -46,8 +46,8 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     }
 }
 
-/// Rejects changed inputs of a run. Inputs that are missing and the predecessor of the run are ignored: they
-/// are not needed to continue.
+/// Rejects the continuation of a run whose inputs have changed. Missing inputs and the checkpoint of a preceding run
+/// are ignored, because they are not needed to continue.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

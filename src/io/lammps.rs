@@ -37,7 +37,7 @@ use std::io::Write;
 use super::convert::{Draft, FrameError, Moment, Writer, finish};
 use super::number::Cell;
 
-/// The dump being written.
+/// Writer of a LAMMPS dump.
 #[derive(Debug)]
 pub(super) struct Dump {
     file: Draft,
@@ -65,7 +65,7 @@ impl Dump {
             file.write_all(if is_periodic { b" pp" } else { b" ff" })?;
         }
         let (mut lower, mut upper) = frame.thickened();
-        // The bounds include all corners of the parallelepiped.
+        // The bounds in a LAMMPS dump include all corners of the tilted box.
         lower.x += tilt.min(0.0);
         upper.x += tilt.max(0.0);
         for ((lower, upper), tilt) in lower.iter().zip(&upper).zip([tilt, 0.0, 0.0]) {

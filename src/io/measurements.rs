@@ -1,5 +1,5 @@
-//! Results of the instruments of a run or an exchange, as files: `measurements.json`, and a table for each
-//! curve in the folder `measurements`. Stages and temperatures have subfolders.
+//! Results of the instruments of a run or a replica exchange: `measurements.json`, and a CSV table for each curve in
+//! the folder `measurements`. Earlier stages and temperatures have subfolders.
 
 use std::fmt::Write;
 use std::fs;
@@ -15,35 +15,35 @@ use crate::analysis::instruments::{Curve, Measured};
 use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
 
-/// The file with everything.
+/// Name of the file with all results.
 pub(crate) const FILE: &str = "measurements.json";
-/// The folder of the tables.
+/// Name of the folder with a table for each curve.
 pub(crate) const TABLES: &str = "measurements";
 
-/// Content of `measurements.json`: the results of the last measurement of a run and of its measured stages;
-/// for an exchange, the results at each temperature.
+/// Content of `measurements.json`: the results of the instruments in the last measurement of a run and in its earlier
+/// measured stages, or at each temperature of an exchange.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measurements {
-    /// The last measurement.
+    /// Results of the last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// The earlier measured stages, if there are any; the temperatures of an exchange.
+    /// Results of the earlier measured stages of a run, or of the temperatures of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }
 
-/// Results of a measured stage or of a temperature.
+/// Results of the instruments in a measured stage, or at one temperature of an exchange.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
-    /// Its name in the scene; `temperature-1` for the first temperature, and so on.
+    /// Name of the stage in the scene, or `temperature-1` for the first temperature of an exchange, and so on.
     pub name: String,
-    /// Results of its instruments.
+    /// Results of the instruments.
     #[serde(flatten)]
     pub measured: Measured,
 }
 
 impl Measurements {
-    /// Results of a run.
+    /// Collects the results of a run.
     pub(super) fn of(finished: &Finished) -> Self {
         let stage =
             |stage: &MeasuredStage| StageMeasured { name: stage.name.clone(), measured: stage.measured.clone() };
@@ -52,10 +52,10 @@ impl Measurements {
         Self { last: finished.measured.clone(), stages }
     }
 
-    /// Reads the file of a run; `None` if it does not exist because the run had no instruments.
+    /// Reads the measurements in the folder of a run; `None` if the file is missing because the run had no instruments.
     ///
     /// # Errors
-    /// If it cannot be read, or is damaged.
+    /// If the file cannot be read, or is damaged.
     pub fn read(run: &Path) -> io::Result<Option<Self>> {
         match fs::read(run.join(FILE)) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -63,7 +63,7 @@ impl Measurements {
         }
     }
 
-    /// All curves, each with the path of its table.
+    /// Returns all curves, each with the path of its table.
     fn curves(&self) -> impl Iterator<Item = (String, &Curve)> {
         let of_stage = |stage: &StageMeasured, curve: &Curve| format!("{TABLES}/{}/{}.csv", stage.name, curve.name);
         let last = self.last.curves.iter().map(|curve| (format!("{TABLES}/{}.csv", curve.name), curve));
@@ -74,7 +74,7 @@ impl Measurements {
         )
     }
 
-    /// Writes the files under temporary names; none if nothing was measured.
+    /// Writes the files under temporary names. There are no files if nothing was measured.
     pub(crate) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
         if *self == Self::default() {
             return Ok(Vec::new());
@@ -92,7 +92,7 @@ impl Measurements {
         Ok(files)
     }
 
-    /// The names of the files, in the folder of a run.
+    /// Names of the files that [`Self::prepare`] writes, relative to the folder of the run.
     pub(super) fn names(&self) -> Vec<String> {
         if *self == Self::default() {
             return Vec::new();
@@ -101,13 +101,13 @@ impl Measurements {
     }
 }
 
-/// Whether a table of measurements has this name.
+/// Whether a file with this name is a table of measurements.
 pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// A curve as a table: its variables, and each quantity with its standard error. Cells of missing data are
-/// empty. The headings are identifiers, and the units are in `measurements.json`.
+/// Writes a curve as a CSV table: its variables, and each quantity with its standard error. Cells of missing data are
+/// empty. The headings are identifiers; the units are in `measurements.json`.
 fn table(curve: &Curve) -> String {
     let mut text = String::new();
     let heads = curve.variables.iter().map(|variable| variable.name.clone());

@@ -1,4 +1,4 @@
-//! A trajectory as a folder of NumPy arrays, for `numpy.load`, which also maps them into memory.
+//! A trajectory as a folder of NumPy arrays. `numpy.load` can also map them into memory.
 //!
 //! | file | shape | content |
 //! |---|---|---|
@@ -8,17 +8,17 @@
 //! | `box.npy` | frames x 2 x 3 | lower corner and edges; an edge is 0 along flat axes |
 //! | `displacements.npy` | frames | displacement along x of the next image of the box along y; 0 in a box at rest |
 //! | `periodic.npy` | 3 | whether each axis is periodic |
-//! | `ids.npy`, `radius.npy` | N | |
-//! | `species.npy` | N | index into the two below |
-//! | `species_names.npy`, `species_static.npy` | species | name, and whether it never moves |
-//! | `species_mass.npy` | species | infinite for static species; no file if one is unknown |
+//! | `ids.npy`, `radius.npy` | N | ids and radii of the particles |
+//! | `species.npy` | N | index of the species in the arrays of species |
+//! | `species_names.npy`, `species_static.npy` | species | name, and whether the species never moves |
+//! | `species_mass.npy` | species | infinite for static species; no file if a mass is unknown |
 //! | `q6.npy` and others | frames x N | scalars of the particles |
-//! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
-//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | the names of the bonds' interactions, and an index into them |
+//! | `bonds.npy` | bonds x 2 | ids of the bonded particles; no file without bonds |
+//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the bonds' interactions, and an index into the names for each bond |
 //!
-//! The unwrapped position is the position plus the image times the edges of the box; in a sheared box, also
-//! plus the image along y times the displacement along x. Numbers are `f64`, ids and indices `u32`,
-//! little-endian. Every frame must have the same particles in the same order.
+//! The unwrapped position is the position plus the image times the edges of the box. In a sheared box, the image along
+//! y times the displacement along x is added. Numbers are `f64`, ids and indices are `u32`, all little-endian. Every
+//! frame must have the same particles in the same order.
 
 pub(super) mod array;
 #[cfg(test)]
@@ -31,14 +31,15 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use array::Array;
 
-/// The folder being written.
+/// Writer of a folder of NumPy arrays.
 #[derive(Debug)]
 pub(super) struct Arrays {
     folder: PathBuf,
     growing: Option<Growing>,
 }
 
-/// Arrays that grow with every frame, and the first frame, with which all others must agree.
+/// Arrays to which every frame adds data, and the first frame. The particles and bonds of later frames must agree with
+/// those of the first frame.
 #[derive(Debug)]
 struct Growing {
     first: Frame,
@@ -56,7 +57,7 @@ impl Arrays {
         Self { folder: folder.to_owned(), growing: None }
     }
 
-    /// Writes the data common to all frames.
+    /// Creates the arrays, and writes the data that is the same in all frames.
     fn start(&self, frame: &Frame, has_velocities: bool) -> Result<Growing, FrameError> {
         let file = |name: &str| self.folder.join(name);
         let all = &frame.particles;

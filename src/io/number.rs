@@ -1,11 +1,11 @@
-//! Numbers and words in tables.
+//! Cells of tables: numbers and words.
 
 use std::fmt;
 
 use crate::base::shortest::Shortest;
 
-/// The fewest digits that read back as the same number, with an exponent instead of many zeros; empty for a
-/// missing value.
+/// A number as a cell of a table. It has the fewest digits that read back as the same number, and an exponent instead
+/// of many zeros. A missing value is an empty cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell(pub Option<f64>);
 
@@ -18,13 +18,13 @@ impl fmt::Display for Cell {
     }
 }
 
-/// A word of a table, in quotes if it contains a comma, a quote or a line end.
+/// Returns a word as a cell of a CSV table, in quotes if it contains a comma, a quote or a line end.
 pub(crate) fn quoted(word: &str) -> String {
     if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
-/// A text as a cell. If a spreadsheet would interpret it as a formula, it is preceded by an apostrophe.
-/// Numbers are unchanged.
+/// Returns a text as a cell of a CSV table. If a spreadsheet would take the text for a formula, an apostrophe precedes
+/// it. Numbers are unchanged.
 pub(crate) fn text_cell(word: &str) -> String {
     let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
     if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }

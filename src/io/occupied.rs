@@ -1,4 +1,4 @@
-//! Content of a folder before a run writes to it: nothing, a finished or unfinished run, or something else.
+//! State of a folder before a run writes to it: empty, with a finished or unfinished run, or with something else.
 
 use std::fs;
 use std::io;
@@ -15,7 +15,7 @@ use super::{checkpoints, replacement};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FolderState {
-    /// Nothing, or remains of a run that was killed before its first checkpoint.
+    /// No run, or only remains of a run that was killed before its first checkpoint.
     Nothing,
     /// A run that can be resumed.
     Unfinished,
@@ -23,14 +23,14 @@ pub enum FolderState {
     Finished,
 }
 
-/// The folder in which a new run writes its files until they are complete: the requested one, or one inside
-/// it while the run there is to be replaced.
+/// Returns the folder in which a new run writes its files: the requested folder, or a folder inside it if the requested
+/// folder holds a run that is to be replaced.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`],
+/// [`OutputError::Occupied`] if the requested folder holds something other than a run, [`OutputError::Finished`],
 /// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run to be kept,
-/// [`OutputError::NotReplacement`] if something else is at the path of the new run,
-/// [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot exist.
+/// [`OutputError::NotReplacement`] if something else is at the path of the inner folder, [`OutputError::NotFolder`] or
+/// [`OutputError::Folder`] if the requested folder cannot be read.
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
     match (state_of(path)?, existing) {
         (FolderState::Nothing, _) => Ok(path.to_owned()),
@@ -39,7 +39,8 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // Files that are not on the run's list do not belong to it.
+            // A folder at the path of the new run belongs to this run only if the list of this run records a
+            // replacement.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
                 return Err(OutputError::NotReplacement(inner));
@@ -49,27 +50,29 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// The folder of the latest run: this folder, or the folder inside it with the run that was to replace it.
+/// Returns the folder of the latest run: `path`, or the folder inside it with a run that was to replace the run in
+/// `path`.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
     if is_known && is_run(&inner) && checkpoints::has_any(&inner) { inner } else { path.to_owned() }
 }
 
-/// The run whose folder contains a path, existing or not.
+/// Returns the folder of the run that contains `path`, whether or not `path` exists.
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let path = std::path::absolute(path).ok()?;
-    // With links resolved, as far as the path exists.
+    // Links are resolved as far as the path exists.
     let (depth, real) =
         path.ancestors().enumerate().find_map(|(depth, it)| Some((depth, fs::canonicalize(it).ok()?)))?;
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// The state of the run in a folder. It counts as finished while a run that is to replace it can be resumed.
+/// Returns the state of the run in a folder. The run counts as finished as long as a run that is to replace it can be
+/// resumed.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or
-/// [`OutputError::Folder`] if it cannot exist.
+/// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or
+/// [`OutputError::Folder`] if the folder cannot be read.
 pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
     match fs::metadata(path) {

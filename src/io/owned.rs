@@ -1,6 +1,6 @@
-//! List of all files that Carom wrote in the folder of a run. A folder with a list is recognized as the
-//! folder of a run. Only listed files are replaced or removed. The list also records the progress of a run
-//! that is to replace this run, so that no other folder is mistaken for the replacement.
+//! List of all files that Carom wrote in the folder of a run. A folder with such a list is recognized as the folder of
+//! a run. Only listed files are replaced or removed. The list also records whether a new run is to replace this run, so
+//! that no foreign folder is mistaken for the new run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -18,24 +18,24 @@ use crate::base::durability;
 use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
-/// The list, in the folder. It is locked while a run writes to the folder.
+/// Name of the list of files. The list is locked while a run writes to the folder.
 pub(super) const FILE: &str = ".carom";
 
-/// Its first line.
+/// First line of the list of files. It identifies the list.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// Beginning of a line with the progress of a run that is to replace this run.
+/// Beginning of a line of the list that records the progress of a replacement.
 const REPLACEMENT: &str = "replacement ";
 
-/// Progress of a run that is to replace the run in a folder.
+/// Progress of the replacement of a run by a new run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Replacement {
-    /// There is none.
+    /// No replacement is in progress.
     #[default]
     None,
-    /// It has been begun.
+    /// The new run has begun.
     Begun,
-    /// It is complete, and is taking the place of the old run.
+    /// The new run is complete, and its files are replacing the files of the old run.
     Complete,
 }
 
@@ -52,7 +52,8 @@ impl Replacement {
     }
 }
 
-/// Names of files in the folder of a run, and of folders with all files of a format, with a trailing `/`.
+/// Names of the files that Carom wrote in the folder of a run. A name that ends with `/` is a folder and stands for all
+/// files of one format in it.
 #[derive(Debug)]
 pub(super) struct Owned {
     folder: PathBuf,
@@ -61,36 +62,37 @@ pub(super) struct Owned {
     replacement: Replacement,
 }
 
-/// Whether a folder belongs to a run: by its list, or by a checkpoint if the list is missing.
+/// Whether a folder is the folder of a run. If its list is missing, a checkpoint identifies it.
 pub(super) fn is_run(folder: &Path) -> bool {
     let start = plain::read(&folder.join(FILE), HEADER.len() as u64);
     let has_list = start.is_ok_and(|bytes| bytes == HEADER.as_bytes());
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
-/// Progress of a run that is to replace the run in a folder, from the list of the old run.
+/// Returns the progress of the replacement of the run in a folder, from the list in this folder.
 pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
-/// The formats of other programs requested for a run's trajectory, or to which it was converted.
+/// Formats of the converted trajectories in the list of a run. The scene requested them, or a command converted the
+/// trajectory.
 pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
     let names = read(folder).map(|list| list.names).unwrap_or_default();
     Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
 }
 
-/// Whether a list is all that remains of a run killed at its beginning.
+/// Whether a list contains at most its first line. A run that was killed at its beginning leaves such a list.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
 
 impl Owned {
-    /// Takes possession of a folder, which must be empty or belong to a run, until this is dropped.
+    /// Locks a folder until the returned list is dropped. The folder must be empty or belong to a run.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes to it; [`OutputError::NotPlain`] if a link, or anything
-    /// other than a plain file, has the name of one of its files; [`OutputError::Foreign`] if the file of its
-    /// list is not a list. Nothing is changed then.
+    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::NotPlain`] if a link, or anything
+    /// other than a plain file, has the name of a listed file; [`OutputError::Foreign`] if a file has the name of the
+    /// list but is not a list. Nothing is changed in these cases.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
@@ -110,7 +112,7 @@ impl Owned {
             owned.file.set_len(whole as u64).map_err(OutputError::write(&path))?;
         }
         if whole == 0 {
-            // For a run whose list is lost, or a new run.
+            // The list is missing, because the run is new or because the list was lost.
             owned.append(HEADER)?;
             owned.list(&lost)?;
         }
@@ -125,7 +127,7 @@ impl Owned {
         self.replacement
     }
 
-    /// Records the progress of a run that is to replace this run.
+    /// Records the progress of the replacement of this run by a new run.
     pub fn set_replacement(&mut self, state: Replacement) -> Result<(), OutputError> {
         if self.replacement != state {
             self.append(&format!("{REPLACEMENT}{}\n", state.word()))?;
@@ -134,20 +136,21 @@ impl Owned {
         Ok(())
     }
 
-    /// Adds names to the list, before their files are created.
+    /// Adds names to the list before the files are created.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if something not written by Carom has one of the names.
+    /// [`OutputError::Foreign`] if a file that Carom did not write has one of the names.
     pub fn claim(&mut self, names: &[String]) -> Result<(), OutputError> {
         self.allow(names)?;
         self.list(names)
     }
 
-    /// Checks that nothing foreign has one of the names, and that the folders among them contain nothing
-    /// foreign.
+    /// Checks that files with these names may be written: Carom wrote every file that already has one of the names, and
+    /// every file in a folder with one of the names.
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] otherwise.
+    /// [`OutputError::Foreign`] if a file that Carom did not write is in the way, [`OutputError::NotPlain`] if a folder
+    /// on the path is a link.
     pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             plain::refuse_links_to(&self.folder, name)?;
@@ -175,7 +178,7 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes files that Carom wrote, including unfinished ones, and removes their names from the list.
+    /// Removes the files with these names, complete or not, and deletes the names from the list.
     pub fn remove(&mut self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
@@ -185,7 +188,7 @@ impl Owned {
                 remove(&path)?;
             }
             self.remove_partial(name)?;
-            // A folder that is now empty is removed too.
+            // The folder of a removed file is removed too, if it is now empty.
             if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
                 let _ = fs::remove_dir(parent);
             }
@@ -195,13 +198,13 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes all files of the run.
+    /// Removes all listed files of the run.
     pub fn remove_all(&mut self) -> Result<(), OutputError> {
         let names: Vec<String> = self.names.iter().cloned().collect();
         self.remove(&names)
     }
 
-    /// Removes an unfinished file or folder, if it exists.
+    /// Removes the unfinished version of a file or folder, if it exists.
     pub fn remove_partial(&self, name: &str) -> Result<(), OutputError> {
         let partial = partial_of(&self.folder.join(name.trim_end_matches('/')));
         if name.ends_with('/') { convert::remove_converted(&partial) } else { remove(&partial) }
@@ -213,35 +216,35 @@ impl Owned {
     }
 }
 
-/// Files that commands add to the folder of a run by default.
+/// Files that commands add to the folder of a run under these names by default.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
-/// Records that Carom has written a page or an image to the folder of a run, or has converted its trajectory,
-/// under the default name. A run that replaces this run then removes the file.
+/// Adds a page, an image or a converted trajectory with its default name to the list of the run in the same folder. A
+/// run that replaces this run then removes the file.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);
     let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
-        // Without the record, the file merely outlives the run.
+        // Errors are ignored. Without an entry in the list, the file merely remains when the run is replaced.
         if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
     }
 }
 
-/// Content of a list.
+/// Content of the list of files.
 #[derive(Debug, Default)]
 struct List {
-    /// The names that were added and not removed.
+    /// Names of files that were added and not removed later.
     names: BTreeSet<String>,
     replacement: Replacement,
 }
 
 impl List {
-    /// The list in a file, and the number of bytes of complete lines; a truncated last line is ignored.
-    /// `None` if the file is not a list.
+    /// Reads a list from the content of its file. Also returns the length of its complete lines `[bytes]`, because a
+    /// truncated last line is ignored. `None` if the file is not a list.
     fn of(text: &[u8]) -> Option<(Self, usize)> {
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
         let lines = text[..whole].strip_prefix(HEADER.as_bytes())?;
@@ -259,13 +262,13 @@ impl List {
     }
 }
 
-/// The list in a folder, if there is one.
+/// Reads the list of files in a folder, if there is one.
 fn read(folder: &Path) -> Option<List> {
     let text = plain::read(&folder.join(FILE), u64::MAX).ok()?;
     List::of(&text).map(|(list, _)| list)
 }
 
-/// The files that every run writes, for a folder whose list is lost.
+/// Returns the files in a folder with names that every run uses. They form the new list if the list was lost.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
@@ -273,7 +276,7 @@ fn known_in(folder: &Path) -> Vec<String> {
     known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()
 }
 
-/// Whether a name stays inside the folder.
+/// Whether a path stays inside the folder to which it is relative.
 fn is_inside(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -295,7 +298,7 @@ mod tests {
         assert!(matches!(owned.claim(&names(&["c", "mine"])), Err(OutputError::Foreign(_))));
         owned.remove(&names(&["b"])).unwrap();
         drop(owned);
-        // A truncated line, as after a power failure.
+        // A power failure may truncate the last line of the list.
         OpenOptions::new().append(true).open(folder.path().join(FILE)).unwrap().write_all(b"+ mi").unwrap();
         let owned = Owned::lock(folder.path()).unwrap();
         assert_eq!(owned.names().iter().collect::<Vec<_>>(), ["a"]);

@@ -1,4 +1,4 @@
-//! Files that get their final names once they are complete.
+//! Files that have a temporary name until they are complete.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
@@ -12,40 +12,43 @@ use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 /// Suffix of the name of an unfinished file.
 const SUFFIX: &str = ".partial";
 
-/// A file with a temporary name until it is complete.
+/// A file that has a temporary name until it is complete.
 ///
-/// Its checksum is computed while it is written, so that a checkpoint does not have to read it again.
+/// Its checksum is updated while it is written, so that a checkpoint does not have to read it again.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: BufWriter<Checked<File>>,
-    /// Number of bytes at the start that are replaced at the end and are not checked.
+    /// Length of the part at the start of the file that is replaced at the end `[bytes]`. The checksum does not include
+    /// it.
     head: u64,
 }
 
 impl PartialFile {
-    /// An empty file beside `path`.
+    /// Creates an empty file under a temporary name. `path` is its final path.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
         let partial = partial_of(&path);
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
-    /// A file beside `path` that begins with a text, or contains only that.
+    /// Creates a file under a temporary name, and writes a text to it. `path` is its final path.
     pub fn with_text(path: PathBuf, text: &str) -> Result<Self, OutputError> {
         let mut file = Self::create(path)?;
         file.write(text)?;
         Ok(file)
     }
 
-    /// The present name of a file that may still be unfinished.
+    /// Returns the path at which a file exists: its temporary path as long as it is unfinished, otherwise its final
+    /// path.
     pub fn present(path: &Path) -> PathBuf {
         let partial = partial_of(path);
         if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Checks that a file still has its content of a checkpoint, under either name.
+    /// Checks that a file still contains the data that a checkpoint records. The file may have its temporary or its
+    /// final name.
     pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
@@ -54,7 +57,7 @@ impl PartialFile {
         Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
-    /// Continues a checked file under its temporary name. What was written after the checkpoint is cut off.
+    /// Continues a checked file under its temporary name. Everything written after the checkpoint is cut off.
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;
@@ -63,7 +66,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
-    /// Continues a file that belongs to no checkpoint.
+    /// Continues a file that no checkpoint records, at its end.
     pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         let mut file = Checked::new(file);
@@ -76,7 +79,7 @@ impl PartialFile {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
 
-    /// Writes the first bytes of an empty file, which will be replaced at the end.
+    /// Writes the first bytes of an empty file. They are replaced at the end.
     pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.replace_head(bytes)?;
         self.head = bytes.len() as u64;
@@ -84,7 +87,7 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Replaces the first bytes. Writing continues at the end.
+    /// Replaces the first bytes of the file. Writing then continues at the end of the file.
     pub fn replace_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.flush()?;
         let mut file = self.file.get_ref().inner();
@@ -95,13 +98,13 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// Length of the file, including buffered bytes `[bytes]`.
+    /// Length of the file, including bytes that are still buffered `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Syncs everything written so far to disk, and returns its description; `folder` is the folder of the
-    /// run.
+    /// Syncs everything written so far to disk. Returns the entry of this file for a checkpoint, with its name relative
+    /// to `folder`, the folder of the run.
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
@@ -123,23 +126,23 @@ impl PartialFile {
         self.write_bytes(text.as_bytes())
     }
 
-    /// Flushes everything written so far to the operating system, so that it can be viewed.
+    /// Flushes everything written so far to the operating system, so that other programs can read it.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }
 
-    /// Syncs it to disk.
+    /// Syncs the file to disk.
     pub fn sync(&mut self) -> Result<(), OutputError> {
         self.flush()?;
         durability::sync_all(self.file.get_ref().inner()).map_err(OutputError::write(&self.partial))
     }
 
-    /// Removes the unfinished file.
+    /// Removes the unfinished file instead of completing it.
     pub fn discard(self) -> Result<(), OutputError> {
         fs::remove_file(&self.partial).map_err(OutputError::write(&self.partial))
     }
 
-    /// Syncs it to disk and gives it its final name.
+    /// Syncs the file to disk and gives it its final name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
         self.sync()?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
@@ -147,7 +150,7 @@ impl PartialFile {
     }
 }
 
-/// Opens a file under its temporary name, whether it has its temporary or its final name now.
+/// Opens an existing file for writing. If it already has its final name, it is renamed to its temporary name first.
 fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
     let partial = partial_of(path);
     if !partial.exists() {
@@ -165,7 +168,7 @@ fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
     BufWriter::with_capacity(1 << 16, file)
 }
 
-/// The temporary name of an unfinished file.
+/// Returns the temporary name of a file.
 pub(super) fn partial_of(path: &Path) -> PathBuf {
     let mut partial = path.as_os_str().to_owned();
     partial.push(SUFFIX);

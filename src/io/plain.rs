@@ -1,5 +1,5 @@
-//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because their targets may
-//! not belong to Carom. Files with more than one hard link are not used.
+//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because their targets may not
+//! belong to Carom.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
@@ -10,10 +10,11 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// Replaces an existing file by an empty one, so that no link or second name redirects its bytes.
+/// Creates an empty file. An existing file is removed first, so that the new content cannot reach another place through
+/// a symbolic or a hard link.
 ///
 /// # Errors
-/// System errors, also if a folder exists at the path.
+/// System errors, for example if a folder exists at the path.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -22,17 +23,18 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Opens a file with the given options, unless it is a link, a folder or a device.
+/// Opens a plain file with the given options.
 ///
 /// # Errors
-/// System errors, including the error for a link; [`io::ErrorKind::InvalidInput`] for a device or a pipe.
+/// [`io::ErrorKind::InvalidInput`] for a link, a folder, a device or a pipe; system errors.
 pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(target_os = "linux")]
     {
-        // Pipes do not block either.
+        // `O_NOFOLLOW` rejects links, and `O_NONBLOCK` avoids blocking on a pipe.
         std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
-    // On other systems this is the only check. On Linux, the flags also cover a link created in between.
+    // On systems other than Linux, only this check rejects links. On Linux, the flags of `open` also reject a link that
+    // appears after this check.
     if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file"));
     }
@@ -40,7 +42,7 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     if file.metadata()?.is_file() { Ok(file) } else { Err(io::ErrorKind::InvalidInput.into()) }
 }
 
-/// Content of a plain file, up to a number of bytes.
+/// Returns the content of a plain file, up to `most` bytes.
 ///
 /// # Errors
 /// The errors of [`open`], and errors of reading.
@@ -50,12 +52,12 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens or creates the file that identifies a folder as Carom's, locked for this process until it is
-/// dropped; also returns its content.
+/// Opens or creates the file that marks a folder as Carom's. Returns the file and its content. The file stays locked
+/// for this process until it is dropped.
 ///
 /// # Errors
-/// [`OutputError::Busy`] if another process has locked it, [`OutputError::NotPlain`] or
-/// [`OutputError::Write`] if it cannot be opened.
+/// [`OutputError::Busy`] if another process has locked the file, [`OutputError::NotPlain`] or [`OutputError::Write`] if
+/// it cannot be opened.
 pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputError> {
     let path = folder.join(name);
     refuse(&path, false)?;
@@ -63,7 +65,7 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
         open(OpenOptions::new().read(true).append(true).create(true), &path).map_err(OutputError::write(&path))?;
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
-        // On systems without locks, nothing separates two processes.
+        // On a system without file locks, two processes can write to the folder at the same time.
         Ok(()) | Err(TryLockError::Error(_)) => {}
     }
     let mut bytes = Vec::new();
@@ -71,12 +73,11 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
     Ok((file, bytes))
 }
 
-/// Creates a folder for the output of a command, unless it exists, and removes drafts of killed commands in
-/// it.
+/// Creates a folder for the output of a command, unless it exists. Removes drafts that killed commands left in it.
 ///
 /// # Errors
-/// [`OutputError::WithinRun`] inside the folder of a run, [`OutputError::NotFolder`] or
-/// [`OutputError::Folder`] if it cannot exist.
+/// [`OutputError::WithinRun`] if the path is inside the folder of a run, [`OutputError::NotFolder`] or
+/// [`OutputError::Folder`] if the folder cannot be created.
 pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     if let Some(run) = run_around(path) {
         return Err(OutputError::WithinRun { target: path.to_owned(), run });
@@ -89,11 +90,11 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Rejects anything but a plain file at the path of one of Carom's files, complete or not; anything but a
-/// folder if the name ends with `/`; and links on the way to it.
+/// Checks the paths of one of Carom's files, under its temporary and its final name. Only a plain file may be there, or
+/// only a folder if `name` ends with `/`. No folder on the way may be a link.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. A missing file is fine.
+/// [`OutputError::NotPlain`] otherwise. A missing file is accepted.
 pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError> {
     refuse_links_to(folder, name)?;
     let path = folder.join(name.trim_end_matches('/'));
@@ -101,7 +102,7 @@ pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError
     refuse(&path, name.ends_with('/'))
 }
 
-/// Rejects anything but plain folders on the way to a file.
+/// Checks that all folders from `folder` down to a file in it are plain folders and not links.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`].
@@ -111,10 +112,10 @@ pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputErr
     parents.try_for_each(|parent| refuse(parent, true))
 }
 
-/// Rejects anything but a plain file, or a plain folder if `is_folder`.
+/// Rejects a path with anything but a plain file, or anything but a plain folder if `is_folder` is true.
 ///
 /// # Errors
-/// [`OutputError::NotPlain`]. A missing file is fine.
+/// [`OutputError::NotPlain`]. A missing file is accepted.
 pub(crate) fn refuse(path: &Path, is_folder: bool) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
     let kind = metadata.file_type();

@@ -5,25 +5,25 @@ use serde::{Deserialize, Serialize};
 use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
 
-/// Event rate: number of events of one kind per time of the measurement. The events are between particles of
-/// two species, or between particles of one species and a wall or a thermostat.
+/// Rate of one kind of event between particles of two species, or between particles of one species and a wall or a
+/// thermostat.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
-    /// `core`, `capture`, `release`, `bounce` (by a finite step), `bond` (by its far end), `wall` or
-    /// `thermostat`.
+    /// Kind of the events: `core`, `capture`, `release`, `bounce` at a finite step, `bond` at its maximum length,
+    /// `wall` or `thermostat`.
     pub kind: String,
-    /// One species for walls and thermostats, otherwise two.
+    /// Names of the species: one for events with walls and thermostats, otherwise two.
     pub species: Vec<String>,
-    /// Number of such events.
+    /// Number of events of this kind.
     pub events: u64,
-    /// Number of such events per time `[1 / time]`; `None` if no time passed.
+    /// Number of these events per unit of time `[1 / time]`; `None` if no time passed.
     pub per_time: Option<f64>,
-    /// Number of these events per particle of each species and time `[1 / time]`. In an event of two
-    /// particles of one species, both particles count. `None` for static particles.
+    /// Number of these events per unit of time and per particle of each species `[1 / time]`. An event between two
+    /// particles of the same species counts for both. `None` for static particles.
     pub per_particle: Vec<Option<f64>>,
 }
 
-/// The rates of all kinds of events that occurred in a measurement of some duration `[time]`.
+/// Returns the rates of all kinds of events that occurred in a measurement. `duration` is its simulated time `[time]`.
 #[must_use]
 pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f64) -> Vec<Rate> {
     let (numbers, scene) = (simulation.population(), simulation.scene());
@@ -46,14 +46,14 @@ pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f
 }
 
 impl Rate {
-    /// Kind and species of the events, in words: `core, A and B`.
+    /// Describes the kind and the species of the events, such as `core, A and B`.
     #[must_use]
     pub fn title(&self) -> String {
         format!("{}, {}", self.kind, self.species.join(" and "))
     }
 
-    /// The rates per particle, in words: `0.57 per A, 0.11 per B`; two particles of one species have a single
-    /// rate.
+    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`. If both species are the same, their rate
+    /// appears once.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words: Vec<String> = Vec::new();
@@ -65,8 +65,8 @@ impl Rate {
     }
 }
 
-/// The rates to print in addition to the collision rate of a run: all rates, or none if only core events of a
-/// single species occurred.
+/// Returns the rates to print in addition to the collision rate of a run. A core rate that equals the collision rate is
+/// left out. This is the case if it is the only core rate and involves all species of the list.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

@@ -1,7 +1,7 @@
-//! A run that replaces an old run. The new run is written to a folder inside the folder of the old run. The
-//! old run is unchanged until the new run is complete and sound. Then the new files replace the old files. An
-//! interrupted replacement is completed when the folder is opened next. The list of the old run records the
-//! progress; anything else in such a folder is left alone.
+//! Replacement of an old run by a new run. The new run is written to a folder inside the folder of the old run. The old
+//! run is unchanged until the new run is complete and sound. Then the new files replace the old files. An interrupted
+//! replacement is completed when the folder is opened next. The list of the old run records the progress. Other files
+//! in the folder are left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,23 +13,23 @@ use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
 use super::owned::{self, Owned, Replacement};
 
-/// Name of the folder of a replacement, inside the folder of the old run.
+/// Name of the folder of a new run inside the folder of the run that it is to replace.
 pub(super) const FOLDER: &str = "replacement";
 
-/// The folder of the run that is to replace the run in a folder.
+/// Returns the path of the folder for a run that is to replace `run`.
 pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
 
-/// Completes the work of a killed program: replaces the old run by a complete new run, or removes an unusable
-/// new run. The folder is locked.
+/// Completes a replacement that a killed program left unfinished. A complete new run replaces the old run. A new run
+/// that cannot be resumed is removed. The folder must be locked.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     if owned.replacement() == Replacement::None {
         return Ok(());
     }
     let inner = within(run);
     if !inner.join(owned::FILE).exists() {
-        // It was moved or deleted.
+        // The user has moved or deleted the new run.
         return owned.set_replacement(Replacement::None);
     }
     let mut new = Owned::lock(&inner)?;
@@ -45,15 +45,16 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     owned.set_replacement(Replacement::None)
 }
 
-/// Replaces all files of the old run by the files of a complete new run.
+/// Replaces all files of the old run by the files of the complete new run.
 ///
 /// # Errors
-/// [`OutputError::Foreign`] if a file exists that neither run wrote; [`OutputError::Write`].
+/// [`OutputError::Foreign`] if a file that neither run wrote is in the way, [`OutputError::Write`] if a file cannot be
+/// moved.
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
     old.set_replacement(Replacement::Complete)?;
-    // From here on, old files are replaced. All new ones are complete and synced.
+    // From here on, files of the old run are replaced. All files of the new run are complete and synced to disk.
     remove(&run.join(SUMMARY))?;
     sync_folder(run);
     for name in names.iter().filter(|name| *name != SUMMARY) {
@@ -62,7 +63,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
     old.remove(&stale)?;
     for name in &names {
-        // Files of an old run that was unfinished.
+        // The old run may have left unfinished files.
         old.remove_partial(name)?;
     }
     sync_folder(run);
@@ -72,7 +73,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Renames a file, or a folder with all files of a format. A missing file or folder has been moved before.
+/// Moves a file or a folder to its final path. A missing file or folder has been moved before.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -82,12 +83,13 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // No old file remains among the new ones, even after a kill, because all new ones arrive in one step.
+    // The old folder is removed before the new one arrives in one step. No old file remains among new ones, even if the
+    // program is killed.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
 
-/// Removes the folder of a run if only its list is left.
+/// Removes the folder of a run if it contains only its list and empty folders.
 fn clear(inner: &Path, list: Owned) {
     for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
         if !folder.as_os_str().is_empty() {
@@ -95,7 +97,7 @@ fn clear(inner: &Path, list: Owned) {
         }
     }
     drop(list);
-    // The user's own files stay, and so does the folder.
+    // If the folder contains files of the user, it stays.
     let _ = fs::remove_file(inner.join(owned::FILE));
     let _ = fs::remove_dir(inner);
 }

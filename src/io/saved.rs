@@ -1,4 +1,4 @@
-//! Simulations in separate files: their state with all bits, in the format of a checkpoint.
+//! Simulations saved in separate files. A file contains the exact state, in the format of a checkpoint.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, Write};
@@ -17,41 +17,41 @@ use crate::run::checkpoint::{Flaw, Kind, read_sealed, write_sealed};
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SavedError {
-    /// Something else exists at the path.
+    /// Something other than a saved simulation exists at the path.
     #[error("{} exists, and is no saved simulation", .0.display())]
     Exists(PathBuf),
-    /// It cannot be written.
+    /// The file cannot be written.
     #[error("cannot write {}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The underlying system error.
         source: io::Error,
     },
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The underlying system error.
         source: io::Error,
     },
-    /// The bytes have changed since they were written, or are not a simulation.
+    /// The file is damaged, or is not a saved simulation.
     #[error("{name} is no saved simulation, or a damaged one: {why}")]
     Damaged {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// The evidence.
+        /// Description of the damage.
         why: String,
     },
-    /// It was written by another version of carom, or by a build from other sources.
+    /// The file was written by another version of Carom, or by a build from other sources.
     #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may continue differently", env!("CARGO_PKG_VERSION"))]
     OtherVersion {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// That version, with the fingerprint of its sources.
+        /// The version that wrote the file, with the fingerprint of its sources.
         found: String,
-        /// The fingerprint of the sources of this program.
+        /// Fingerprint of the sources of the running program.
         here: &'static str,
     },
 }
@@ -111,14 +111,14 @@ pub fn save_simulation(
     })
 }
 
-/// Loads a simulation saved by [`save_simulation`], and the data kept with it. It runs on one thread until
-/// [`Simulation::set_threads`].
+/// Loads a simulation saved by [`save_simulation`], and the data saved with it. The simulation runs on one thread
+/// unless [`Simulation::set_threads`] is called.
 ///
 /// # Errors
 /// [`SavedError`] if the file does not exist, was written by another version, or has a changed bit.
 pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
     let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
-    // Opening a pipe would block.
+    // Anything but a plain file is rejected, because opening a pipe would block.
     if path.exists() && !path.is_file() {
         return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file")));
     }
@@ -126,27 +126,27 @@ pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, 
     read(file, &path.display().to_string()).map_err(unreadable)?
 }
 
-/// The bytes that [`save_simulation`] would write to a file.
+/// Returns the bytes that [`save_simulation`] would write to a file.
 ///
 /// # Errors
-/// If something cannot be serialized.
+/// If the simulation or the data cannot be serialized.
 pub fn simulation_to_bytes(simulation: &Simulation, beside: &impl Serialize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     write_sealed(&mut bytes, Kind::Simulation, &(simulation, beside))?;
     Ok(bytes)
 }
 
-/// The simulation and data from the bytes of [`simulation_to_bytes`].
+/// Returns the simulation and the data from the bytes of [`simulation_to_bytes`].
 ///
 /// # Errors
-/// As [`load_simulation`].
+/// The errors of [`load_simulation`].
 pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simulation, T), SavedError> {
     let name = "what was pickled";
     read(Cursor::new(bytes), name)
         .unwrap_or_else(|error| Err(SavedError::Damaged { name: name.to_owned(), why: error.to_string() }))
 }
 
-/// The simulation in a file, if no bit has changed.
+/// Reads a simulation, and checks that no bit of the file has changed.
 fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
     let name = name.to_owned();
     let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {
@@ -204,7 +204,7 @@ mod tests {
         assert!(matches!(refused, Err(SavedError::Exists(_))));
         assert!(std::fs::read_to_string(&path).unwrap().starts_with("notes"));
         save_simulation(&path, &simulation, &1_u8, Existing::Replace).unwrap();
-        // A saved simulation is replaced.
+        // A saved simulation is replaced even if existing files are to be kept.
         save_simulation(&path, &simulation, &2_u8, Existing::Keep).unwrap();
         assert_eq!(load_simulation::<u8>(&path).unwrap().1, 2);
         assert!(matches!(load_simulation::<u8>(folder.path()), Err(SavedError::Read { .. })));

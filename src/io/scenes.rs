@@ -1,4 +1,4 @@
-//! Scenes from files, including scenes that start from the end of a run.
+//! Reads scenes from files. A scene may start from the end of a run.
 
 use std::path::Path;
 
@@ -42,8 +42,8 @@ pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<
     Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
 }
 
-/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from a run. `name` is
-/// used like the path of a file.
+/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from the end of a run. `name` is
+/// treated as the path of the file, in messages and for relative paths in the text.
 ///
 /// # Errors
 /// The errors of [`read_scene`], except errors of reading the file.
@@ -84,7 +84,7 @@ pub fn read_scene_with(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, Some(particles), &open)
 }
 
-/// A finished run, at its end.
+/// Reads the state at the end of a finished run.
 fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     let refused =
         |problem: String, cure: String| Err(SceneErrorKind::NoStart { path: folder.to_owned(), problem, cure });
@@ -130,7 +130,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
 }
 
-/// Suggestion for a checkpoint from which nothing can start.
+/// Suggestion for the user if a run cannot start from a checkpoint.
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {

@@ -23,27 +23,28 @@ use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
 ///
-/// Counts, observables and speed refer to the measurement. Energies, momentum and overlaps span the whole run
-/// with its equilibration. Values that do not apply to the scene are `null`; such observables are absent.
+/// Counts, observables and speed refer to the measurement. Energies, momentum and overlaps refer to the whole run,
+/// including its equilibration. A value that does not apply to the scene is `null`. An observable that does not apply
+/// is absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
 pub struct Summary {
     pub version: String,
     pub scene: String,
     pub seed: u64,
-    /// The files that the scene read, with their checksums.
+    /// Files to which the scene refers, with their checksums.
     #[serde(default)]
     pub inputs: Vec<InputFile>,
-    /// The engine that ran, in words.
+    /// Description of the engine that ran.
     pub engine: String,
-    /// Number of particles, static ones included.
+    /// Number of particles, including static particles.
     pub particles: usize,
-    /// Simulated time at the end.
+    /// Simulated time at the end of the run.
     pub time: f64,
-    /// Why the run ended, in a word; `None` in files without this key.
+    /// Short name of the reason why the run ended, such as `time`; `None` in files without this key.
     #[serde(default)]
     pub ending: Option<String>,
-    /// The measurement.
+    /// Start and duration of the measurement.
     #[serde(default)]
     pub measured: Option<Period>,
     /// The simulated system, in numbers.
@@ -60,28 +61,28 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
-    /// Why the run is not sound, in a line: it jammed, stood still or gave up, or the audit failed. Absent
-    /// for a sound run, and in files without this key.
+    /// Why the run is not sound, in one line, for example because it jammed or because the audit failed. Absent for a
+    /// sound run, for an interrupted run without faults, and in files without this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
-    /// Faults found by the audit, in words; empty for a sound run.
+    /// Faults found by the audit, in words; empty if there are none.
     pub faults: Vec<String>,
     /// Whether the observables were stationary while they were measured.
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
-    /// The earlier measured stages, in order.
+    /// Summaries of the earlier measured stages, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageSummary>,
     /// Published values from theory and other simulations for the measured quantities, at the mean
     /// temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
-    /// The columns of the run's tables with their units, by file; empty without a folder, and in files
-    /// without this key.
+    /// Names and units of the columns of each table, by file name. Empty if the run has no folder, and in files without
+    /// this key.
     #[serde(default)]
     pub columns: BTreeMap<String, Vec<Column>>,
-    /// Rates by kind and species, only of kinds that occurred; empty in files without them.
+    /// Event rates by kind and species, for the kinds that occurred. Empty in files without this key.
     #[serde(default)]
     pub rates: Vec<Rate>,
     pub speed: Speed,
@@ -91,11 +92,11 @@ pub struct Summary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Summary`")]
 pub struct StageSummary {
-    /// Its name in the scene.
+    /// Name of the stage in the scene.
     pub name: String,
     pub measured: Period,
     pub diameter_factor: f64,
-    /// Volume moves of its barostat; absent without a barostat.
+    /// Volume moves of the barostat in this stage; absent without a barostat.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_moves: Option<VolumeMoves>,
     pub events: Events,
@@ -106,7 +107,7 @@ pub struct StageSummary {
     pub speed: Speed,
 }
 
-/// Start and duration of the measurement, in simulated time.
+/// Start and duration of a measurement, in simulated time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `MeasurementPeriod`")]
 pub struct Period {
@@ -114,12 +115,13 @@ pub struct Period {
     pub duration: f64,
 }
 
-/// Numbers of events. `total` counts physical events: core, capture, release, bounce and wall.
+/// Event counts. `total` counts physical events: core, capture, release, bounce and wall.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
-    /// Physical events of the run before its measurement; `None` in files without this key.
+    /// Number of physical events before the measurement, since the start of the simulation; `None` in files without
+    /// this key.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -134,7 +136,7 @@ pub struct Events {
     pub tc_altered: u64,
 }
 
-/// Energies at the start and the end of the run, and their balance.
+/// Energies at the start and the end of the run, and the error of their balance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Audit`")]
 pub struct Energies {
@@ -146,43 +148,45 @@ pub struct Energies {
     #[serde(default)]
     pub supplied: f64,
     pub ledger_error_relative: f64,
-    /// Limit of the audit.
+    /// Largest error of the energy balance that the audit accepts.
     pub ledger_limit: f64,
 }
 
 /// Conservation of momentum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
-    /// Relative to the sum of `m |v|`; `None` if momentum is not conserved.
+    /// Change of the total momentum, relative to the sum of `m |v|` over all particles; `None` if momentum is not
+    /// conserved.
     pub drift: Option<f64>,
-    /// Limit of the audit.
+    /// Largest drift that the audit accepts.
     pub limit: f64,
 }
 
-/// Overlaps, relative to the distance of the discontinuity.
+/// Overlaps of pairs. Depths are relative to the contact distance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Overlaps {
-    /// At any event.
+    /// Depth of the deepest overlap at any event.
     pub deepest_executed: f64,
-    /// At the end.
+    /// Depth of the deepest overlap at the end of the run.
     pub deepest_final: f64,
-    /// Limit of the audit; `None` judges each overlap by the round-off of its coordinates.
+    /// Largest overlap that the audit accepts. If this is `None`, the audit compares each overlap with the round-off of
+    /// its coordinates.
     pub limit: Option<f64>,
     /// Number of pairs that overlapped at the start, beyond round-off.
     pub initial: usize,
     /// Number of pairs that overlap at the end, beyond round-off.
     pub r#final: usize,
-    /// Simulated time at which the last initial overlap was resolved.
+    /// Simulated time at which the last overlap of the initial configuration was resolved.
     pub resolved_after: Option<f64>,
 }
 
-/// A mean and its standard error; `None` if the run is too short for one.
+/// A mean and its standard error. The error is `None` if the run is too short to estimate it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Estimate`")]
 pub struct Observable {
     pub mean: f64,
     pub standard_error: Option<f64>,
-    /// `None` in files without this key.
+    /// Whether the observable was stationary; `None` in files without this key.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
 }
@@ -192,16 +196,16 @@ pub struct Observable {
 pub struct Speed {
     /// Wall time `[seconds]`.
     pub wall_seconds: f64,
-    /// Physical events per second; `None` for a run too short to time.
+    /// Physical events per second of wall time; `None` for a run too short to time.
     pub events_per_second: Option<f64>,
-    /// Core events per second.
+    /// Core events per second of wall time; `None` for a run too short to time.
     pub contacts_per_second: Option<f64>,
-    /// The peak memory of the program, if the system reports it.
+    /// Peak memory of the program, if the system reports it.
     pub peak_memory_bytes: Option<u64>,
 }
 
 impl Summary {
-    /// The summary of the run in a folder.
+    /// Reads the summary of the run in a folder.
     ///
     /// # Errors
     /// If the file cannot be read, or is not a summary.
@@ -210,7 +214,7 @@ impl Summary {
         serde_json::from_slice(&bytes).map_err(io::Error::other)
     }
 
-    /// The numbers of a finished run.
+    /// Returns the summary of a finished run.
     #[must_use]
     pub fn of(finished: &Finished) -> Self {
         let (simulation, audit) = (&finished.simulation, &finished.audit);
@@ -261,7 +265,7 @@ impl Summary {
     }
 }
 
-/// Present diameters relative to the diameters in the simulation's scene, which date from its last completed
+/// Ratio of the present diameters to the diameters in the simulation's scene, which are those after its last completed
 /// growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
@@ -305,7 +309,7 @@ impl Speed {
     }
 }
 
-/// Means with their errors and verdicts, by name.
+/// Means with their standard errors and their verdicts on stationarity, by name.
 fn observables(
     estimates: &[(&'static str, Estimate)],
     stationarity: &[(&'static str, Stationarity)],
@@ -317,9 +321,9 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Published values for a system in a stage, or in the last measurement, at its mean temperature. Diameters
-/// are the diameters in the scene times `scale`. Empty if the present volume is not the volume of the
-/// measurement.
+/// Returns published values for the system in a stage, or in the last measurement if `stage` is `None`, at the mean
+/// temperature. Diameters are the diameters in the scene times `scale`. The list is empty if a barostat may have
+/// changed the volume.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -329,7 +333,7 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
-    // The volume in a stage may have differed from the final volume.
+    // With a barostat, the volume during the measurement may have differed from the present volume.
     let is_other_volume = match stage {
         Some(_) => run.has_barostat(),
         None => run.barostat.is_some(),
@@ -346,7 +350,6 @@ fn published(
     published
 }
 
-/// The numbers of events of a measurement, by kind.
 fn events(measurement: &MeasurementPeriod) -> Events {
     let event_counts = &measurement.event_counts;
     Events {
@@ -365,12 +368,12 @@ fn events(measurement: &MeasurementPeriod) -> Events {
     }
 }
 
-/// Default for files from versions without growth.
+/// Default of the diameter factor in files without this key.
 fn not_grown() -> f64 {
     1.0
 }
 
-/// The peak resident memory, which Linux reports in kibibytes.
+/// Returns the peak resident memory, which Linux reports in kibibytes.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,10 +1,11 @@
-//! Surfaces of a scene as files beside its trajectory, for viewers: binary STL in the folder `surfaces`, one
-//! file each.
+//! Surfaces of a scene as files for viewers: one binary STL file per surface, in the folder `surfaces` beside the
+//! trajectory.
 //!
-//! A file has the name of its surface, with `_` for spaces and letters beyond ASCII. If two names would be
-//! equal, even ignoring case, the later name gets a number. A surface has no file if it is out of sight or
-//! has coordinates beyond `f32`. The files show the surfaces before the first motion. If surfaces move, or
-//! are present in some stages only, `surfaces.json` lists all surfaces of the scene with their motions.
+//! A file has the name of its surface, with `_` in place of spaces and of characters beyond ASCII. If two names would
+//! be equal, ignoring case, the later one gets a number. A surface has no file if no part of it is in the displayed
+//! region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first motion. If a
+//! surface moves, or is present in some stages only, `surfaces.json` lists all surfaces of the scene with their
+//! motions.
 
 #[cfg(test)]
 mod tests;
@@ -21,53 +22,52 @@ use super::partial::PartialFile;
 use crate::mesh::{WriteStlError, shown, write_stl};
 use crate::model::{Scene, SurfaceMotion};
 
-/// The folder, inside the folder of a run.
+/// Name of the folder of surfaces, inside the folder of a run.
 const FOLDER: &str = "surfaces";
 
-/// The list of surfaces.
+/// Name of the list of surfaces.
 const LIST: &str = "surfaces.json";
 
-/// Extension of the files.
 const EXTENSION: &str = "stl";
 
-/// The longest name without its extension, in bytes.
+/// Length at which the name of a surface is cut for its file, without the extension `[bytes]`.
 const LONGEST: usize = 80;
 
-/// Names of devices on Windows, with any extension.
+/// Names that Windows reserves for devices, with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// The files of the surfaces of a scene, in the folder of a run.
+/// Names of the files of a scene's surfaces, relative to the folder of a run.
 pub(crate) fn names(scene: &Scene) -> Vec<String> {
     let list = is_listed(scene).then(|| LIST.to_owned());
     meshes(scene).into_iter().chain(list).map(|name| format!("{FOLDER}/{name}")).collect()
 }
 
-/// The files of their triangles, in the folder of surfaces.
+/// Names of the STL files of all surfaces, inside the folder of surfaces.
 fn meshes(scene: &Scene) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let surfaces = scene.surfaces().iter().map(|surface| surface.name.as_str());
     surfaces.map(|name| format!("{}.{EXTENSION}", file_name(name, &mut taken))).collect()
 }
 
-/// A surface in the list of a run, which contains all surfaces of the scene in order.
+/// A surface in `surfaces.json`, which lists all surfaces of the scene in their order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ListedSurface {
-    /// The name of its file, which exists if any part of it is in sight.
+    /// Name of the surface's file. The file is missing if no part of the surface is in the displayed region.
     pub file: String,
-    /// Its motions.
+    /// Motions of the surface.
     pub motions: Vec<SurfaceMotion>,
 }
 
-/// Whether a list is needed because some surfaces are not always as in their files.
+/// Whether the scene needs a list of surfaces, because some surfaces move or are absent in some stages.
 fn is_listed(scene: &Scene) -> bool {
     scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
 }
 
-/// The list of the surfaces in the folder of a trajectory; empty if there is none, because all surfaces rest
-/// and are always present.
+/// Reads the list of surfaces in the folder of a trajectory. There is no list if all surfaces are at rest and always
+/// present; the result is then empty.
 ///
 /// # Errors
-/// The path of the list and [`io::Error`], if it exists and cannot be read.
+/// The path of the list and an [`io::Error`], if the list exists and cannot be read.
 pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io::Error)> {
     let path = folder.join(FOLDER).join(LIST);
     let read = match fs::read(&path) {
@@ -78,7 +78,8 @@ pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io
     read.map_err(|error| (path, error))
 }
 
-/// Writes the wanted files, each directly with its final name: they are complete from the start of a run.
+/// Writes the surface files that `is_wanted` selects. They get their final names at once, because they are complete
+/// from the start of a run.
 ///
 /// # Errors
 /// [`OutputError::Folder`] or [`OutputError::Write`].
@@ -96,7 +97,7 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
         match write_stl(&mesh, file.writer()) {
             Ok(()) => file.complete().map(drop)?,
             Err(WriteStlError::Io(source)) => return Err(OutputError::write(&path)(source)),
-            // Out of range of the format; nothing was written.
+            // The coordinates exceed the range of the format, and nothing was written.
             Err(_) => file.discard()?,
         }
     }
@@ -113,8 +114,8 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
     file.complete().map(drop)
 }
 
-/// The files of surfaces in the folder of a trajectory, in the order of their names; empty without such a
-/// folder.
+/// Returns the paths of the surface files beside a trajectory, sorted by name. `folder` is the folder of the
+/// trajectory.
 #[must_use]
 pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -126,7 +127,7 @@ pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// A name that is valid on every disk and not taken by another surface.
+/// Returns a file name that is valid on every file system and not used by another surface.
 fn file_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.()".contains(c);
     let plain: String = name.chars().take(LONGEST).map(|c| if is_plain(c) { c } else { '_' }).collect();

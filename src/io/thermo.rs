@@ -1,9 +1,9 @@
-//! The table of measurements at regular times, `thermo.csv`.
+//! The table `thermo.csv` of measurements at regular times.
 //!
-//! Names of columns are identifiers; their units are in `summary.json`. Columns that do not apply to a scene
-//! are absent. Unknown values, such as a rate at the start of a stage, are empty cells. The last column names
-//! the stage: the stages of the scene, with `a equilibration` before the measurement of a stage `a`, then
-//! `equilibration` and `measurement`.
+//! The names of columns are identifiers; `summary.json` contains their units. A column that does not apply to the scene
+//! is absent. An unknown value, such as a rate at the start of a stage, is an empty cell. The last column contains the
+//! name of the stage. The equilibration of a measured stage `a` of the scene has the name `a equilibration`. The last
+//! two stages are `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
@@ -16,12 +16,12 @@ use crate::base::text;
 use crate::model::{RunPlan, Scene};
 use crate::run::Stage;
 
-/// Column of a table: its name and unit.
+/// Name and unit of a column of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Column {
-    /// The name, an identifier.
+    /// Name of the column, an identifier.
     pub name: String,
-    /// The unit, in powers of length, time, mass and energy; 1 for numbers, empty for words.
+    /// Unit as powers of length, time, mass and energy; `1` for pure numbers, empty for text.
     pub unit: String,
 }
 
@@ -31,39 +31,41 @@ impl Column {
     }
 }
 
-/// A quantity of a row: whether it applies to the scene, its name, its unit, and its value.
+/// A column of the table: whether it applies to the scene, its name, its unit, and a function that returns its value in
+/// a row.
 type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
 
-/// The columns of a scene.
+/// Columns of `thermo.csv` for a scene.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
     applicable: ApplicableObservables,
-    /// Whether anything acts from outside.
+    /// Whether energy can be supplied from outside.
     is_driven: bool,
     regions: Vec<String>,
-    /// The stages, which have names.
+    /// Plan of the run, with the names of its stages.
     plan: RunPlan,
 }
 
 impl Columns {
-    /// Columns of a scene from its start on.
+    /// Columns of a new run.
     pub fn of(scene: &Scene) -> Self {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Columns of a continued run, whose scene may no longer contain particles.
+    /// Columns of a continued run. `applicable` comes from the checkpoint, because the scene may no longer contain
+    /// particles.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }
     }
 
-    /// The first line.
+    /// Returns the first line of the table.
     pub fn header(&self) -> String {
         let names: Vec<String> = self.columns().into_iter().map(|column| column.name).collect();
         names.join(",") + "\n"
     }
 
-    /// The names of the columns, which are identifiers, and their units.
+    /// Names and units of the columns of `thermo.csv`. The names are identifiers.
     pub fn columns(&self) -> Vec<Column> {
         let dimensions = trunc_to_usize(self.applicable.dimensions);
         let mut columns = vec![Column::new("time", "time"), Column::new("events", "1")];
@@ -93,7 +95,7 @@ impl Columns {
         ]
     }
 
-    /// A line of measurements.
+    /// Returns a row of the table.
     pub fn line(&self, stage: Stage, row: &Row) -> String {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
         for (has, .., of) in self.quantities() {

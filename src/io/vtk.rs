@@ -1,20 +1,20 @@
-//! A trajectory as VTK XML PolyData for ParaView and PyVista: a folder with
+//! A trajectory as VTK XML PolyData for ParaView and PyVista. It is a folder with these files:
 //!
-//! - `trajectory.pvd`, the list of frames with their times, which is the file to open;
-//! - `frame_000000.vtp` and so on, numbered by the index of the frame in the trajectory;
-//! - `surfaces.pvd` and `surface_0_NAME.vtp`, the surfaces beside the trajectory as triangles: all surfaces
-//!   present at the time of each frame, in their positions at that time (`surface_0_NAME_000000.vtp` for a
-//!   moving surface);
-//! - `box.vtp`, the edges of the first frame's box as lines; in a sheared box, of the region that contains
-//!   all positions.
+//! - `trajectory.pvd` lists the frames with their times. This is the file to open.
+//! - `frame_000000.vtp` and so on are the frames, numbered by their index in the trajectory.
+//! - `surfaces.pvd` and `surface_0_NAME.vtp` are the surfaces beside the trajectory as triangles. They include all
+//!   surfaces that are present at the time of a frame, in their positions at that time. A moving surface has a file for
+//!   each frame, such as `surface_0_NAME_000000.vtp`.
+//! - `box.vtp` has the edges of the first frame's box as lines. In a sheared box, it shows the region that contains all
+//!   positions.
 //!
-//! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (if the source has
-//! it), `species` (an index), `id`, `image` (periods travelled along each axis, if the source has them),
-//! `static` (1 for particles that never move) and the scalars, and a line per bond. The unwrapped position is
-//! the position plus the image times the edges of the box, in a sheared box also plus the second image times
-//! the displacement along x. A bond through a periodic side is not drawn, because its line would cross the
-//! whole box. Fields of the frame: `TimeValue`, `box` (lower and upper corner), `displacement` (along x of
-//! the next image along y; 0 in a box at rest), `periodic`, and `species_names`.
+//! A frame has a point and a vertex per particle, and a line per bond. The arrays of the points are `radius`,
+//! `velocity` (if the source has it), `species` (an index), `id`, `image` (periods travelled along each axis, if the
+//! source has them), `static` (1 for particles that never move) and the scalars of the particles. The unwrapped
+//! position is the position plus the image times the edges of the box. In a sheared box, the image along y times the
+//! displacement along x is added. A bond through a periodic side is not drawn, because its line would cross the whole
+//! box. Fields of the frame are `TimeValue`, `box` (lower and upper corner), `displacement` (along x, of the next image
+//! along y; 0 in a box at rest), `periodic`, and `species_names`.
 //!
 //! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
 
@@ -32,7 +32,7 @@ use crate::trajectory::Frame;
 use poly_data::PolyData;
 pub(super) use surfaces::Surfaces;
 
-/// The folder being written.
+/// Writer of a folder of VTK files.
 #[derive(Debug)]
 pub(super) struct Series {
     folder: PathBuf,
@@ -42,7 +42,7 @@ pub(super) struct Series {
 
 const END_OF_LIST: &[u8] = b"</Collection>\n</VTKFile>\n";
 
-/// Begins a list of files with their times.
+/// Begins a PVD file, which lists files with their times.
 fn list(path: &Path) -> std::io::Result<Draft> {
     let mut list = draft(path)?;
     list.write_all(
@@ -85,7 +85,7 @@ impl Writer for Series {
     }
 }
 
-/// A frame as points and lines.
+/// Returns a frame with a point for each particle and a line for each bond.
 fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     let Moment { frame, has_velocities, .. } = *moment;
     let mut data = PolyData::default();
@@ -118,14 +118,14 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     Ok(data)
 }
 
-/// Whether the shortest connection between the ends crosses a periodic side.
+/// Whether the shortest connection between the ends of a bond crosses a periodic side of the box.
 fn leaves_through_a_side(frame: &Frame, ends: [u32; 2]) -> bool {
     let [Some(a), Some(b)] = ends.map(|end| frame.particles.get(end as usize)) else { return true };
     let separation = a.position - b.position;
     (0..3).any(|axis| frame.periodic[axis] && 2.0 * separation[axis].abs() > frame.size[axis])
 }
 
-/// The edges of the box.
+/// Returns the edges of the box as lines.
 fn outline(frame: &Frame) -> PolyData {
     let corners: Vec<_> = (0..8_u32)
         .map(|corner| {
@@ -133,7 +133,7 @@ fn outline(frame: &Frame) -> PolyData {
             frame.lower + crate::Vector::new(is_upper(0), is_upper(1), is_upper(2))
         })
         .collect();
-    // An edge joins two corners that differ along one axis.
+    // An edge of the box joins two corners that differ along one axis.
     let edges: Vec<[u32; 2]> =
         (0..8_u32).flat_map(|corner| [1, 2, 4].map(|axis| [corner, corner | axis])).filter(|[a, b]| a != b).collect();
     let mut data = PolyData::default();

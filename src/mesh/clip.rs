@@ -1,4 +1,4 @@
-//! Clips meshes at planes.
+//! Clips meshes by half spaces.
 
 use crate::Vector;
 use crate::model::TriangleMesh;
@@ -6,21 +6,21 @@ use crate::model::TriangleMesh;
 /// Half space of all points `x` with `normal . x >= offset`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HalfSpace {
-    /// Unit vector that points into it.
+    /// Unit normal that points into the half space.
     pub normal: Vector,
-    /// Distance of its face from the origin, along the normal `[length]`.
+    /// Distance of the boundary plane from the origin, along the normal `[length]`.
     pub offset: f64,
 }
 
 impl HalfSpace {
-    /// Depth of a point below the face, negative outside `[length]`.
+    /// Distance of a point from the boundary plane `[length]`, positive inside the half space.
     fn depth(&self, point: &Vector) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
 
-/// Part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, so that a surface
-/// in a face is kept.
+/// Returns the part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, so that a
+/// surface in a boundary plane is kept.
 pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64) -> TriangleMesh {
     let is_inside = |point: &Vector| spaces.iter().all(|space| space.depth(point) >= -tolerance);
     if mesh.vertices.iter().all(is_inside) {
@@ -33,7 +33,8 @@ pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64)
     TriangleMesh::welded(pieces)
 }
 
-/// Part of a convex polygon inside all half spaces (Sutherland and Hodgman); empty if there is none.
+/// Returns the part of a convex polygon inside all half spaces, by the algorithm of Sutherland and Hodgman. The result
+/// is empty if there is no such part.
 pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64) -> Vec<Vector> {
     for space in spaces {
         let mut kept = Vec::with_capacity(polygon.len() + 1);
@@ -45,7 +46,8 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
                 kept.push(*a);
             }
             if is_inside[0] != is_inside[1] {
-                // From inside to outside, so that both triangles at an edge get the same point.
+                // The intersection is always computed from inside to outside, so that both triangles at an edge get the
+                // same point.
                 let (from, to, inner, outer) =
                     if is_inside[0] { (a, b, depth_a, depth_b) } else { (b, a, depth_b, depth_a) };
                 kept.push(from + (to - from) * (inner / (inner - outer)).clamp(0.0, 1.0));
@@ -56,7 +58,8 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
     polygon
 }
 
-/// Triangles of a convex polygon, all including its first corner.
+/// Returns the triangles of a fan around the first corner of a convex polygon. Triangles with two equal corners are
+/// left out.
 pub(crate) fn fan(polygon: &[Vector]) -> impl Iterator<Item = [Vector; 3]> + '_ {
     let rest = polygon.get(1..).unwrap_or_default();
     let triangles = rest.windows(2).filter_map(|pair| Some([*polygon.first()?, *pair.first()?, *pair.get(1)?]));
@@ -72,7 +75,7 @@ mod tests {
         let cube = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(2.0));
         let above = HalfSpace { normal: Vector::z(), offset: 0.5 };
         let upper = clipped(&cube, &[above], 1e-12);
-        // The lid of area 4 and four sides of height 1.5. No new side is created.
+        // The lid has area 4, and the four sides have height 1.5. No new side closes the cut.
         assert!((upper.area() - (4.0 + 4.0 * 3.0)).abs() < 1e-12);
         assert!(upper.all_corners().flatten().all(|corner| corner.z >= 0.5 - 1e-12));
         let oblique = HalfSpace { normal: Vector::new(1.0, 1.0, 0.0).normalize(), offset: 2.0_f64.sqrt() };

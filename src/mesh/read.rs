@@ -1,13 +1,13 @@
-//! Files of triangle meshes: STL, binary and text, and Wavefront OBJ.
+//! Readers of triangle meshes: binary STL, text STL and Wavefront OBJ.
 //!
 //! | format | precision | rejected, besides malformed files |
 //! |---|---|---|
-//! | binary STL | coordinates are `f32`, which `f64` represents exactly | fewer bytes than the header's number of triangles needs, or at least 50 more |
-//! | text STL | nearest `f64` | end of the file before `endsolid` |
+//! | binary STL | coordinates are `f32`, which `f64` represents exactly | files too short for the number of triangles in the header, or longer by 50 bytes or more |
+//! | text STL | nearest `f64` | files that end before `endsolid` |
 //! | OBJ | nearest `f64` | vertex numbers that do not exist; faces that are not flat or that cross themselves |
 //!
-//! Names, colours, texture coordinates and normals are ignored. The normal follows from the order of the
-//! corners. Memory grows with the data that has been read, never with a number announced in the file.
+//! Names, colours, texture coordinates and normals are ignored. The normal of a triangle follows from the order of its
+//! corners. The required memory depends on the length of the file, never on a number in it.
 
 mod error;
 mod obj;
@@ -23,14 +23,12 @@ pub use polygon::PolygonProblem;
 
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Reads a mesh. The extension, in any case, tells whether the content is STL or OBJ. The content tells
-/// whether STL is binary.
+/// Reads a mesh. The extension selects STL or OBJ, ignoring case. The content decides whether STL is binary or text.
 ///
 /// Corners with equal coordinates become one vertex. Triangles with two identical vertices are kept.
 ///
 /// # Errors
-/// [`MeshFileError`] with the name, the line or the number of the triangle, the found and the expected
-/// content.
+/// [`MeshFileError`] with the name of the file, the position of the error, and what was found and expected there.
 pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Result<TriangleMesh, MeshFileError> {
     let read = || {
         let format = extension.trim_start_matches('.').to_ascii_lowercase();
@@ -51,7 +49,8 @@ pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Resu
     read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
 }
 
-/// Number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; zero for other files.
+/// Returns the number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; zero for other
+/// files.
 #[must_use]
 pub fn unread_bytes(extension: &str, content: &[u8]) -> usize {
     let is_stl = extension.trim_start_matches('.').eq_ignore_ascii_case("stl");

@@ -1,4 +1,4 @@
-//! Faults of a mesh, and its measures: volume, wall thickness, gaps, points inside.
+//! Report on a mesh: its faults, its volume, the thickness of walls and gaps, and whether points are inside.
 
 mod crossing;
 mod finding;
@@ -18,35 +18,35 @@ pub use thickness::Thinnest;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Edges with the same fault.
+/// Number of edges with a fault, and the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EdgeFault {
-    /// Their number.
+    /// Number of edges with the fault.
     pub count: usize,
-    /// Ends of the first one `[length]`.
+    /// Ends of the first edge with the fault `[length]`.
     pub first: Option<[Vector; 2]>,
 }
 
-/// Triangles with the same fault.
+/// Number of triangles with a fault, and the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TriangleFault {
-    /// Their number.
+    /// Number of triangles with the fault.
     pub count: usize,
-    /// Number of the first one, from 0.
+    /// Index of the first triangle with the fault, from 0.
     pub first: Option<usize>,
 }
 
-/// Pairs of triangles with the same fault.
+/// Number of pairs of triangles with a fault, and the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PairFault {
-    /// Their number.
+    /// Number of pairs with the fault.
     pub count: usize,
-    /// Indices of the first two, from 0, the smaller one first.
+    /// Indices of the two triangles of the first pair with the fault, from 0. The smaller index comes first.
     pub first: Option<[usize; 2]>,
 }
 
-/// Report of a mesh. All decisions are exact; areas, volumes and distances are rounded. Coordinates below
-/// `1e-90` count as zero.
+/// Report on a mesh. All decisions are exact; only areas, volumes and distances are rounded. Coordinates with a
+/// magnitude below `1e-90` count as zero.
 ///
 /// For a mesh with [`unusable`](Self::unusable) triangles, only vertices and triangles are counted.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -55,65 +55,66 @@ pub struct MeshReport {
     pub vertices: usize,
     /// Number of triangles.
     pub triangles: usize,
-    /// Triangles whose vertices are missing, not finite or beyond [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE); only
-    /// the first one is counted.
+    /// Triangles with vertices that are missing, not finite, or beyond
+    /// [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE). Only the first such triangle is
+    /// counted.
     pub unusable: TriangleFault,
-    /// Lower and upper corner of the smallest box around the mesh `[length]`.
+    /// Lower and upper corner of the bounding box of the mesh `[length]`.
     pub bounds: [Vector; 2],
-    /// Area of all triangles `[length^2]`.
+    /// Total area of all triangles `[length^2]`.
     pub area: f64,
-    /// Enclosed volume `[length^3]`, negative if the normals point inwards; only for closed and consistently
-    /// oriented meshes.
+    /// Enclosed volume `[length^3]`, negative if the normals point inwards. `None` unless the mesh is closed and
+    /// consistently oriented.
     pub volume: Option<f64>,
-    /// Edges with a single triangle.
+    /// Edges that belong to a single triangle.
     pub open_edges: EdgeFault,
-    /// Edges with more than two triangles.
+    /// Edges that belong to more than two triangles.
     pub crowded_edges: EdgeFault,
-    /// Edges between two triangles with opposite orientations.
+    /// Edges between two triangles of opposite orientation.
     pub turned_edges: EdgeFault,
-    /// Number of parts without a common vertex.
+    /// Number of connected parts. Different parts have no common vertex.
     pub parts: usize,
-    /// Triangles of zero area, or of less than `1e-12` of the square of their longest side.
+    /// Triangles of zero area, or with an area below `1e-12` times the square of their longest side.
     pub degenerate: TriangleFault,
     /// Triangles with the same three vertices as an earlier triangle, in any order.
     pub duplicates: PairFault,
-    /// Triangles that meet outside a common vertex or edge. Triangles whose corners are on a line are
-    /// ignored.
+    /// Pairs of triangles that meet outside a common vertex or edge. Triangles whose corners are on a line are ignored.
     pub self_intersections: PairFault,
-    /// Whether all pairs were tested, for self-intersections and for distances. The search ends at
-    /// [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
+    /// Whether all pairs of triangles were tested for self-intersections and distances. The search ends early at
+    /// [`MOST_INTERSECTIONS`] or at [`MOST_PAIRS`].
     pub is_searched: bool,
-    /// Smallest distance between triangles that face each other, across the solid or across the outside.
+    /// Smallest distance between two triangles that face each other, either through the solid or through the space
+    /// outside.
     pub thinnest: Option<Thinnest>,
-    /// Smallest thickness of the enclosed solid; only for closed and consistently oriented meshes.
+    /// Smallest thickness of the enclosed solid; `None` unless the mesh is closed and consistently oriented.
     pub wall: Option<Thinnest>,
-    /// Smallest gap between surfaces outside the enclosed solid; only for closed and consistently oriented
-    /// meshes.
+    /// Smallest gap between surfaces outside the enclosed solid; `None` unless the mesh is closed and consistently
+    /// oriented.
     pub gap: Option<Thinnest>,
 }
 
-/// Largest number of self-intersections that are counted. A mesh with more is not a surface, and finding all
-/// of them takes a time quadratic in the number of triangles.
+/// Largest number of self-intersections that are counted. A mesh with more of them is not a surface, and the time to
+/// find all of them would be quadratic in the number of triangles.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Largest number of pairs of triangles with overlapping boxes that are tested for self-intersections. It
-/// also limits the triangles tested against rays. A mesh of a million triangles needs a tenth of this number.
-/// Tens of thousands of needles may need more if they are not parallel to an axis and all their boxes
-/// overlap.
+/// Largest number of pairs of triangles that are tested for self-intersections. Only pairs with overlapping bounding
+/// boxes are tested. The same number limits the tests of triangles against rays. A mesh of a million triangles needs
+/// about a tenth of it. A mesh of tens of thousands of long, thin, oblique triangles may need more if all their
+/// bounding boxes overlap.
 pub const MOST_PAIRS: usize = 100_000_000;
 
 /// Direction of the normals of a closed mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Orientation {
-    /// The enclosed volume is positive.
+    /// Normals point outwards, so that the enclosed volume is positive.
     Outwards,
-    /// The enclosed volume is negative.
+    /// Normals point inwards, so that the enclosed volume is negative.
     Inwards,
 }
 
 impl MeshReport {
-    /// Examines a mesh. The time grows as `n log n` with the number of triangles, and with the number of
-    /// pairs whose boxes overlap.
+    /// Examines a mesh. The time grows as `n log n` with the number `n` of triangles, and linearly with the number of
+    /// pairs of triangles whose bounding boxes overlap.
     #[must_use]
     pub fn of(mesh: &TriangleMesh) -> Self {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
@@ -138,19 +139,19 @@ impl MeshReport {
         report
     }
 
-    /// Whether each edge is on two triangles, so that the mesh encloses a volume.
+    /// Whether each edge belongs to exactly two triangles, so that the mesh encloses a volume.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.triangles > 0 && self.unusable.count == 0 && self.open_edges.count == 0 && self.crowded_edges.count == 0
     }
 
-    /// Whether neighbours have their normals on the same side.
+    /// Whether neighbouring triangles have their normals on the same side of the mesh.
     #[must_use]
     pub fn is_oriented(&self) -> bool {
         self.unusable.count == 0 && self.turned_edges.count == 0
     }
 
-    /// Direction of the normals, if the mesh is closed and consistently oriented and encloses a volume.
+    /// Direction of the normals; `None` unless the mesh is closed, is consistently oriented and encloses a volume.
     #[must_use]
     pub fn orientation(&self) -> Option<Orientation> {
         match self.volume {

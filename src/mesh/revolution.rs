@@ -9,12 +9,12 @@ use crate::model::TriangleMesh;
 /// Maximum number of sides of a circle.
 const MOST_SIDES: f64 = 4096.0;
 
-/// Triangles of a profile rotated about an axis. `profile` holds distances from the axis and heights along
-/// it. Vertices are on the circles described by its points, and the triangles deviate from the round surface
-/// by at most `tolerance`, `r (1 - cos(pi / n))` for `n` sides. `None` if that needs too many sides.
+/// Returns the triangles of a profile rotated about an axis. `profile` holds distances from the axis and heights along
+/// it. Vertices are on the circles described by its points. With `n` sides, triangles deviate from a round surface of
+/// radius `r` by `r (1 - cos(pi / n))`, which is at most `tolerance`. Returns `None` if this needs too many sides.
 ///
-/// A profile that ends where it begins is closed: a ring. All circles have equally many sides, so that pieces
-/// of the profile join without gaps. Where the profile goes up, triangles face away from the axis.
+/// A profile that ends where it begins is closed: a ring. All circles have equally many sides, so that pieces of the
+/// profile join without gaps. Where the profile goes up, triangles face away from the axis.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -23,7 +23,8 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // Any perpendicular direction, starting from the coordinate axis least parallel to the given one.
+    // Returns a direction perpendicular to `up`. The cross product uses the coordinate axis that is least parallel to
+    // `up`.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();
@@ -62,7 +63,7 @@ mod tests {
     fn cones_and_discs_have_their_areas_and_their_tolerance() {
         let axis = Vector::new(1.0, -2.0, 0.5);
         let base = Vector::new(3.0, 1.0, -2.0);
-        // A truncated cone, `pi (r1 + r2) l` along its side of length l = 5.
+        // A truncated cone with radii 1 and 4 and slant height `l = 5` has the lateral area `pi (r1 + r2) l = 25 pi`.
         let cone = revolution(&base, &axis, &[[1.0, 0.0], [4.0, 4.0]], 1e-4).unwrap();
         assert!((cone.area() / (PI * 25.0) - 1.0).abs() < 1e-3);
         let disc = revolution(&base, &axis, &[[0.0, 0.0], [2.0, 0.0]], 1e-4).unwrap();
@@ -93,7 +94,7 @@ mod tests {
         let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
         let is_closed = |uses: &[EdgeUse]| uses.len() == 2 && uses[0].is_forward != uses[1].is_forward;
         assert!(mesh.edges().iter().all(is_closed));
-        // It faces outwards: a cone and parts of two.
+        // The mesh faces outwards, so its volume is positive: the volume of a cone and a truncated cone.
         let volume = mesh.enclosed_volume();
         let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
         assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");

@@ -6,7 +6,7 @@ use super::revolution::revolution;
 use crate::Vector;
 use crate::model::TriangleMesh;
 
-/// Ratio of the golden section: corners of an icosahedron are at `(0, 1, phi)` and the like.
+/// Golden ratio `phi`. A corner of an icosahedron is at `(0, 1, phi)`; the others follow by permutations and signs.
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
 /// Triangles of an icosahedron with outward normals.
@@ -70,7 +70,6 @@ pub fn icosphere(centre: &Vector, radius: f64, subdivisions: u32) -> Option<Tria
     Some(TriangleMesh { vertices: directions.iter().map(|direction| centre + direction * radius).collect(), triangles })
 }
 
-/// A box with outward normals.
 pub fn cuboid(lower: &Vector, upper: &Vector) -> Option<TriangleMesh> {
     Some(TriangleMesh::cuboid(lower, upper))
 }

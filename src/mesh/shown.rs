@@ -2,17 +2,17 @@
 //!
 //! | surface | its triangles |
 //! |---|---|
-//! | mesh | its own |
-//! | sphere, capsule | a surface of revolution with 23 to 100 sides, more if it is large; a capsule of radius 0 is a thin rod |
+//! | mesh | the triangles of the mesh |
+//! | sphere, capsule | a surface of revolution with 23 to 100 sides, depending on its size; a capsule of radius 0 is a thin rod |
 //! | cylinder | the part inside the region; at open sides it ends perpendicular to its axis |
-//! | plane | the polygon in which it cuts the region |
+//! | plane | the polygon in which the plane cuts the region |
 //!
-//! The region is the box, extended on open sides to hold the particles. For a plane just beyond an open side,
-//! the region is enlarged to include it. In a periodic box, parts outside the box are shown at their images
-//! inside. Normals point to the particles if these are on one side only.
+//! The region is the box, extended beyond open sides to contain all particles. For a plane just beyond an open side,
+//! the region is enlarged to include it. In a periodic box, parts outside the box are shown at their images inside. If
+//! particles are on one side of a surface only, the normals point to this side.
 //!
-//! In a flat scene, a surface is a narrow strip along its section, on the side away from the particles. In a
-//! scene on a line, nothing is shown.
+//! In a two-dimensional scene, a surface is shown as a narrow strip along its section, on the side away from the
+//! particles. In a one-dimensional scene, no surface is shown.
 
 mod section;
 #[cfg(test)]
@@ -32,23 +32,24 @@ use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 /// in most pictures.
 const TOLERANCE: f64 = 2e-4;
 
-/// Smallest and largest deviation relative to the radius of the surface: 100 sides and 23.
+/// Smallest and largest deviation of triangles from a round surface, relative to its radius. They correspond to 100 and
+/// 23 sides.
 const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
 /// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
 
-/// Rounding of coordinates, relative to the diagonal of the region and its distance from the origin. A plane
-/// in a side of the box counts as inside.
+/// Rounding of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane that lies
+/// in a side of the box within this rounding counts as inside.
 const ROUNDING: f64 = 1e-9;
 
-/// Triangles of each surface of a scene, with its name; no triangles if it is out of sight.
+/// Returns the name and the triangles of each surface of a scene. A surface out of sight has no triangles.
 pub fn shown(scene: &Scene) -> impl Iterator<Item = (&str, Cow<'_, TriangleMesh>)> {
     let region = Region::of(scene);
     scene.surfaces().iter().map(move |surface| (surface.name.as_str(), region.triangles(surface)))
 }
 
-/// Part of space in which unbounded surfaces are shown.
+/// Box in which unbounded surfaces are shown.
 #[derive(Debug, Clone)]
 struct Region {
     lower: Vector,
@@ -67,7 +68,7 @@ impl Region {
         region
     }
 
-    /// Enlarges the region on open sides to hold a sphere.
+    /// Enlarges the region beyond open sides to contain a sphere.
     fn hold(&mut self, centre: &Vector, radius: f64) {
         for k in 0..3 {
             let Boundary::Bounded { .. } = self.boundary[k] else { continue };
@@ -99,8 +100,8 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// The sides of the region that a test selects. The test gets the axis, and 0 for the lower or 1 for the
-    /// upper side.
+    /// Returns the sides of the region for which `is_wanted` is true. Its arguments are the axis, and 0 for the lower
+    /// or 1 for the upper side.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {
@@ -165,7 +166,7 @@ impl Region {
     /// Part of a cylinder in the region.
     fn cylinder(&self, point: &Vector, axis: &Vector, radius: f64) -> TriangleMesh {
         let Some(along) = axis.try_normalize(0.0) else { return TriangleMesh::default() };
-        // All corners of the region lie between its ends.
+        // The ends of the tube lie beyond all corners of the region.
         let middle = along.dot(&(self.centre() - point));
         let half = 0.5 * (0..3).map(|k| along[k].abs() * (self.upper[k] - self.lower[k])).sum::<f64>();
         let profile = [[radius, middle - half], [radius, middle + half]];
@@ -179,10 +180,10 @@ impl Region {
         let length = span.norm();
         let axis = if length > 0.0 { span } else { Vector::z() };
         let tolerance = self.tolerance(radius);
-        // From pole to equator, steps are as large as the sides.
+        // Steps from a pole to the equator are about as long as the sides of the circles.
         let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
         let arc = |step: u32| {
-            // Exactly on the axis at the poles.
+            // The poles lie exactly on the axis.
             let angle = 0.5 * PI * f64::from(step) / f64::from(half);
             let out = if step == 0 || step == 2 * half { 0.0 } else { radius * libm::sin(angle) };
             (out, -radius * libm::cos(angle))
@@ -194,18 +195,18 @@ impl Region {
         revolution(&ends[0], &axis, &profile, tolerance).unwrap_or_default()
     }
 
-    /// A mesh in the box along periodic axes: parts beyond one side appear at the other.
+    /// Wraps a mesh into the box along periodic axes. Parts beyond one side appear at the opposite side.
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
-        // Shifts of the images in periods. An image that only touches the box is left out.
+        // Shifts that move an image of the mesh into the box, in periods. Images that only touch the box are left out.
         let shifts = [0, 1, 2].map(|k| {
             let first = (self.lower[k] + rounding - bounds[1][k]) / size[k];
             let last = (self.upper[k] - rounding - bounds[0][k]) / size[k];
             if is_periodic(k) { trunc_to_i32(first.ceil())..=trunc_to_i32(last.floor()) } else { 0..=0 }
         });
         let is_whole = shifts.iter().all(|shifts| *shifts == (0..=0));
-        // Shapes longer than two periods are not cut.
+        // A mesh that extends over more than two periods is not cut.
         if is_whole || shifts.iter().any(|shifts| shifts.end() - shifts.start() > 2) {
             return mesh;
         }
@@ -222,7 +223,8 @@ impl Region {
     }
 }
 
-/// Two directions perpendicular to a unit vector. The first, the second and the given one are right-handed.
+/// Returns two unit vectors perpendicular to a given one. The three vectors, the given one last, form a right-handed
+/// system.
 fn across(up: &Vector) -> (Vector, Vector) {
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
@@ -230,7 +232,7 @@ fn across(up: &Vector) -> (Vector, Vector) {
     (x, up.cross(&x))
 }
 
-/// A closed mesh, turned inside out if particles are inside.
+/// Turns a closed mesh inside out if the particles are inside.
 fn facing(mut mesh: TriangleMesh, is_inside: bool) -> TriangleMesh {
     if is_inside {
         mesh.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));

@@ -7,17 +7,17 @@ use thiserror::Error;
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Text before the triangles. Other programs treat a file that begins with `solid` as text.
+/// Start of the file header. It must not be `solid`, because other programs would then read the file as text.
 const HEADER: &[u8; 5] = b"carom";
 
-/// Error of writing a mesh.
+/// Error when writing a mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WriteStlError {
     /// The operating system failed to write.
     #[error("cannot write the mesh")]
     Io(#[from] io::Error),
-    /// The format has 32 bits for the number of triangles.
+    /// There are too many triangles: the format has 32 bits for their number.
     #[error("the mesh has {0} triangles, expected 4294967295 at most")]
     Count(usize),
     /// A corner is missing, not finite or beyond the range of `f32`.

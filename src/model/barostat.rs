@@ -18,12 +18,12 @@ pub struct Barostat {
     pub pressure: f64,
     /// Time between two moves `[time]`.
     pub interval: f64,
-    /// Largest change `a` of the logarithm of the volume in a move; `None` tunes it in the stages that are
-    /// not measured.
+    /// Largest change `a` of the logarithm of the volume in a move; `None` adjusts it in equilibrations and in stages
+    /// that are not measured.
     pub amplitude: Option<f64>,
 }
 
-/// Largest amplitude: a factor of 7.4 in volume.
+/// Largest amplitude of volume moves. It corresponds to a factor of 7.4 in volume.
 pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 
 /// Invalid barostat parameter.
@@ -31,7 +31,7 @@ pub(crate) const LARGEST_AMPLITUDE: f64 = 2.0;
 #[error("the {name} of the barostat is {value}, expected {expected}")]
 #[non_exhaustive]
 pub struct BarostatError {
-    /// Its name: pressure, interval or amplitude.
+    /// Name of the parameter: pressure, interval or amplitude.
     pub name: &'static str,
     /// Its value.
     pub value: f64,
@@ -40,7 +40,7 @@ pub struct BarostatError {
 }
 
 impl Barostat {
-    /// Rejects invalid settings, regardless of the system.
+    /// Rejects settings that are invalid for every system.
     pub(crate) fn check(&self) -> Result<(), BarostatError> {
         let number = "a number from 1e-50 to 1e50";
         let pressure = "a number from 1e-50 to 1e50: without an external pressure the volume grows for ever";
@@ -62,12 +62,12 @@ impl Barostat {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct VolumeMoves {
-    /// Moves that were proposed.
+    /// Number of proposed moves.
     pub attempted: u64,
-    /// Moves that were accepted.
+    /// Number of accepted moves.
     pub accepted: u64,
-    /// Moves to boxes below the smallest box, in which a pair would meet in two images. If there are many,
-    /// this limit distorts the ensemble, and the pressure differs from the pressure of the barostat.
+    /// Number of moves to boxes so small that a pair would interact through two images. Such moves are rejected. If
+    /// there are many, this limit distorts the ensemble, and the pressure differs from the pressure of the barostat.
     pub too_small: u64,
     /// Largest change of the logarithm of the volume in a move, at the end of the stage.
     pub amplitude: f64,

@@ -11,19 +11,19 @@ use crate::base::numbers::id;
 /// Particles connected by bonds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Ids of the particles. Each id follows the id of a particle to which it is bonded. A linear chain runs
-    /// from one end to the other.
+    /// Ids of the particles. Each particle comes after a particle to which it is bonded. A linear chain runs from one
+    /// end to the other.
     pub ids: Vec<u32>,
-    /// For each particle, the index in `ids` of the earlier particle to which it is bonded. The first
-    /// particle has its own index.
+    /// For each entry of `ids`, the index of an earlier entry whose particle is bonded to it. The first entry has its
+    /// own index.
     pub parents: Vec<u32>,
-    /// Whether it is a chain with two ends.
+    /// Whether the component is a chain with two ends.
     pub is_linear: bool,
 }
 
 impl Component {
-    /// A component of all particles of a group, by their indices in the group; `None` if bonds do not connect
-    /// them.
+    /// Returns the component of all particles of a group, with indices into `group` as ids. Returns `None` if bonds do
+    /// not connect all particles of the group.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));
@@ -38,7 +38,8 @@ impl Component {
         Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
     }
 
-    /// Positions of its particles relative to the first one, along the bonds. Each bond is a minimum image.
+    /// Positions of the particles of the component relative to the first one. The path follows the bonds, and each bond
+    /// is a minimum image.
     pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
         let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
         for (&id, &parent) in self.ids.iter().zip(&self.parents) {
@@ -50,7 +51,8 @@ impl Component {
     }
 }
 
-/// The bonded particles by connected component. Components with an end come first, in the order of their first ids.
+/// Returns the connected components of bonded particles. Components with an end come first. Otherwise, the order is
+/// that of their first ids.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
@@ -82,7 +84,8 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Returns the start of each particle's partners in an array, and this array.
+/// Returns two arrays: the index at which the partners of each particle start, and the bonded partners of all
+/// particles.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

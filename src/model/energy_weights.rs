@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Two energies belong to the same level if they differ by less than this fraction: the rounding of their
-/// sums.
+/// Relative difference below which two energies belong to the same level. It covers round-off in sums of energies.
 const SAME: f64 = 1e-9;
 
 /// Weights of a multicanonical ensemble. A configuration with the potential energy `U` has the probability
@@ -17,22 +16,22 @@ const SAME: f64 = 1e-9;
 #[doc(alias = "multicanonical")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnergyWeights {
-    /// Ascending energies, and `w` there.
+    /// Energies in ascending order, with the values of `w` there.
     nodes: Vec<(f64, f64)>,
-    /// Slopes below and above the nodes `[1 / energy]`.
+    /// Slopes of `w` below and above the nodes `[1 / energy]`.
     slopes: [f64; 2],
 }
 
 impl EnergyWeights {
-    /// From nodes, `(E, w(E))` with ascending energies `[energy]`, and the temperatures of the canonical
-    /// ensembles below and above them `[energy]`. Without nodes, `w` is zero at zero energy.
+    /// Creates weights from nodes `(E, w(E))` with ascending energies `[energy]`, and from the temperatures of the
+    /// canonical ensembles below and above the nodes `[energy]`. Without nodes, `w` is zero at zero energy.
     #[must_use]
     pub fn new(nodes: Vec<(f64, f64)>, temperatures: [f64; 2]) -> Self {
         let nodes = if nodes.is_empty() { vec![(0.0, 0.0)] } else { nodes };
         Self { nodes, slopes: temperatures.map(f64::recip) }
     }
 
-    /// `w` at an energy `[energy]`.
+    /// Value of `w(E)` at an energy `[energy]`.
     #[must_use]
     pub fn at(&self, energy: f64) -> f64 {
         let above = self.nodes.partition_point(|node| node.0 <= energy);
@@ -44,14 +43,13 @@ impl EnergyWeights {
         }
     }
 
-    /// The nodes, `(E, w(E))`.
+    /// The nodes `(E, w(E))`, with ascending energies.
     #[must_use]
     pub fn nodes(&self) -> &[(f64, f64)] {
         &self.nodes
     }
 
-    /// Whether an energy is at the lowest node or below, and whether it is at the highest node or above
-    /// `[energy]`.
+    /// Whether an energy `[energy]` is at or below the lowest node, and whether it is at or above the highest node.
     #[must_use]
     pub fn is_beyond(&self, energy: f64) -> [bool; 2] {
         let [first, last] = [self.nodes.first(), self.nodes.last()].map(|node| node.map_or(0.0, |node| node.0));

@@ -6,10 +6,10 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PotentialError {
-    /// There is no discontinuity.
+    /// The list of radii is empty.
     #[error("a potential needs at least one radius")]
     NoRadius,
-    /// The lengths of the two lists do not match.
+    /// The number of energies is not one more than the number of radii.
     #[error("{radii} radii need {} energies (one more than radii), but there are {energies}", radii + 1)]
     Count {
         /// Number of radii.
@@ -17,10 +17,10 @@ pub enum PotentialError {
         /// Number of energies.
         energies: usize,
     },
-    /// A radius is not a positive length.
+    /// A radius is not a positive finite length.
     #[error("radius number {} is {radius}, expected a positive finite length", index + 1)]
     Radius {
-        /// Position in the list, from 0.
+        /// Index of the radius, from 0.
         index: usize,
         /// The value.
         radius: f64,
@@ -28,17 +28,17 @@ pub enum PotentialError {
     /// The radii are not in descending order.
     #[error("radius number {} is {radius}, expected less than the one outside of it, {outer}", index + 1)]
     Order {
-        /// Position in the list, from 0.
+        /// Index of the radius, from 0.
         index: usize,
         /// The value.
         radius: f64,
-        /// The radius before it.
+        /// The previous radius in the list.
         outer: f64,
     },
-    /// An energy is not a number, or is infinite where it cannot be.
+    /// An energy is NaN or negative infinity, or it is infinite although it is neither the first nor the last.
     #[error("energy number {} is {energy}, expected a finite value (+inf only outermost or innermost)", index + 1)]
     Energy {
-        /// Position in the list, from 0.
+        /// Index of the energy, from 0.
         index: usize,
         /// The value.
         energy: f64,
@@ -52,7 +52,7 @@ pub enum PotentialError {
         /// The value.
         energy: f64,
     },
-    /// A parameter of a shorthand is not positive and finite.
+    /// A parameter of a model potential is not positive and finite.
     #[error("{name} is {value}, expected a positive finite value")]
     Parameter {
         /// The parameter's name.

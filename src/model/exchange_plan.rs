@@ -14,7 +14,7 @@ pub struct ExchangePlan {
     pub interval: f64,
     /// Mean rate of collisions of each particle with the heat bath of its replica `[1 / time]`.
     pub rate: f64,
-    /// Ensemble in which replicas sample the energies between those of the temperatures.
+    /// Ensemble that the replicas sample.
     pub ensemble: ExchangeEnsemble,
     /// Umbrella windows, for the ensemble [`ExchangeEnsemble::Umbrella`].
     pub umbrella: Option<UmbrellaPlan>,
@@ -27,8 +27,8 @@ pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// All replicas in one multicanonical ensemble. It visits all energies from the energy at the lowest
-    /// temperature to the energy at the highest temperature equally often.
+    /// One multicanonical ensemble of all replicas. It visits all energies from the energy at the lowest temperature to
+    /// the energy at the highest temperature equally often.
     Multicanonical,
     /// Umbrella sampling: a canonical ensemble in each umbrella window, at one temperature, with swaps of
     /// replicas.
@@ -42,7 +42,7 @@ impl ExchangePlan {
         self.umbrella.as_ref().map_or(self.temperatures.len(), |umbrella| umbrella.windows.len())
     }
 
-    /// Temperature of each replica, in the order of the places `[energy]`.
+    /// Returns one temperature for each replica, in the order of the temperatures or umbrella windows `[energy]`.
     pub(crate) fn temperatures_of_places(&self) -> Vec<f64> {
         match (&self.umbrella, self.temperatures.first()) {
             (Some(umbrella), Some(temperature)) => vec![*temperature; umbrella.windows.len()],
@@ -59,17 +59,18 @@ impl ExchangePlan {
     }
 }
 
-/// The lowest and the highest of ascending or descending temperatures `[energy]`; zeros for an empty list.
+/// Returns the lowest and the highest temperature of an ascending or descending list `[energy]`; zeros for an empty
+/// list.
 pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     let [first, last] = [temperatures.first(), temperatures.last()].map(|it| it.copied().unwrap_or(0.0));
     [first.min(last), first.max(last)]
 }
 
-/// Relative round-off in a number of intervals, due to decimal fractions.
+/// Relative round-off in the ratio of a duration and an interval that are decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
-/// More than any computer can do, and few enough that each attempt has its own random stream for each
-/// replica.
+/// Largest number of swap attempts. No computer can reach it, and it leaves a separate random stream for each replica
+/// at each attempt.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 /// Most temperatures.

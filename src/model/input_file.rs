@@ -1,4 +1,4 @@
-//! The files that a scene reads, and whether they have changed.
+//! Files that a scene reads, and a test of whether they have changed.
 
 use std::fs;
 use std::io;
@@ -8,27 +8,28 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::checksum::checksum;
 
-/// A file that a scene was made from, besides its own.
+/// A file that was read to create a scene, besides the scene file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFile {
     /// Its absolute path.
     pub path: String,
-    /// Checksum of its content: `crc32:` and eight hexadecimal digits.
+    /// Checksum of the content of the file: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of columns that the scene does not use; empty for a file recorded by a run.
+    /// Names of columns of the file that the scene does not use. They are not stored with a run, and empty when a run
+    /// is read back.
     #[serde(skip)]
     pub unused: Vec<String>,
-    /// Number of unused bytes after the triangles of a mesh; zero for a file recorded by a run.
+    /// Number of unused bytes after the triangles of a mesh. It is not stored with a run, and zero when a run is read
+    /// back.
     #[serde(skip)]
     pub extra_bytes: usize,
-    /// Number of vertices of a mesh merged into others at the scene's request; zero for a file recorded by a
-    /// run.
+    /// Number of vertices of a mesh that were merged with others, as the scene requests. It is not stored with a run,
+    /// and zero when a run is read back.
     #[serde(skip)]
     pub merged_vertices: usize,
 }
 
 impl InputFile {
-    /// A file with this content.
     pub(crate) fn new(path: &Path, content: &[u8]) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         Self {
@@ -40,20 +41,20 @@ impl InputFile {
         }
     }
 
-    /// A checkpoint, which ends with a checksum of everything before.
+    /// Creates the input file for a checkpoint, which ends with a checksum of all bytes before.
     pub(crate) fn of_checkpoint(path: &Path, checksum: u32) -> Self {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
 
-    /// The checksum of the file's present content if it has changed; `None` if it is the same.
+    /// Returns the checksum of the present content if the file has changed; `None` if it is the same.
     ///
     /// # Errors
     /// If the file cannot be read.
     pub fn changed(&self) -> io::Result<Option<String>> {
         let content = fs::read(&self.path)?;
         let now = match content.split_last_chunk::<4>() {
-            // A checkpoint ends with its own checksum. The checksum of the whole file would be the same for
-            // all checkpoints.
+            // A checkpoint ends with the checksum of all bytes before. A checksum of the whole file would be the same
+            // for all checkpoints.
             Some((rest, end)) if checksum(rest).to_le_bytes() == *end => word(rest),
             _ => word(&content),
         };
@@ -61,7 +62,7 @@ impl InputFile {
     }
 }
 
-/// A checksum in the format of scenes.
+/// Returns the checksum of a file content in the form used by scene files, such as `crc32:0123abcd`.
 pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }
@@ -70,7 +71,7 @@ pub(crate) fn spelled(checksum: u32) -> String {
     format!("crc32:{checksum:08x}")
 }
 
-/// Whether a word has the format of a checksum.
+/// Whether a word has the form of a checksum in a scene file.
 pub(crate) fn is_checksum(word: &str) -> bool {
     let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
     word.strip_prefix("crc32:").is_some_and(|digits| digits.len() == 8 && digits.chars().all(is_digit))

@@ -1,10 +1,10 @@
 //! Permitted magnitudes of quantities.
 
-/// The largest magnitude of any quantity, and the inverse of the smallest positive one. Products of four
-/// quantities, such as the discriminants of event detection, then stay finite.
+/// The largest magnitude of any quantity. The smallest positive magnitude is its inverse. Products of four quantities,
+/// such as the discriminants of event detection, then stay finite.
 pub(crate) const LARGEST: f64 = 1e50;
 
-/// Whether a quantity that must be positive is in range.
+/// Whether a quantity is positive and in the permitted range.
 pub(crate) fn is_positive(value: f64) -> bool {
     (1.0 / LARGEST..=LARGEST).contains(&value)
 }

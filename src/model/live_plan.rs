@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "camelCase")]
 #[non_exhaustive]
 pub struct LivePlan {
-    /// Text about the scene, in Markdown.
+    /// Description of the scene, in Markdown.
     pub description: Option<String>,
-    /// Simulated time per second of the page `[time / second]`.
+    /// Speed of the live page: simulated time per second of real time `[time / second]`.
     pub speed: Option<f64>,
     /// Property that particles are coloured by.
     pub colour: Option<Colouring>,
     /// Azimuth and elevation of the camera `[degrees]`.
     pub view: Option<[f64; 2]>,
-    /// Keys of the scene that have sliders. The page chooses some if there are none.
+    /// Sliders for keys of the scene. If the list is empty, the page chooses some keys.
     pub sliders: Vec<Slider>,
 }
 
@@ -28,30 +28,30 @@ pub enum Colouring {
     Species,
     /// Their speed.
     Speed,
-    /// Number of particles near them.
+    /// Number of neighbours of the particle.
     Neighbours,
-    /// Their initial position along the vertical axis.
+    /// Initial position of the particle along the vertical axis.
     History,
 }
 
-/// Slider of a key of the scene.
+/// Slider for a key of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 #[non_exhaustive]
 pub struct Slider {
-    /// Path of the key, such as `dynamics.gravity.2`.
+    /// Path of the key in the scene file, such as `dynamics.gravity.2`.
     pub key: String,
-    /// Label of the slider; the key if it is `None`.
+    /// Label of the slider; `None` shows the key instead.
     pub label: Option<String>,
-    /// Value at its lower end.
+    /// Value of the key at the lower end of the slider.
     pub from: f64,
-    /// Value at its upper end.
+    /// Value of the key at the upper end of the slider.
     pub to: f64,
     /// Scale along it.
     pub scale: SliderScale,
 }
 
-/// Steps of a slider.
+/// Spacing of the values along a slider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -64,7 +64,7 @@ pub enum SliderScale {
 }
 
 impl Slider {
-    /// Slider of a key between two values.
+    /// Creates a slider for a key between two values.
     #[must_use]
     pub fn new(key: &str, label: Option<&str>, [from, to]: [f64; 2], scale: SliderScale) -> Self {
         Self { key: key.to_owned(), label: label.map(str::to_owned), from, to, scale }

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::space::AXES;
 use crate::base::whole;
 
-/// Most bins of a distribution.
+/// Largest number of bins of a distribution.
 pub(crate) const MOST_BINS: u64 = 2000;
 
-/// Most cells of a profile.
+/// Largest number of cells of a profile.
 pub(crate) const MOST_CELLS: u64 = 10_000;
 
 /// Default number of bins of a radial distribution function.
@@ -21,13 +21,13 @@ pub(crate) const BINS: u64 = 100;
 /// Default number of time windows for the distributions of speeds.
 pub(crate) const WINDOWS: u64 = 4;
 
-/// Largest number of these time windows.
+/// Largest number of time windows for the distributions of speeds.
 pub(crate) const MOST_WINDOWS: u64 = 16;
 
-/// Largest number of linear times of diffusion.
+/// Largest number of linearly spaced times for diffusion.
 pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
-/// Largest number of linear times of transport.
+/// Largest number of linearly spaced times for transport coefficients.
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
 /// Pattern of names that become part of file names, for the JSON Schema.
@@ -58,60 +58,62 @@ pub struct MeasurementPlan {
     pub bond_order: Option<BondOrder>,
     /// Density, velocity and temperature on grids.
     pub profiles: Vec<Profile>,
-    /// Particles that pass planes.
+    /// Flows of particles through planes.
     pub flows: Vec<Flow>,
     /// Forces on walls and other surfaces.
     pub surface_forces: Option<SurfaceForces>,
 }
 
 impl MeasurementPlan {
-    /// Whether there are no instruments.
+    /// Whether the plan has no instruments.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Pressure tensor `P_ab V = sum m v_a v_b + (1/t) sum r_a J_b` from the collisional virial, compressibility factor, event rates.
+/// Pressure tensor from the collisional virial, compressibility factor, event rates.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureTensor {
-    /// Length of the shortest block of averages `[time]`.
+    /// Duration of the shortest block of averages `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
-/// Default number of bins of the profile of forces.
+/// Default number of bins of the curve of the normal force.
 pub(crate) const FORCE_BINS: u64 = 40;
 
-/// Forces on the walls and the other surfaces, `F = - sum J / t`, and the normal force on them along an axis.
+/// Forces `F = - sum J / t` on walls and other surfaces, from the impulses `J` on particles in a time `t`, and a curve
+/// of the normal force along an axis.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceForces {
-    /// Length of the shortest block of averages `[time]`.
+    /// Duration of the shortest block of averages `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Axis along which there is a curve; none if not given.
+    /// Axis along which a curve of the normal force is measured; no curve if not given.
     #[schemars(extend("enum" = ["x", "y", "z"]))]
     pub axis: Option<String>,
-    /// Number of bins along it; 40 if not given.
+    /// Number of bins of the curve along `axis`; 40 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = FORCE_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
 }
 
-/// Radial distribution functions, one for each two species, with their values at contact.
+/// Radial distribution functions of all pairs of species, with their values at contact.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RadialDistribution {
-    /// Largest distance `[length]`; half of the shortest edge, or four times the largest diameter if that is less.
+    /// Largest distance `[length]`; if not given, half of the shortest period, or of the longest edge without periodic
+    /// axes, but at most four times the largest diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
-    /// Number of bins; 200 if not given.
+    /// Number of bins of each function; 200 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = RADIAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
@@ -123,19 +125,20 @@ pub struct StructureFactor {
     /// Largest wave number `[1 / length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub largest: Option<f64>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
-/// Mean squared displacement and velocity autocorrelation from several origins, at linear and at logarithmic times.
+/// Mean squared displacement and velocity autocorrelation from several time origins, at linear and at logarithmic
+/// times.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Diffusion {
-    /// Spacing of the linear times `[time]`.
+    /// Interval between the linearly spaced times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Longest time `[time]`, at most 2000 intervals.
+    /// Longest of the linearly spaced times `[time]`, at most 2000 intervals.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }
@@ -144,25 +147,25 @@ pub struct Diffusion {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transport {
-    /// Spacing of the times `[time]`.
+    /// Interval between the linearly spaced times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Longest time `[time]`, at most 1000 intervals.
+    /// Longest of the linearly spaced times `[time]`, at most 1000 intervals.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }
 
-/// Distributions of the path and the time between two Core contacts of a particle.
+/// Distributions of the path and the time of a particle between two contacts of hard cores.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
-    /// Number of bins; 100 if not given.
+    /// Number of bins of each distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
 }
 
-/// Distributions of speeds in windows of time, compared with Maxwell's.
+/// Distributions of speeds in windows of time, compared with Maxwell's distribution.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Speeds {
@@ -170,19 +173,21 @@ pub struct Speeds {
     #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub windows: Option<u64>,
-    /// Length of a window `[time]`; the duration of the measurement over the number of windows if not given.
+    /// Length of a time window `[time]`; if not given, the duration of the measurement divided by the number of
+    /// windows.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub window: Option<f64>,
-    /// Number of bins; 100 if not given.
+    /// Number of bins of each distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
-    /// Speed at which the last bin ends `[length / time]`; eight thermal speeds, or as far as the fastest needs, if not given.
+    /// Upper end of the last bin `[length / time]`; if not given, eight thermal speeds, or more if the fastest particle
+    /// requires it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub largest: Option<f64>,
-    /// Only particles of this species; each species that moves if not given.
+    /// Species of the measured particles. If not given, each moving species is measured separately.
     pub species: Option<String>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
@@ -191,11 +196,11 @@ pub struct Speeds {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chains {
-    /// Number of bins of the distributions; 100 if not given.
+    /// Number of bins of each distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
@@ -204,14 +209,14 @@ pub struct Chains {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BondOrder {
-    /// Neighbours are closer than this `[length]`; 1.4 times the largest diameter if not given.
+    /// Distance within which two particles are neighbours `[length]`; 1.4 times the largest diameter if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
-    /// Number of bins of the distribution; 100 if not given.
+    /// Number of bins of the distribution of bond order; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
@@ -223,7 +228,7 @@ pub struct Profile {
     /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
     #[schemars(regex(pattern = FILE_NAME))]
     pub name: String,
-    /// Number of bins along x, y and z; 1 for an axis that is averaged over.
+    /// Number of bins along x, y and z; 1 for an axis over which the profile is averaged.
     #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
     #[serde(deserialize_with = "whole::several")]
     pub bins: [u64; 3],
@@ -231,14 +236,14 @@ pub struct Profile {
     pub lower: Option<[f64; 3]>,
     /// Upper corner `[length]`; the upper corner of the box if not given.
     pub upper: Option<[f64; 3]>,
-    /// Only particles of this species; all that move if not given.
+    /// Species of the measured particles; all moving species if not given.
     pub species: Option<String>,
-    /// Between two samples `[time]`.
+    /// Time between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
-/// Particles that pass a plane, or a rectangle in it: an outflow with its rate.
+/// Flow of particles through a plane, or through a rectangle in it, with its rate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
@@ -248,26 +253,29 @@ pub struct Flow {
     /// The axis that the plane is normal to: `x`, `y` or `z`.
     #[schemars(extend("enum" = AXES))]
     pub axis: Option<String>,
-    /// Normal of a plane in any direction, instead of `axis`. Its length does not matter.
+    /// Normal of a tilted plane, of any length, instead of `axis`.
     pub normal: Option<[f64; 3]>,
     /// Coordinate of the plane along `axis` or `normal` `[length]`.
     pub at: f64,
-    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` has no effect. For a tilted
-    /// plane, the lower corner of a box. The whole plane if not given.
+    /// Lower corner of a rectangle in the plane, or of a box if the plane is tilted; the whole plane if not given
+    /// `[length]`. The coordinate along `axis` has no effect.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of the rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// Only particles of this species; all that move if not given.
+    /// Species of the measured particles; all moving species if not given.
     pub species: Option<String>,
-    /// Between two samples `[time]`, short against the time between two passages of one particle.
+    /// Time between two samples `[time]`. It should be short compared with the time between two passages of one
+    /// particle.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Whether passages towards larger (`+`) or smaller (`-`) coordinates count as positive; `+` if not given.
     #[schemars(extend("enum" = DIRECTIONS))]
     pub direction: Option<String>,
-    /// Start and end of the time over which rates are means, from the start of the measurement on `[time]`; from the first to the last passage if not given.
+    /// Start and end of the time over which rates are averaged, counted from the start of the measurement `[time]`;
+    /// from the first to the last passage if not given.
     pub window: Option<[f64; 2]>,
-    /// The opening that grains fall through, to compare with Beverloo's law: the diameter of a round one, or the two edges of a rectangle `[length]`.
+    /// Opening through which grains fall: the diameter of a round opening, or the two edges of a rectangular opening
+    /// `[length]`. Rates are compared with Beverloo's law.
     pub outlet: Option<Outlet>,
 }
 
@@ -275,11 +283,11 @@ pub struct Flow {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Outlet {
-    /// A circle of this diameter `[length]`.
+    /// A round opening of this diameter `[length]`.
     Round(f64),
-    /// A rectangle with these edges `[length]`.
+    /// A rectangular opening with these edges `[length]`.
     Rectangular([f64; 2]),
 }
 
-/// Directions of a flow along its axis.
+/// Words for the direction in which passages count as positive.
 pub const DIRECTIONS: [&str; 2] = ["+", "-"];

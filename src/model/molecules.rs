@@ -1,12 +1,12 @@
-//! Molecules: particles connected by bonds, which a volume move shifts as one.
+//! Molecules: groups of particles connected by bonds. A volume move shifts a molecule without changing its shape.
 
 use super::components::{Component, components};
 use super::scene::{Bond, Scene};
 use super::space::{Space, minimum_image};
 use crate::Vector;
 
-/// Molecules of a scene. A particle without bonds is a molecule. A bond that its particles can leave does not
-/// count.
+/// Molecules of a scene: groups of particles that are held together by bonds. A particle without bonds is a molecule
+/// too. Bonds that particles can leave are ignored.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
     /// Molecules of two or more particles.
@@ -18,7 +18,7 @@ pub(crate) struct Molecules {
 }
 
 impl Molecules {
-    /// Molecules of a scene whose particles have these masses, in the order of their ids.
+    /// Returns the molecules of a scene. `masses` are the masses of the particles in the order of their ids.
     pub fn of(scene: &Scene, masses: Vec<f64>) -> Self {
         let bonds: Vec<[u32; 2]> = held(scene).map(|bond| bond.pair.map(|id| id.0)).collect();
         let components = components(masses.len(), &bonds);
@@ -26,8 +26,8 @@ impl Molecules {
         Self { count: masses.len() - joined, components, masses }
     }
 
-    /// A bond of the scene that closes a ring around the periodic box, if there is one. Its length would
-    /// depend on the volume.
+    /// Returns a bond that closes a ring of bonds around the periodic box, if there is one. The length of such a ring
+    /// would depend on the volume.
     pub fn bond_around_the_box(&self, scene: &Scene) -> Option<Bond> {
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
         let periods = scene.space.periods();
@@ -38,7 +38,7 @@ impl Molecules {
             component.ids.iter().zip(path).for_each(|(&id, step)| unwrapped[id as usize] = first + step);
         }
         let apart = |at: &[Vector], bond: &Bond| at[bond.pair[0].0 as usize] - at[bond.pair[1].0 as usize];
-        // The difference is a whole number of periods or zero.
+        // The difference is zero or a whole number of periods along each axis.
         let goes_around = |bond: &&Bond| {
             let difference = apart(&unwrapped, bond) - minimum_image(apart(&positions, bond), &periods);
             difference.amax() > 0.5 * periods.min()
@@ -46,9 +46,8 @@ impl Molecules {
         held(scene).find(goes_around).copied()
     }
 
-    /// Positions in another box of the same shape and lower corner. Centres of mass are scaled with the box,
-    /// and molecules keep their shapes. Image numbers are unchanged, so that positions may lie outside the
-    /// box.
+    /// Scales positions to another box of the same shape and lower corner. Centres of mass are scaled with the box, and
+    /// molecules keep their shapes. Image numbers are unchanged, so positions may lie outside the box.
     pub fn scaled(&self, positions: &[Vector], from: &Space, to: &Space) -> Vec<Vector> {
         let (lower, periods) = (from.lower, from.periods());
         let factor = Vector::from_fn(|k, _| if from.size[k] > 0.0 { to.size[k] / from.size[k] } else { 1.0 });
@@ -64,7 +63,7 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Number of periods between the particle and its image next to the first particle of the
+                // Number of periods from the particle to the image of it that is connected to the first particle of the
                 // molecule.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }
@@ -76,7 +75,7 @@ impl Molecules {
     }
 }
 
-/// Bonds that hold their particles together.
+/// Returns the bonds that their particles cannot leave.
 fn held(scene: &Scene) -> impl Iterator<Item = &Bond> {
     scene.bonds.iter().filter(|bond| scene.interactions[bond.interaction.0 as usize].potential.is_bond())
 }
@@ -88,7 +87,7 @@ mod tests {
     use crate::model::space::Boundary;
     use crate::scene::SceneBuilder;
 
-    /// Particles on a line of length 9, bonded as listed, and two free ones.
+    /// Particles with the given x coordinates in a periodic square with edges of 9, connected by the given bonds.
     fn molecules(at: &[f64], bonds: &[[u32; 2]]) -> (Scene, Molecules) {
         let mut scene = SceneBuilder::new("line")
             .space(Space {
@@ -136,7 +135,6 @@ mod tests {
             let steps = [Vector::zeros(), bond(at, 0, 1, box_), bond(at, 0, 1, box_) + bond(at, 1, 2, box_)];
             at[0] + (steps[1] * 2.9 + steps[2] * 1.3) / 5.5
         };
-        // Next to the first particle, which keeps its image.
         let apart = centre(&scaled, 1) - centre(&positions, 0) * factor;
         assert!(minimum_image(apart, &periods[1]).xy().norm() < 1e-13, "{apart}");
     }

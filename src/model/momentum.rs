@@ -9,30 +9,31 @@ use crate::model::{InteractionId, Scene, Species, Thermostat};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Influence {
-    /// Reflecting walls, each along its own axis.
+    /// Reflecting walls. Each wall changes the momentum along its normal.
     Walls,
-    /// Contacts with walls that the TC model alters, along the axes of the wall.
+    /// Contacts with dissipative walls that the TC model alters. They change the momentum parallel to the wall.
     SlidingContacts,
-    /// Walls that give new velocities, in all directions.
+    /// Thermal walls and surfaces, which give particles new velocities. They change all components of the momentum.
     ThermalWalls,
-    /// Surfaces other than walls of the box, in all directions.
+    /// Surfaces other than walls of the box. They change all components of the momentum.
     Surfaces,
-    /// Acceleration, along its own axes.
+    /// Gravity or another constant acceleration, which changes the momentum along its direction.
     Gravity,
-    /// Static particles that moving ones meet or are bonded to.
+    /// Static particles that interact with moving particles or are bonded to them.
     StaticParticles,
     /// An Andersen thermostat in the measurement, which gives single particles new velocities.
     AndersenCollisions,
 }
 
 impl Scene {
-    /// All influences on the total momentum of the moving particles in the last measurement, each with the axes along which it acts.
+    /// All influences on the total momentum of the moving particles in the last measurement, each with the axes along
+    /// which it acts.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
         self.influences_with(self.run.thermostat.as_ref())
     }
 
-    /// Influences in a stage with another thermostat.
+    /// Influences on the total momentum in a stage with this thermostat.
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
         let walls = |k: usize| self.space.boundary[k].restitutions();
         let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
@@ -57,7 +58,7 @@ impl Scene {
         all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
     }
 
-    /// Whether no contact of two particles dissipates.
+    /// Whether all contacts between particles are elastic.
     pub(crate) fn has_elastic_pairs(&self) -> bool {
         self.interactions.iter().all(|interaction| interaction.restitution == 1.0)
     }
@@ -69,7 +70,7 @@ impl Scene {
         self.conserved_axes_with(self.run.thermostat.as_ref())
     }
 
-    /// Axes along which the total momentum is conserved in a stage with another thermostat.
+    /// Axes along which the total momentum is conserved in a stage with this thermostat.
     pub(crate) fn conserved_axes_with(&self, thermostat: Option<&Thermostat>) -> [bool; 3] {
         let influences = self.influences_with(thermostat);
         std::array::from_fn(|k| {
@@ -103,19 +104,19 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// Whether events neither supply nor lose heat in a stage with this thermostat. Scaling of all velocities
-    /// is allowed.
+    /// Whether no event supplies or removes heat in a stage with this thermostat. A thermostat that rescales all
+    /// velocities is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
         !is_heated && self.shear_rate.is_none() && !self.has_moving_surfaces() && !self.loses_energy()
     }
 
-    /// Whether contacts only exchange velocities in a stage with this thermostat: equal hard particles on a
-    /// line.
+    /// Whether all contacts in a stage with this thermostat only exchange velocities. This is the case for equal hard
+    /// particles on a line.
     ///
-    /// Each velocity is then conserved, as if the particles passed through each other, and time averages
-    /// depend on the initial velocities.
+    /// The set of velocities is then constant, as if the particles passed through each other, and time averages depend
+    /// on the initial velocities.
     pub(crate) fn only_exchanges_velocities_with(&self, thermostat: Option<&Thermostat>) -> bool {
         if self.space.dimensions() != 1 || !self.conserves_heat_with(thermostat) {
             return false;
@@ -127,7 +128,7 @@ impl Scene {
         masses.all(|mass| mass == first) && self.interactions.iter().all(|interaction| is_hard(&interaction.potential))
     }
 
-    /// Whether a possible contact loses energy.
+    /// Whether any contact that can occur in the scene loses energy.
     fn loses_energy(&self) -> bool {
         let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0)
             || self.surfaces.iter().any(|surface| surface.law.dissipates());
@@ -140,20 +141,21 @@ impl Scene {
         loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
     }
 
-    /// Whether a thermostat, a sheared box, a thermal wall or a surface that moves supplies energy.
+    /// Whether energy is supplied in a stage with this thermostat: by the thermostat, a sheared box, a thermal wall or
+    /// a moving surface.
     fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let mut influences = self.influences_with(thermostat).into_iter();
         let moves = self.shear_rate.is_some() || self.has_moving_surfaces();
         thermostat.is_some() || moves || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 
-    /// The accelerations of all moving species `[length / time^2]`.
+    /// The accelerations of all moving species, and the gravities in the run plan `[length / time^2]`.
     pub(crate) fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         let moving = self.species.iter().filter(|species| !species.is_static());
         moving.map(|species| species.acceleration).chain(self.run.gravities())
     }
 
-    /// Whether some moving particle interacts with a static one.
+    /// Whether any moving particle interacts with a static particle or is bonded to one.
     fn meets_static_particles(&self) -> bool {
         if !self.species.iter().any(Species::is_static) {
             return false;

@@ -14,20 +14,20 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// Relative limits of the audit of a run. They replace the limits from round-off.
+/// Limits of the audit of a run, as fractions. They replace the default limits, which follow from round-off.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
-    /// Largest error of the energy ledger.
+    /// Largest permitted error of the energy balance.
     pub energy: Option<f64>,
-    /// Largest drift of the momentum.
+    /// Largest permitted drift of the total momentum.
     pub momentum: Option<f64>,
-    /// Deepest overlap, relative to the distance of the discontinuity.
+    /// Largest permitted depth of an overlap, relative to the contact distance.
     pub overlap: Option<f64>,
 }
 
 impl Region {
-    /// Whether a point is inside. The lower faces belong to the box, the upper ones to its neighbour. Flat
-    /// axes are ignored.
+    /// Whether a point is inside. Points on the lower faces are inside, points on the upper faces are not. Along an
+    /// axis without extent, the coordinates must be equal.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -38,7 +38,7 @@ impl Region {
 /// A region in which a run counts particles, such as a container or half of the box.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CountRegion {
-    /// Name of the column, unique in the scene.
+    /// Name of the column in `thermo.csv`, unique in the scene.
     pub name: String,
     /// The region.
     pub space: CountSpace,
@@ -49,7 +49,7 @@ pub struct CountRegion {
 pub enum CountSpace {
     /// A box.
     Box(Region),
-    /// Inside a closed mesh, in three dimensions.
+    /// The interior of a closed mesh, in three-dimensional scenes.
     Mesh(TriangleMesh),
 }
 
@@ -93,7 +93,7 @@ impl Format {
     /// All formats.
     pub const ALL: [Self; 6] = [Self::Lammps, Self::Gsd, Self::Vtk, Self::Npy, Self::Csv, Self::Xyz];
 
-    /// Its name in scenes and on the command line.
+    /// Name of the format in scenes and on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

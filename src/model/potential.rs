@@ -18,13 +18,13 @@ pub struct Potential {
 }
 
 impl Potential {
-    /// A potential from its radii, outermost first, and the energies outside and inside of each.
+    /// Creates a potential from its radii, outermost first, and its energies: first the energy outside all radii, then
+    /// the energy inside each radius.
     ///
     /// # Errors
-    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, if
-    /// there is not exactly one more energy than radii, if an energy is NaN or negative infinity, if two
-    /// adjacent energies are infinite, or if a finite energy lies inside an infinite one that no pair could
-    /// have crossed.
+    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, if there is not
+    /// exactly one more energy than radii, if an energy is NaN or negative infinity, if two adjacent energies are
+    /// infinite, or if a finite energy lies inside an infinite one that no pair could have crossed.
     pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
         if radii.is_empty() {
             return Err(PotentialError::NoRadius);
@@ -61,7 +61,7 @@ impl Potential {
         self.radii.iter_mut().for_each(|radius| *radius *= factor);
     }
 
-    /// Hard spheres that touch at `diameter`: radius `sigma`, energies `0, +inf`.
+    /// Hard spheres that touch at `diameter`. The energy is 0 outside and infinite inside.
     ///
     /// # Errors
     /// [`PotentialError`] if the diameter is not finite and positive.
@@ -128,7 +128,8 @@ impl Potential {
         if steps == 0 {
             return Err(PotentialError::NoRadius);
         }
-        // u(core) = core_energy: a quadratic in x = (sigma/r)^6, 4 eps (x^2 - x) = core_energy.
+        // The core is where `u(r) = core_energy`. With `x = (sigma/r)^6`, this is the quadratic equation
+        // `4 eps (x^2 - x) = core_energy`.
         let x = 0.5 * (1.0 + (1.0 + core_energy / well_depth).sqrt());
         let core = diameter / libm::cbrt(x).sqrt();
         if cutoff <= core {
@@ -136,7 +137,7 @@ impl Potential {
         }
         let width = (cutoff - core) / steps as f64;
         let radius = |k: usize| if k == steps { core } else { cutoff - k as f64 * width };
-        // The integral of u(r) r^2 from infinity, 4 eps sigma^3 [s^3/3 - s^9/9] with s = sigma/r.
+        // Integral of `u(r) r^2` from infinity to `r`: `4 eps sigma^3 (s^3/3 - s^9/9)` with `s = sigma/r`.
         let integral = |r: f64| {
             let s3 = (diameter / r) * (diameter / r) * (diameter / r);
             4.0 * well_depth * diameter * diameter * diameter * (s3 / 3.0 - s3 * s3 * s3 / 9.0)
@@ -160,7 +161,7 @@ impl Potential {
         &self.radii
     }
 
-    /// The energies `U_0 ... U_n` `[energy]`, one more than radii.
+    /// The energies `U_0 ... U_n` `[energy]`. There is one more energy than radii.
     #[must_use]
     pub fn energies(&self) -> &[f64] {
         &self.energies
@@ -178,7 +179,7 @@ impl Potential {
         (self.energies[self.radii.len()] == f64::INFINITY).then(|| self.radii[self.radii.len() - 1])
     }
 
-    /// Whether the only discontinuity is a hard core.
+    /// Whether the potential has a single discontinuity, a hard core.
     #[must_use]
     pub fn is_hard_sphere(&self) -> bool {
         self.energies[1] == f64::INFINITY
@@ -192,8 +193,8 @@ impl Potential {
 
     /// The lowest and the highest state that a pair can have.
     ///
-    /// States with infinite energy are not accessible. A hard core limits them from inside, a bond from
-    /// outside.
+    /// States with infinite energy are not accessible. A hard core limits the highest state, and a bond limits the
+    /// lowest state.
     #[must_use]
     pub fn accessible_states(&self) -> std::ops::RangeInclusive<usize> {
         let lowest = usize::from(self.energies[0].is_infinite());
@@ -201,9 +202,10 @@ impl Potential {
         lowest..=highest
     }
 
-    /// The state of a pair that starts at `distance`. At no other time does the distance decide the state.
+    /// The state of a pair that starts at `distance`. Later, events change the state, and the distance does not decide
+    /// it.
     ///
-    /// If the distance is forbidden, the nearest accessible state.
+    /// For a forbidden distance, it is the nearest accessible state.
     #[must_use]
     pub fn state_at(&self, distance: f64) -> usize {
         let captured = self.radii.iter().take_while(|&&radius| distance < radius).count();
@@ -211,7 +213,8 @@ impl Potential {
         captured.clamp(*states.start(), *states.end())
     }
 
-    /// Depth of `distance` in the forbidden region, relative to the discontinuity it violates; 0 if allowed.
+    /// Depth of `distance` in the forbidden region, relative to the radius of the violated discontinuity; 0 if the
+    /// distance is allowed.
     #[must_use]
     pub fn violation_at(&self, distance: f64) -> f64 {
         let inside = self.core().map_or(0.0, |core| (core - distance) / core);
@@ -265,7 +268,7 @@ mod tests {
         let sum: f64 =
             (0..40).map(|k| lj.energies()[k + 1] * (lj.radii()[k].powi(3) - lj.radii()[k + 1].powi(3)) / 3.0).sum();
         let exact = |r: f64| 4.0 * (r.powi(-9) / -9.0 + r.powi(-3) / 3.0);
-        // Rounding of about forty terms of size one.
+        // The tolerance covers the round-off of about forty terms of order one.
         assert!((sum - (exact(cutoff) - exact(core))).abs() < 1e-13);
         let at_core = 4.0 * (core.powi(-12) - core.powi(-6));
         assert!((at_core - 50.0).abs() < 1e-11);

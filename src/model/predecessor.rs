@@ -1,4 +1,4 @@
-//! The run that a scene starts from.
+//! Predecessor: the run from whose last state a scene starts.
 
 use std::sync::Arc;
 
@@ -13,34 +13,35 @@ use super::{InputFile, InteractionId, ParticleId};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Predecessor {
-    /// Its checkpoint, with the checksum at its end.
+    /// Checkpoint of the run, identified by the checksum at its end.
     pub checkpoint: InputFile,
-    /// Number of random streams that the thermostats of the predecessor, and of all runs before it, may have
-    /// used. Later streams are unused.
+    /// Number of random streams that the predecessor, and all runs before it, may have used for their thermostats. A
+    /// new run uses later streams.
     pub(crate) streams: usize,
-    /// `None` once a simulation has begun from it.
+    /// Last state of the run; `None` once a simulation has begun from it.
     #[serde(skip)]
     pub(crate) state: Option<Arc<LastState>>,
 }
 
-/// Last state of a run, except particles, bonds, box and time.
+/// Last state of a run, without the particles, bonds, box and time that the scene already contains.
 #[derive(Debug, PartialEq)]
 pub(crate) struct LastState {
-    /// Periods travelled by each particle.
+    /// Number of periods that each particle has travelled along each axis.
     pub images: Vec<[i32; 3]>,
-    /// The pairs that were not in state 0, in ascending order.
+    /// Pairs of particles in a state other than 0, in ascending order, with their states.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// For each interaction of the scene, whether its pairs had the same discontinuities. If so, they keep
+    /// For each interaction of the scene, whether its pairs had the same discontinuities in the run. Such pairs keep
     /// their states.
     pub is_kept: Vec<bool>,
-    /// Differences between the scene and the run, in words.
+    /// Descriptions of the differences between the scene and the run.
     pub differences: Vec<&'static str>,
-    /// The whole simulation, serialized; `None` if the scene differs in something that it depends on.
+    /// Serialized simulation at the end of the run; `None` if the scene differs from the run.
     pub simulation: Option<Vec<u8>>,
 }
 
 impl LastState {
-    /// The state of a pair that keeps it; `None` if the distance decides.
+    /// Returns the state that the pair had in the run, if its interaction has the same discontinuities. Returns `None`
+    /// if the distance decides the state.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;
@@ -50,8 +51,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and the run, in words. Because of them, a new engine starts from the
-    /// last state of the run. Empty without differences, or after a simulation has begun.
+    /// Differences between the scene and the run, in words. If there are any, a new engine starts from the last state
+    /// of the run. The list is empty after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

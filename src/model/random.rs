@@ -1,4 +1,4 @@
-//! Random numbers of a start: one seed, one stream per purpose, equal on every platform.
+//! Random numbers: one seed, and one stream for each purpose. They are equal on every platform.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -28,8 +28,8 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// The number of the stream for a group. Numbers never change, so that a scene keeps its start. Purposes
-    /// added after the first four have much larger numbers.
+    /// Number of the random stream for a group of particles. The numbers never change, so that a scene keeps its
+    /// initial configuration. Purposes added after the first four have much larger numbers.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,
@@ -43,20 +43,20 @@ impl Purpose {
     }
 }
 
-/// A ChaCha8 generator with the distributions that a start needs.
+/// Random number generator (ChaCha8) with the distributions that a simulation needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
-    /// The stream for one purpose in one group of particles.
+    /// The random stream for one purpose and one group of particles.
     pub(crate) fn new(seed: u64, purpose: Purpose, group: usize) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(purpose.stream(group));
         Self(generator)
     }
 
-    /// Moves to the numbers of the `count`-th event of a particle in this stream, independently of other
-    /// particles: 64 numbers for each of `2^29` events.
+    /// Moves to the random numbers for event number `count` of a particle. They are independent of other particles.
+    /// There are 64 numbers for each event, and `2^29` events for each particle.
     pub(crate) fn seek(&mut self, particle: u32, count: u32) {
         let block = (u128::from(particle) << 32) + u128::from(count << 3);
         self.0.set_word_pos(16 * block);
@@ -67,7 +67,7 @@ impl Random {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in `0..count`; the bias is below `count / 2^64`.
+    /// Uniformly distributed integer in `0..count`; the bias is below `count / 2^64`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         #[expect(clippy::cast_possible_truncation, reason = "below count")]
         let number = ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize;
@@ -91,12 +91,12 @@ impl Random {
         }
     }
 
-    /// Three normal components, exactly zero along flat axes.
+    /// Vector of normal deviates, with exact zeros along flat axes.
     pub(crate) fn normal_vector(&mut self, space: &Space) -> Vector {
         Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { self.normal() })
     }
 
-    /// A direction, uniform on the unit sphere of the axes that are not flat.
+    /// A uniformly distributed direction in the space of the axes that are not flat.
     pub(crate) fn direction(&mut self, space: &Space) -> Vector {
         loop {
             let vector = self.normal_vector(space);
@@ -165,7 +165,8 @@ mod tests {
             m4 += x * x * x * x;
         }
         let n = f64::from(count);
-        // Four standard errors: 1/sqrt(n), sqrt(2/n), sqrt(96/n).
+        // The tolerances are four standard errors. The standard errors of the first, second and fourth moment are
+        // 1/sqrt(n), sqrt(2/n) and sqrt(96/n).
         assert!((m1 / n).abs() < 4.0 / n.sqrt());
         assert!((m2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
         assert!((m4 / n - 3.0).abs() < 4.0 * (96.0 / n).sqrt());

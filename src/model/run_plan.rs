@@ -23,13 +23,13 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Up to a simulated time.
+    /// Returns a limit of the simulated time.
     #[must_use]
     pub fn time(time: f64) -> Self {
         Self { time: Some(time), events: None }
     }
 
-    /// Up to a number of physical events.
+    /// Returns a limit of the number of physical events.
     #[must_use]
     pub fn events(events: u64) -> Self {
         Self { time: None, events: Some(events) }
@@ -39,11 +39,11 @@ impl Limit {
 /// Run plan of a scene: its stages, equilibration, limit and thermostat.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RunPlan {
-    /// Stages before the run, in order.
+    /// Stages before the last equilibration and the last measurement, in order.
     pub stages: Vec<StagePlan>,
-    /// Simulated before the measurement.
+    /// Limit of the equilibration before the last measurement.
     pub equilibration: Limit,
-    /// Whether the equilibration ends once no observable drifts, at its limit at the latest.
+    /// Whether the equilibration ends as soon as no observable drifts, but at its limit at the latest.
     pub until_stationary: bool,
     /// Limit of the final measurement.
     pub limit: Limit,
@@ -65,36 +65,35 @@ impl RunPlan {
         Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
     }
 
-    /// Index of the first random stream of a stage. If `stage` equals the number of stages, it is the stream
-    /// of the last equilibration.
+    /// Index of the first random stream of a stage, or of the last equilibration if `stage` equals the number of
+    /// stages.
     pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
 
-    /// Number of random streams of the stages, the last equilibration and the last measurement.
+    /// Number of random streams of the whole run, with one for each stage, equilibration and measurement.
     pub(crate) fn streams(&self) -> usize {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the first stage, as used for surfaces. Everything after the listed stages is called
-    /// `measurement`.
+    /// Name of the stage in which a run starts, as surfaces refer to it: the first listed stage, or else `measurement`.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }
 
-    /// Whether anything acts from outside.
+    /// Whether the plan has a thermostat, growing diameters or gravity.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.has_thermostat_or_growth() || self.gravities().next().is_some()
     }
 
-    /// Whether some stage has a thermostat or growing diameters.
+    /// Whether any stage or the measurement has a thermostat or growing diameters.
     pub(crate) fn has_thermostat_or_growth(&self) -> bool {
         let has_any = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
         self.thermostat.is_some() || self.stages.iter().any(has_any)
     }
 
-    /// Whether the volume changes in some stage.
+    /// Whether any stage or the measurement has a barostat, so that the volume changes.
     #[must_use]
     pub fn has_barostat(&self) -> bool {
         self.barostat.is_some() || self.stages.iter().any(|stage| stage.barostat.is_some())
@@ -116,9 +115,9 @@ impl RunPlan {
 /// One stage before the last measurement.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StagePlan {
-    /// Its name in progress reports and results.
+    /// Name of the stage in progress reports and results.
     pub name: String,
-    /// Its latest end; for a measured stage, the end of its measurement.
+    /// Limit at which the stage ends. For a measured stage, it is the limit of the measurement.
     pub limit: Limit,
     /// Thermostat of the stage.
     pub thermostat: Option<Thermostat>,
@@ -128,12 +127,12 @@ pub struct StagePlan {
     pub gravity: Option<Vector>,
     /// Growth of the diameters.
     pub growth: Option<Growth>,
-    /// The equilibration before its measurement; `None` for a stage that is not measured.
+    /// Equilibration of a measured stage; `None` if the stage is not measured.
     pub measured: Option<Equilibration>,
 }
 
 impl StagePlan {
-    /// Duration, if it is known before the run `[time]`.
+    /// Duration of the stage, if it is known before the run `[time]`.
     #[must_use]
     pub fn duration(&self) -> Option<f64> {
         let of = |limit: &Limit| limit.time.filter(|_| limit.events.is_none());
@@ -152,21 +151,21 @@ impl StagePlan {
 /// Equilibration of a measured stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibration {
-    /// Limit of its duration.
+    /// Limit at which the equilibration ends.
     pub limit: Limit,
-    /// Whether it ends once no observable drifts.
+    /// Whether the equilibration ends as soon as no observable drifts.
     pub until_stationary: bool,
 }
 
 impl Equilibration {
-    /// Whether there is no equilibration.
+    /// Whether no equilibration is planned.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Number of random streams of an equilibration and its measurement.
+/// Number of random streams of a measured stage: one for its equilibration and one for its measurement.
 const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 
 /// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
@@ -177,7 +176,7 @@ const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
 pub struct Growth {
     /// Growth rate of the diameters, relative to the diameters at the start of the stage `[1 / time]`.
     pub rate: f64,
-    /// Target at which the growth ends.
+    /// Packing fraction or compressibility factor at which the growth ends.
     pub until: GrowthTarget,
 }
 

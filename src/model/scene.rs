@@ -20,7 +20,8 @@ pub struct SpeciesId(pub u32);
 pub struct InteractionId(pub u32);
 
 impl InteractionId {
-    /// As a number of the event loop. A scene has no more interactions than fit.
+    /// Returns the index as the 16-bit number that the event loop uses. Validation limits the number of interactions
+    /// accordingly.
     pub(crate) fn narrow(self) -> u16 {
         u16::try_from(self.0).unwrap_or(u16::MAX)
     }
@@ -39,9 +40,10 @@ pub struct Species {
     pub name: String,
     /// Mass `[mass]`; infinite for a static species.
     pub mass: f64,
-    /// Diameter `[length]`. Contact with walls is at half of it, and pictures show this size.
+    /// Diameter `[length]`. Particles touch a wall when their centre is half a diameter away, and pictures show this
+    /// size.
     pub diameter: f64,
-    /// Constant acceleration `[length / time^2]`: gravity, unless the species is static.
+    /// Constant acceleration, usually gravity; static species are not accelerated `[length / time^2]`.
     pub acceleration: Vector,
 }
 
@@ -66,7 +68,7 @@ pub struct Interaction {
     pub potential: Potential,
     /// Ratio of the normal speeds after and before a contact with an infinite barrier, in `[0, 1]`.
     pub restitution: f64,
-    /// Name, for bonds. Several interactions may share it, for pairs of different diameters.
+    /// Name by which bonds refer to the interaction. Interactions for pairs of different diameters may share a name.
     pub name: Option<String>,
 }
 
@@ -84,14 +86,14 @@ pub struct Bond {
 pub struct Particle {
     /// Species of the particle.
     pub species: SpeciesId,
-    /// Position `[length]`, inside the box along periodic axes.
+    /// Position `[length]`. It lies inside the box along periodic axes.
     pub position: Vector,
     /// Velocity `[length / time]`, zero for static particles.
     pub velocity: Vector,
 }
 
-/// Declares a scene and its parts, which have the same fields. They are public in the parts. For the scene,
-/// methods of the same names return them, with the type after `=>`.
+/// Declares `Scene` and `SceneParts` with the same fields. The fields of `SceneParts` are public. `Scene` has a method
+/// for each field, which returns the type after `=>`.
 macro_rules! scene {
     ($($(#[$doc:meta])* $field:ident: $type:ty => $view:ident $shown:ty,)*) => {
         /// A validated scene: everything that determines a trajectory, and what to measure and write.
@@ -121,7 +123,7 @@ macro_rules! scene {
                 }
             )*
 
-            /// Takes the scene apart.
+            /// Returns the parts of the scene.
             #[must_use]
             pub fn into_parts(self) -> SceneParts {
                 let Self { $($field),* } = self;
@@ -141,11 +143,11 @@ macro_rules! scene {
 }
 
 scene! {
-    /// Name, also of the folder of a run.
+    /// Name of the scene and of its run folder.
     name: String => lent &str,
     /// Seed of all random numbers.
     seed: u64 => copy u64,
-    /// Simulated time at the start `[time]`.
+    /// Simulated time at which the scene starts `[time]`.
     start_time: f64 => copy f64,
     /// The box.
     space: Space => lent &Space,
@@ -155,28 +157,29 @@ scene! {
     interactions: Vec<Interaction> => lent &[Interaction],
     /// The interaction of each pair of species. Pairs without one pass through each other.
     table: SpeciesPairs<InteractionId> => lent &SpeciesPairs<InteractionId>,
-    /// Pairs of particles that interact differently from their species.
+    /// Bonds: pairs of particles with an interaction of their own.
     bonds: Vec<Bond> => lent &[Bond],
     /// The particles at the start; [`ParticleId`] is an index into them.
     particles: Vec<Particle> => lent &[Particle],
     /// The surfaces made of static particles.
     static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
-    /// Surfaces that particles meet, besides the walls of the box.
+    /// Surfaces with which particles collide, besides the walls of the box.
     surfaces: Vec<SceneSurface> => lent &[SceneSurface],
     /// For each axis, the temperatures of its lower and upper wall `[energy]`; `None` if the wall reflects,
     /// or if there is none.
     wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     shear_rate: Option<f64> => copy Option<f64>,
-    /// Initial displacement along x of the next image along y; 0 unless the box is sheared `[length]`.
+    /// Initial displacement, along x, of the next periodic image along y; 0 unless the box is sheared `[length]`.
     displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     contact_time: Option<f64> => copy Option<f64>,
-    /// Whether overlaps at the start are resolved by the stable rule instead of being an error.
+    /// Whether overlaps at the start are permitted. The simulation then resolves them by the stable rule; otherwise
+    /// they are an error.
     allow_invalid_start: bool => copy bool,
     /// Limits of the audit of a run.
     audit: AuditPlan => copy AuditPlan,
-    /// The stages of a run, and its length.
+    /// The stages of the run, and the limit of its measurement.
     run: RunPlan => lent &RunPlan,
     /// Output plan: the files that a run writes.
     output: OutputPlan => lent &OutputPlan,
@@ -187,26 +190,27 @@ scene! {
     exchange: Option<ExchangePlan> => optional Option<&ExchangePlan>,
     /// The live page of the scene.
     live: LivePlan => lent &LivePlan,
-    /// The files that the scene has read.
+    /// Files that were read to create the scene, besides the scene file.
     inputs: Vec<InputFile> => lent &[InputFile],
     /// The run whose last state is the start; `None` if there is none.
     predecessor: Option<Predecessor> => optional Option<&Predecessor>,
 }
 
 impl Scene {
-    /// Index of the first random stream of its thermostats. Earlier ones belong to the predecessor.
+    /// Index of the first random stream that thermostats of this scene use. Streams with lower indices belong to the
+    /// predecessor.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// Index of the first random stream that no thermostat of its run uses. Each stage, equilibration and
-    /// measurement has one. A scene that continues from the end of this run starts there.
+    /// Index of the first random stream after the streams of this run. Each stage, equilibration and measurement has
+    /// one stream. A scene that continues from the end of this run starts with this index.
     #[must_use]
     pub fn next_stream(&self) -> usize {
         self.first_stream() + self.run.streams()
     }
 
-    /// The rest of the predecessor's last state, until a simulation has begun.
+    /// Last state of the predecessor; `None` after a simulation has begun.
     pub(crate) fn last_state(&self) -> Option<&LastState> {
         self.predecessor.as_ref()?.state.as_deref()
     }
@@ -224,14 +228,14 @@ impl Scene {
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
-    /// Whether anything acts from outside, except surfaces at rest: a thermostat, growing diameters, a
-    /// sheared box, a thermal or moving surface.
+    /// Whether anything except surfaces at rest acts from outside: a thermostat, growing diameters, gravity of the run
+    /// plan, a sheared box, a thermal or moving surface.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()
     }
 
-    /// Whether some surface ever moves.
+    /// Whether any surface moves at some time.
     #[must_use]
     pub fn has_moving_surfaces(&self) -> bool {
         self.surfaces.iter().any(SceneSurface::moves)
@@ -266,7 +270,7 @@ impl Scene {
         self.bonds.iter().any(|bond| !self.interactions[bond.interaction.0 as usize].potential.is_bond())
     }
 
-    /// The distance beyond which no two particles and no particle and wall interact, unless they are bonded `[length]`.
+    /// Largest distance at which two particles, or a particle and a wall, interact. Bonds are ignored `[length]`.
     #[must_use]
     pub fn longest_range(&self) -> f64 {
         let potentials = self.table.iter().map(|(_, id)| self.interactions[id.0 as usize].potential.range());
@@ -292,7 +296,7 @@ impl Scene {
     }
 }
 
-/// Volume of a sphere, area of a disk, length of a rod `[length^D]`.
+/// Volume of a sphere, area of a disk or length of a rod with the given diameter `[length^D]`.
 pub(crate) fn own_volume(diameter: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => PI / 6.0 * diameter * diameter * diameter,

@@ -3,13 +3,12 @@
 use crate::Vector;
 use serde::{Deserialize, Serialize};
 
-/// The names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Boundary condition at one face of the box: open, or a wall with a coefficient of restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {
-    /// No boundary. Particles fly on and are still simulated.
+    /// No boundary. Particles leave the box here and are still simulated.
     Open,
     /// A flat wall. A particle touches it when its centre is half a diameter away.
     Wall {
@@ -27,13 +26,13 @@ pub enum Boundary {
     Periodic,
     /// The two sides of the box, each open or a wall.
     Bounded {
-        /// The side at the lower corner.
+        /// Boundary condition at the side through the lower corner.
         lower: Face,
-        /// The side at the upper corner.
+        /// Boundary condition at the side through the upper corner.
         upper: Face,
     },
-    /// No extent: every particle stays exactly at the coordinate of the lower corner, with zero velocity. One
-    /// flat axis makes a two-dimensional scene, two make a line.
+    /// Flat axis: the box has no extent along it, and every particle stays exactly at the coordinate of the lower
+    /// corner, with zero velocity. One flat axis makes a two-dimensional scene, two make a line.
     Flat,
 }
 
@@ -41,7 +40,7 @@ impl Boundary {
     /// Both sides open.
     pub const OPEN: Self = Self::Bounded { lower: Face::Open, upper: Face::Open };
 
-    /// Restitution of the lower and the upper side; `None` if it is not a wall.
+    /// Coefficients of restitution at the lower and the upper side; `None` for a side that is not a wall.
     pub(crate) fn restitutions(&self) -> [Option<f64>; 2] {
         let of = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
         match self {
@@ -50,7 +49,7 @@ impl Boundary {
         }
     }
 
-    /// Walls of the same restitution on both sides.
+    /// Walls with the same coefficient of restitution on both sides.
     #[must_use]
     pub const fn walls(restitution: f64) -> Self {
         Self::Bounded { lower: Face::Wall { restitution }, upper: Face::Wall { restitution } }
@@ -94,13 +93,14 @@ impl Space {
         (0..3).filter(|&k| self.boundary[k] != Boundary::Flat).map(|k| self.size[k]).product()
     }
 
-    /// Whether the lower and the upper side across an axis are walls.
+    /// Returns for the lower and the upper side across an axis whether the side is a wall.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
         self.boundary[axis].restitutions().map(|wall| wall.is_some())
     }
 
-    /// Selects the values of walls from values for the lower and the upper side of each axis.
+    /// Keeps the values of sides that are walls, and replaces the other values by `None`. `values` has one entry for
+    /// the lower and one for the upper side of each axis.
     pub(crate) fn of_walls<T: Copy>(&self, values: [[Option<T>; 2]; 3]) -> [[Option<T>; 2]; 3] {
         std::array::from_fn(|axis| {
             let is_wall = self.walled_sides(axis);
@@ -161,22 +161,22 @@ impl Space {
         others().all(|other| self.is_closed_along(other)).then(|| others().map(length).product())
     }
 
-    /// Whether every axis that is not flat is periodic, so that the fluid is homogeneous.
+    /// Whether every axis is periodic or flat, so that the fluid is homogeneous.
     #[must_use]
     pub fn is_fully_periodic(&self) -> bool {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
-    /// Whether all edges have the same length within round-off. Never if an axis is flat.
+    /// Whether all edges have the same length within round-off. A box with a flat axis is not a cube.
     #[must_use]
     pub fn is_cube(&self) -> bool {
         const ROUNDING: f64 = 1e-9;
         self.size.max() - self.size.min() <= ROUNDING * self.size.max()
     }
 
-    /// The largest coordinate of a side at which particles are wrapped; 0 if there is none. Wrapping rounds a
-    /// coordinate to a unit in the last place of this value, however small the coordinate is later
-    /// `[length]`.
+    /// Largest coordinate, in magnitude, of a side at which particles are wrapped; 0 without periodic axes `[length]`.
+    /// Wrapping rounds a coordinate to a unit in the last place of this value, even if the coordinate is small
+    /// afterwards.
     #[must_use]
     pub(crate) fn farthest_side(&self) -> f64 {
         let upper = self.upper();
@@ -184,8 +184,8 @@ impl Space {
         periodic.map(|axis| self.lower[axis].abs().max(upper[axis].abs())).fold(0.0, f64::max)
     }
 
-    /// The image of a position that lies inside the box along periodic axes, and at the lower corner's
-    /// coordinate along flat ones.
+    /// Wraps a position into the box along periodic axes. Along flat axes, the coordinate becomes that of the lower
+    /// corner.
     #[must_use]
     pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {
         for k in 0..3 {
@@ -195,7 +195,7 @@ impl Space {
                     let (lower, size, upper) = (self.lower[k], self.size[k], self.upper()[k]);
                     if !(lower..upper).contains(&position[k]) {
                         let turned = lower + (position[k] - lower).rem_euclid(size);
-                        // Rounding can turn a position just below the lower side into the upper one.
+                        // Round-off can move a position from just below the lower side exactly to the upper side.
                         position[k] = if turned < upper { turned } else { lower };
                     }
                 }
@@ -221,8 +221,8 @@ pub fn minimum_image_along(x: f64, period: f64) -> f64 {
 
 /// The shortest image of a separation. It is exactly antisymmetric in the separation.
 ///
-/// Requires every coordinate to be within one period of the shortest image. This holds for particles that are
-/// inside the box to within less than half a period.
+/// Requires every coordinate to be within one period of the shortest image. This holds for two particles in the box,
+/// even if one of them is up to half a period outside.
 #[inline]
 #[must_use]
 pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
@@ -247,7 +247,7 @@ pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64
     minimum_image(separation, periods)
 }
 
-/// A displacement along x, less whole periods, in `(-period / 2, period / 2]`.
+/// Subtracts whole periods from a displacement along x. The result is in `(-period / 2, period / 2]`.
 #[must_use]
 pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
     let rest = libm::fmod(displacement, period);
@@ -264,7 +264,7 @@ pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The shortest image within two periods along each axis, from the definition of a sheared lattice.
+    /// Length of the shortest image in a sheared lattice, found by a search through two periods along each axis.
     fn shortest(separation: &Vector, size: &Vector, displacement: f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for (i, j, k) in (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| (i, j, k)))) {
@@ -281,7 +281,7 @@ mod tests {
         for displacement in [0.0, 0.7, -1.9, 2.4, -2.9, 3.0] {
             let mut near = 0;
             for index in 0..20_000_u32 {
-                // These multiples spread separations of two points in the box evenly.
+                // Quasi-random numbers, so that the separations of two points in the box are spread evenly.
                 let part = |factor: f64| 2.0 * (f64::from(index) * factor).fract() - 1.0;
                 let apart = Vector::new(part(0.754_878), part(0.569_84), part(0.430_16)).component_mul(&size);
                 let nearest = nearest_image(apart, &size, displacement);
@@ -290,11 +290,11 @@ mod tests {
                 let expected = shortest(&apart, &size, displacement);
                 if expected < 2.0 {
                     near += 1;
-                    // A few sums of numbers below 20.
+                    // The tolerance covers the round-off of a few sums of numbers below 20.
                     assert!((nearest.norm() - expected).abs() < 1e-14, "{apart} {displacement}: {nearest} {expected}");
                 }
             }
-            // A sphere of radius 2 is a fifth of the box.
+            // A sphere of radius 2 fills a fifth of the box, so that about 4000 of the 20 000 separations are short.
             assert!(near > 3000, "{near}");
         }
     }
@@ -319,7 +319,7 @@ mod tests {
             (7.0, -3.0),
             (-5.0, 5.0),
             (25.0, 5.0),
-            // When wrapped, it rounds to the upper side.
+            // Round-off would wrap this position to the upper side.
             ((-3.0_f64).next_down(), -3.0),
         ] {
             assert_eq!(x(given), Vector::new(expected, 12.0, 1.0), "{given}");

@@ -19,9 +19,9 @@ pub struct SpeciesPairs<T> {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Values<T> {
-    /// `species x species`, row by row; the lower index is the row.
+    /// Table of `species x species` values, row by row. Only entries with row <= column are used.
     All(Vec<Option<T>>),
-    /// By the lower and the higher index.
+    /// Values by pair of species, with the lower species index first.
     Some(BTreeMap<(u32, u32), T>),
 }
 
@@ -47,7 +47,7 @@ impl<T: Copy> SpeciesPairs<T> {
         self.species
     }
 
-    /// The value of two species.
+    /// Returns the value for two species, in any order.
     #[inline]
     #[must_use]
     pub fn get(&self, a: usize, b: usize) -> Option<T> {
@@ -58,7 +58,7 @@ impl<T: Copy> SpeciesPairs<T> {
         }
     }
 
-    /// Sets the value of two species.
+    /// Sets the value for two species, in any order.
     pub fn set(&mut self, a: usize, b: usize, value: T) {
         let (a, b) = (a.min(b), a.max(b));
         match &mut self.values {
@@ -69,7 +69,7 @@ impl<T: Copy> SpeciesPairs<T> {
         }
     }
 
-    /// All pairs with a value, each once, in ascending order.
+    /// Returns all pairs with a value in ascending order, each pair once.
     pub fn iter(&self) -> impl Iterator<Item = ([usize; 2], T)> + Clone + '_ {
         let (all, some) = match &self.values {
             Values::All(values) => (Some(values), None),
@@ -82,7 +82,7 @@ impl<T: Copy> SpeciesPairs<T> {
         few.chain(entries.map(|(&(a, b), &value)| ([a as usize, b as usize], value)))
     }
 
-    /// The table with each value replaced by `of`. Pairs for which `of` returns `None` have no value.
+    /// Replaces each value by the result of `of`. Pairs for which `of` returns `None` have no value in the new table.
     #[must_use]
     pub fn map<U: Copy>(&self, of: impl Fn(T) -> Option<U>) -> SpeciesPairs<U> {
         let mut mapped = SpeciesPairs::new(self.species);

@@ -1,13 +1,13 @@
-//! The state point of a system as a number. With it, random numbers of different state points are independent
-//! at equal seeds.
+//! The state point of a system as a hash. With equal seeds, it gives independent random numbers at different state
+//! points.
 
 use super::Scene;
 use super::space::Boundary;
 
 /// A hash of the physics of a system.
 ///
-/// Systems with different hashes draw different random numbers from the same seed. Names, the order of
-/// species, species without particles and the division into stages do not affect it.
+/// Systems with different hashes draw different random numbers from the same seed. The hash does not depend on names,
+/// the order of species, species without particles, or the division into stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StatePoint(u64);
 
@@ -22,7 +22,8 @@ impl StatePoint {
         self.0
     }
 
-    /// Hashes the box, the species with particles, their interactions, the walls, the shear rate and the contact time. `population` has the number of particles of each species.
+    /// Hashes the box, the species with particles, their interactions, the bonds, the walls, the temperatures of walls
+    /// and surfaces, the shear rate and the contact time. `population` has the number of particles of each species.
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];
@@ -60,7 +61,7 @@ impl StatePoint {
         Self::of(scene, &population)
     }
 
-    /// Adds numbers. Their order matters.
+    /// Adds numbers to the hash. Their order matters.
     pub fn with(self, values: &[f64]) -> Self {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
@@ -81,7 +82,7 @@ impl StatePoint {
     }
 }
 
-/// A hash of several parts, independent of their order.
+/// Combines the hashes of several parts, independent of their order.
 fn sum(parts: impl Iterator<Item = StatePoint>) -> u64 {
     parts.fold(0, |sum: u64, part| sum.wrapping_add(part.0))
 }
@@ -95,8 +96,8 @@ mod tests {
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
 
-    /// Two species with three particles. `unlike` holds the restitution and the contact distance of unlike
-    /// pairs.
+    /// Three particles of two species. `unlike` holds the restitution and the contact distance of pairs of unlike
+    /// particles.
     fn scene(names: [&str; 2], masses: [f64; 2], unlike: [f64; 2]) -> SceneBuilder {
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
         let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };

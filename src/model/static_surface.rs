@@ -10,14 +10,15 @@ use super::{ParticleId, SpeciesId};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticSurface {
-    /// Its name, or its number among the static surfaces.
+    /// Name of the surface. If the scene gives no name, its number among the static surfaces.
     pub name: String,
     /// The static species.
     pub species: SpeciesId,
-    /// Ids of its spheres.
+    /// Ids of the spheres of the surface.
     pub particles: Range<u32>,
-    /// Largest circumradius of a hole between them `[length]`; `None` for spheres at given positions.
+    /// Largest circumradius of a hole between the spheres `[length]`; `None` if the scene gives the positions of the
+    /// spheres.
     pub hole: Option<f64>,
-    /// The spheres along each of its open rims.
+    /// For each open rim of the shape, the ids of the spheres along it.
     pub rims: Vec<Vec<ParticleId>>,
 }

@@ -1,4 +1,4 @@
-//! Surfaces that particles meet, besides the walls of the box: planes, spheres, cylinders, capsules and
+//! Surfaces with which particles collide, besides the walls of the box: planes, spheres, cylinders, capsules and
 //! triangle meshes.
 
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{SpeciesId, SurfaceMotion, TriangleMesh};
 use crate::Vector;
 
-/// A surface: a shape, the species that meet it, its law of contact, and its motion.
+/// A surface: its shape, the species that collide with it, its law of contact, and its motions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SceneSurface {
@@ -14,43 +14,43 @@ pub struct SceneSurface {
     pub name: String,
     /// Its shape.
     pub shape: SurfaceShape,
-    /// The species that meet it; empty for all.
+    /// Species that collide with the surface; empty for all species.
     pub species: Vec<SpeciesId>,
-    /// Its law of contact.
+    /// Law of contact between particles and the surface.
     pub law: SurfaceLaw,
-    /// Names of the stages in which it is present; `measurement` for everything after the listed stages;
-    /// empty for all.
+    /// Names of the stages in which the surface is present; empty for all stages. `measurement` stands for everything
+    /// after the listed stages.
     pub stages: Vec<String>,
-    /// Its motions in order of time. They do not overlap. `shape` is the shape before the first motion.
+    /// Motions of the surface in order of time, which do not overlap. `shape` is the shape before the first motion.
     pub motions: Vec<SurfaceMotion>,
 }
 
 impl SceneSurface {
-    /// A surface that all species meet, in all stages.
+    /// Creates a surface that is present in all stages and collides with all species.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape, law: SurfaceLaw) -> Self {
         Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
-    /// Whether it is present in a stage of this name.
+    /// Whether the surface is present in the stage with this name.
     #[must_use]
     pub fn is_in(&self, stage: &str) -> bool {
         self.stages.is_empty() || self.stages.iter().any(|name| name == stage)
     }
 
-    /// Whether it is present in some stages only.
+    /// Whether the surface is present in some stages only.
     #[must_use]
     pub fn comes_and_goes(&self) -> bool {
         !self.stages.is_empty()
     }
 
-    /// Whether it ever moves.
+    /// Whether the surface moves at some time.
     #[must_use]
     pub fn moves(&self) -> bool {
         !self.motions.is_empty()
     }
 
-    /// Whether a species meets it.
+    /// Whether particles of this species collide with the surface.
     #[must_use]
     pub fn meets(&self, species: SpeciesId) -> bool {
         self.species.is_empty() || self.species.contains(&species)
@@ -62,10 +62,10 @@ impl SceneSurface {
 pub enum SurfaceLaw {
     /// Reflection.
     Reflecting {
-        /// Ratio of the normal speeds after and before, in `[0, 1]`.
+        /// Ratio of the normal speeds after and before a contact, in `[0, 1]`.
         restitution: f64,
     },
-    /// Velocities from the flux of a gas at this temperature.
+    /// A thermal surface. Particles leave it with velocities from the flux distribution of a gas at this temperature.
     Thermal {
         /// `[energy]`
         temperature: f64,
@@ -73,7 +73,7 @@ pub enum SurfaceLaw {
 }
 
 impl SurfaceLaw {
-    /// The temperature, if it has one `[energy]`.
+    /// Temperature of a thermal surface; `None` for a reflecting surface `[energy]`.
     #[must_use]
     pub fn temperature(&self) -> Option<f64> {
         match *self {
@@ -82,52 +82,52 @@ impl SurfaceLaw {
         }
     }
 
-    /// Whether a contact loses energy.
+    /// Whether particles lose kinetic energy in a contact with the surface.
     #[must_use]
     pub fn dissipates(&self) -> bool {
         matches!(*self, Self::Reflecting { restitution } if restitution < 1.0)
     }
 }
 
-/// The shape of a surface. Spheres touch it when their centre is one radius away.
+/// The shape of a surface. Particles touch it when their centre is one particle radius away.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum SurfaceShape {
-    /// A half space. Particles are on the side to which the normal points.
+    /// A half space bounded by a plane. Particles are on the side to which the normal points.
     Plane {
-        /// A point of the plane `[length]`.
+        /// A point on the plane `[length]`.
         point: Vector,
         /// Direction towards the particles, of any length.
         normal: Vector,
     },
-    /// A sphere, met from outside or from inside.
+    /// A sphere, with particles outside or inside.
     Sphere {
         /// `[length]`
         centre: Vector,
         /// `[length]`
         radius: f64,
-        /// Whether particles are inside.
+        /// Whether particles are inside the surface.
         is_inside: bool,
     },
-    /// An infinite cylinder, met from outside or from inside.
+    /// An infinite cylinder, with particles outside or inside.
     Cylinder {
-        /// A point of its axis `[length]`.
+        /// A point on the axis of the cylinder `[length]`.
         point: Vector,
-        /// Direction of the axis, of any length.
+        /// Direction of the axis of the cylinder, of any length.
         axis: Vector,
         /// `[length]`
         radius: f64,
-        /// Whether particles are inside.
+        /// Whether particles are inside the surface.
         is_inside: bool,
     },
-    /// All points within a distance from the line segment between two ends: a cylinder with hemispherical
-    /// ends, met from outside. Radius 0 gives a bare line segment.
+    /// All points within a distance from the line segment between two ends: a cylinder with hemispherical ends.
+    /// Particles are outside. Radius 0 gives a bare line segment.
     Capsule {
         /// `[length]`
         ends: [Vector; 2],
         /// `[length]`
         radius: f64,
     },
-    /// Triangles, met from both sides.
+    /// A triangle mesh. Particles collide with both sides of its triangles.
     Mesh(TriangleMesh),
 }

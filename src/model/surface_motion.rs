@@ -10,9 +10,9 @@ use crate::base::numbers::trunc_to_usize;
 /// A motion of a surface from one time to another. Outside its motions a surface rests.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceMotion {
-    /// Simulated time at which it begins `[time]`.
+    /// Simulated time at which the motion begins `[time]`.
     pub from: f64,
-    /// Simulated time at which it ends; infinite if it never ends `[time]`.
+    /// Simulated time at which the motion ends; infinite if it never ends `[time]`.
     #[serde(with = "endless")]
     pub until: f64,
     /// Kind of motion.
@@ -25,25 +25,25 @@ pub struct SurfaceMotion {
 pub enum MotionKind {
     /// Displacement `u(t) = v t + a t^2 / 2`.
     Translation {
-        /// Velocity `v` at its beginning `[length / time]`.
+        /// Velocity `v` at the beginning of the motion `[length / time]`.
         velocity: Vector,
         /// Constant acceleration `a` `[length / time^2]`.
         acceleration: Vector,
     },
-    /// Displacement `u(t) = A (sin(2 pi f t + phase) - sin(phase))`.
+    /// Displacement `u(t) = A (sin(2 pi (f t + phase)) - sin(2 pi phase))`.
     Oscillation {
         /// `A` `[length]`.
         amplitude: Vector,
         /// Periods per time, `f` `[1 / time]`.
         frequency: f64,
-        /// Phase in turns: a quarter starts at the highest position.
+        /// Phase in turns. At a phase of 1/4, the motion starts at the positive end, `A`.
         phase: f64,
     },
-    /// Rotation by the angle `2 pi f t` about an axis, counterclockwise as seen from its tip.
+    /// Rotation by the angle `2 pi f t`, counterclockwise as seen from the tip of the axis.
     Rotation {
-        /// A point of the axis `[length]`.
+        /// A point on the axis of rotation `[length]`.
         point: Vector,
-        /// Direction of the axis, of any length.
+        /// Direction of the axis of rotation. Its length is irrelevant.
         axis: Vector,
         /// Turns per time, `f` `[1 / time]`.
         frequency: f64,
@@ -51,13 +51,14 @@ pub enum MotionKind {
 }
 
 impl MotionKind {
-    /// Whether distances to a plane or a line at rest are polynomials of the time.
+    /// Whether the distances of a flying particle to planes and lines of the surface are polynomials of the time, as
+    /// for a surface at rest.
     #[must_use]
     pub fn is_polynomial(&self) -> bool {
         matches!(self, Self::Translation { .. })
     }
 
-    /// Periods or turns per time, if there are any, without sign `[1 / time]`.
+    /// Periods or turns per time, without sign `[1 / time]`; `None` for a translation.
     #[must_use]
     pub fn frequency(&self) -> Option<f64> {
         match self {
@@ -80,7 +81,7 @@ mod endless {
     }
 }
 
-/// Pose of a surface: a point `x` of its shape is at `R x + d`.
+/// Pose of a surface: the point `x` of its shape is at `R x + d` in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// `R`.
@@ -98,13 +99,13 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// Converts a point of the shape to space.
+    /// Converts a point in the frame of the shape to space.
     #[must_use]
     pub fn place(&self, position: &Vector) -> Vector {
         self.direction(position) + self.displacement
     }
 
-    /// Converts a direction of the shape to space.
+    /// Converts a direction in the frame of the shape to space.
     #[must_use]
     pub fn direction(&self, vector: &Vector) -> Vector {
         if self.is_turned { self.rotation * vector } else { *vector }
@@ -135,18 +136,18 @@ impl Pose {
     }
 }
 
-/// The motion of a surface at a time.
+/// Pose, velocity and acceleration of a surface at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// Its pose.
     pub pose: Pose,
-    /// Velocity of the point `origin` `[length / time]`.
+    /// Velocity of the surface at the point `origin` `[length / time]`.
     pub velocity: Vector,
-    /// Acceleration of that point `[length / time^2]`.
+    /// Acceleration of the surface at the point `origin` `[length / time^2]`.
     pub acceleration: Vector,
     /// Angular velocity `[1 / time]`.
     pub spin: Vector,
-    /// A point of the axis `[length]`.
+    /// The point to which `velocity` and `acceleration` refer. For a rotation, it is a point of the axis `[length]`.
     pub origin: Vector,
 }
 
@@ -157,7 +158,7 @@ impl Moment {
         self.velocity + self.spin.cross(&(position - self.origin))
     }
 
-    /// Position and velocity in the frame of the surface.
+    /// Converts a position and a velocity in space to the frame of the surface.
     #[must_use]
     pub fn seen(&self, position: &Vector, velocity: &Vector) -> (Vector, Vector) {
         let apart = velocity - self.velocity_at(position);
@@ -171,8 +172,10 @@ impl Moment {
         self.pose.direction(seen) + self.velocity_at(position)
     }
 
-    /// Acceleration in the frame of the surface, including the accelerations due to its rotation: `a - A - W
-    /// x (W x r) - 2 W x v'` `[length / time^2]`.
+    /// Returns the acceleration `[length / time^2]` in the frame of the surface, which includes the effects of its
+    /// rotation.
+    ///
+    /// With the acceleration `A` and the angular velocity `W` of the surface, it is `a - A - W x (W x r) - 2 W x v'`.
     #[must_use]
     pub fn acceleration_seen(&self, position: &Vector, velocity: &Vector, acceleration: &Vector) -> Vector {
         let arm = position - self.origin;
@@ -182,7 +185,7 @@ impl Moment {
     }
 }
 
-/// A motion, or a rest between motions, with the pose at its beginning.
+/// A motion of a surface, or a rest between two motions, and the pose at its beginning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// `[time]`
@@ -195,7 +198,7 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Place and motion of the surface at a time of this piece.
+    /// Pose and motion of the surface at a time within this piece.
     #[must_use]
     pub fn at(&self, time: f64) -> Moment {
         let still = Moment {
@@ -205,7 +208,7 @@ impl Piece {
             spin: Vector::zeros(),
             origin: Vector::zeros(),
         };
-        // At rest, the time since minus infinity is meaningless.
+        // A rest can begin at minus infinity, so the time since its beginning is not used.
         let Some(kind) = &self.kind else { return still };
         let t = time - self.from;
         match *kind {
@@ -241,17 +244,17 @@ impl Piece {
 pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * (turns - turns.floor());
     if quarters == quarters.floor() {
-        // Right angles are exact.
+        // Multiples of a right angle are exact.
         return [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][trunc_to_usize(quarters) % 4];
     }
     libm::sincos(TAU * (turns - turns.round()))
 }
 
-/// A rotation about an axis of length 1 (Rodrigues' formula).
+/// Returns the matrix of a rotation about an axis of length 1 (Rodrigues' formula).
 pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
     let mut matrix = axis.cross_matrix() * sin + axis * axis.transpose() * (1.0 - cos);
     for k in 0..3 {
-        // The component along the axis is not rounded.
+        // In this form, the diagonal element is exactly 1 if the axis of rotation is along `k`.
         matrix[(k, k)] = 1.0 - (1.0 - cos) * (1.0 - axis[k] * axis[k]);
     }
     matrix
@@ -260,14 +263,14 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
 /// The motions of a surface and the rests between them. Every time belongs to exactly one piece.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
-    /// The rest before all motions.
+    /// The rest before the first motion.
     first: Piece,
-    /// Motions and the rests after them.
+    /// All motions and the rests after them, in order of time.
     later: Vec<Piece>,
 }
 
 impl Timeline {
-    /// The timeline of motions, which are in order of time and do not overlap.
+    /// Creates the timeline of motions, which must be in order of time and must not overlap.
     #[must_use]
     pub fn of(motions: &[SurfaceMotion]) -> Self {
         let rest = |from: f64, start: Pose| Piece { from, until: f64::INFINITY, start, kind: None };
@@ -275,7 +278,7 @@ impl Timeline {
         for SurfaceMotion { from, until, kind } in motions.iter().copied() {
             let before = timeline.later.last_mut().unwrap_or(&mut timeline.first);
             before.until = from;
-            // Oscillations and rotations never end.
+            // An oscillation or rotation with frequency 0 counts as rest.
             let kind = Some(kind).filter(|kind| kind.frequency() != Some(0.0));
             let moving = Piece { from, until, start: before.at(from).pose, kind };
             timeline.later.push(moving);
@@ -286,20 +289,20 @@ impl Timeline {
         timeline
     }
 
-    /// The piece of the motion at a time.
+    /// Returns the piece that contains a time.
     #[must_use]
     pub fn piece_at(&self, time: f64) -> &Piece {
         let begun = self.later.partition_point(|piece| piece.from <= time);
         self.later.get(begun.wrapping_sub(1)).unwrap_or(&self.first)
     }
 
-    /// Place and motion of the surface at a time.
+    /// Pose and motion of the surface at a time.
     #[must_use]
     pub fn at(&self, time: f64) -> Moment {
         self.piece_at(time).at(time)
     }
 
-    /// Whether it rests from a time on.
+    /// Whether the surface rests forever from this time on.
     #[must_use]
     pub fn rests_from(&self, time: f64) -> bool {
         let piece = self.piece_at(time);
@@ -335,7 +338,7 @@ mod tests {
 
     #[test]
     fn it_turns_about_the_axis_from_where_it_has_come_to() {
-        // A quarter about (1, 0): from (3, 0) to (1, 2).
+        // A quarter turn about the axis through (1, 0) moves the point (3, 0) to (1, 2).
         let end = piston().at(5.0).pose;
         assert!((end.place(&Vector::new(3.0, 0.0, 0.0)) - Vector::new(1.0, 2.0, 2.0)).norm() < 1e-15);
         let place = Vector::new(0.3, -0.7, 1.1);
@@ -349,7 +352,7 @@ mod tests {
         for kind in [oscillation, rotation] {
             let timeline = Timeline::of(&[SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }]);
             let (place, time, step) = (Vector::new(0.2, -0.4, 1.3), 2.3, 1e-4);
-            // A particle that flies straight, in the frame of the surface.
+            // A particle in straight flight, as seen from the frame of the surface.
             let (position, velocity) = (|t: f64| place + Vector::new(0.3, 0.2, -0.1) * t, Vector::new(0.3, 0.2, -0.1));
             let seen = |t: f64| timeline.at(time + t).pose.place_of_shape(&position(t));
             let moment = timeline.at(time);

@@ -17,7 +17,7 @@ pub enum Thermostat {
         temperature: f64,
         /// Mean rate of collisions of each particle with the bath `[1 / time]`.
         rate: f64,
-        /// The components that are drawn anew.
+        /// Axes along which the velocity components are drawn anew.
         axes: [bool; 3],
     },
     /// All velocities are scaled to the temperature at regular times.
@@ -33,27 +33,27 @@ pub enum Thermostat {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ThermostatError {
-    /// One of its numbers is not positive, or out of range.
+    /// A parameter is not positive, or is out of range.
     #[error("the {name} of the thermostat is {value}, expected a number from 1e-50 to 1e50")]
     Number {
-        /// Its name: temperature, rate or interval.
+        /// Name of the parameter: temperature, rate or interval.
         name: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A heat bath acts along no axis.
+    /// The heat bath acts along no axis.
     #[error("the heat bath has no axes, expected at least one")]
     NoAxis,
-    /// A heat bath acts only along axes without motion.
+    /// The heat bath acts only along flat axes, along which nothing moves.
     #[error("the heat bath has flat axes only, expected an axis along which particles move")]
     FlatAxes,
-    /// A heat bath has no moving particle to act on.
+    /// The heat bath has no moving particle to act on.
     #[error("the heat bath needs moving particles, and there are none")]
     NothingMoves,
-    /// A rescaling has no temperature to scale: particles accelerate, or fewer than two move.
+    /// The system has no temperature that can be scaled: particles accelerate, or fewer than two particles move.
     #[error("scaling velocities needs a temperature: two or more moving particles, without gravity")]
     NoTemperature,
-    /// Rescaling is left to the caller. It is not a heat bath of a simulation.
+    /// A simulation does not rescale velocities itself. The caller or a run has to do it.
     #[error(
         "a simulation has no thermostat that scales velocities: call Simulation::scale_velocities at its times, or use run::Run"
     )]
@@ -61,7 +61,7 @@ pub enum ThermostatError {
 }
 
 impl Thermostat {
-    /// Rejects invalid settings, regardless of the system.
+    /// Rejects settings that are invalid for every system.
     pub(crate) fn check(&self) -> Result<(), ThermostatError> {
         let number =
             |name, value| if is_positive(value) { Ok(()) } else { Err(ThermostatError::Number { name, value }) };
@@ -78,7 +78,7 @@ impl Thermostat {
         }
     }
 
-    /// The thermostat as it acts on `moving` particles in a space. Flat axes are removed from a heat bath.
+    /// Checks the thermostat for a system with `moving` moving particles, and removes flat axes from a heat bath.
     pub(crate) fn settled(self, space: &Space, moving: usize, is_accelerated: bool) -> Result<Self, ThermostatError> {
         self.check()?;
         match self {

@@ -12,18 +12,18 @@ pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 /// Number of threads for a system. The results have the same bits for any number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Threads {
-    /// This number, from 1 to 64.
+    /// A fixed number from 1 to 64.
     Number(usize),
-    /// One for each core, but at most one per 250,000 particles, below which threads do not pay.
+    /// One thread for each core, but at most one per 250,000 particles. With fewer particles, more threads do not pay.
     Auto,
 }
 
 impl Threads {
-    /// The largest number of threads, of all processes together. Each has a domain, and sets of domains are
-    /// the bits of an integer.
+    /// The largest number of threads, over all processes. Each thread has a domain, and a set of domains is stored as
+    /// the bits of one integer.
     pub const MOST: usize = 64;
 
-    /// The number of threads for a number of particles on a machine with `cores`.
+    /// Returns the number of threads for a system of `particles` on a machine with `cores`.
     #[must_use]
     pub fn of(self, particles: usize, cores: usize) -> usize {
         let number = match self {

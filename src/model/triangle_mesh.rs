@@ -33,8 +33,8 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Triangles from a list of corners, in its order. Corners with equal coordinates become one vertex,
-    /// including zeros of different sign. Vertices are numbered in the order of their first appearance.
+    /// Creates a mesh from the corners of triangles, in the same order. Corners with equal coordinates become one
+    /// vertex, including zeros of different sign. Vertices are numbered in the order of their first appearance.
     /// Triangles beyond [`MOST_TRIANGLES`] are dropped.
     #[must_use]
     pub fn welded(corners: impl Iterator<Item = [Vector; 3]>) -> Self {
@@ -47,13 +47,14 @@ impl TriangleMesh {
     #[must_use]
     pub fn cuboid(lower: &Vector, upper: &Vector) -> Self {
         let at = |k: u32| Vector::from_fn(|axis, _| if k >> axis & 1 == 1 { upper[axis] } else { lower[axis] });
-        // Counterclockwise as seen from outside: across x, y, z, lower and upper.
+        // The corners of each side, counterclockwise as seen from outside. The lower and the upper side across x come
+        // first, then those across y and z.
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         Self { vertices: (0..8).map(at).collect(), triangles }
     }
 
-    /// Whether all corners are existing vertices at finite positions.
+    /// Whether all corners refer to existing vertices, and all coordinates are at most [`LARGEST_COORDINATE`].
     #[must_use]
     pub(crate) fn is_sound(&self) -> bool {
         let is_vertex = |&number: &u32| (number as usize) < self.vertices.len();
@@ -67,7 +68,7 @@ impl TriangleMesh {
         self.triangles.get(triangle).map_or([Vector::repeat(f64::NAN); 3], |numbers| self.at(numbers))
     }
 
-    /// Corners of all triangles, in order.
+    /// Iterates over the corners of all triangles, in order.
     pub fn all_corners(&self) -> impl Iterator<Item = [Vector; 3]> + '_ {
         self.triangles.iter().map(|numbers| self.at(numbers))
     }
@@ -106,8 +107,8 @@ impl TriangleMesh {
 
     /// Volume that a closed mesh encloses `[length^3]`, positive if its normals point outwards.
     ///
-    /// `V = sum (a - o) . ((b - o) x (c - o)) / 6` by the divergence theorem. The point `o` is arbitrary; a vertex keeps the digits of a small mesh far from
-    /// the origin.
+    /// By the divergence theorem, `V = sum (a - o) . ((b - o) x (c - o)) / 6` for any point `o`. Here `o` is a vertex,
+    /// because a distant point would cost digits of the volume.
     #[must_use]
     pub fn enclosed_volume(&self) -> f64 {
         let [origin, ..] = self.corners(0);
@@ -121,7 +122,7 @@ impl TriangleMesh {
         self.all_corners().map(|corners| 0.5 * twice_area(&corners).norm()).sum()
     }
 
-    /// Edges in the order of their vertices, with their triangles.
+    /// Returns the edges in the order of their vertex indices, with the triangles at each edge.
     #[must_use]
     pub fn edges(&self) -> Edges {
         Edges::of(&self.triangles)

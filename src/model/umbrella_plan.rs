@@ -4,24 +4,25 @@ use serde::{Deserialize, Serialize};
 
 use super::ParticleId;
 
-/// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the
-/// windows in which it is held.
+/// Umbrella sampling plan: the distance of two particles, or of the centres of mass of two groups, and the windows to
+/// which this distance is confined.
 ///
-/// G. M. Torrie and J. P. Valleau, J. Comput. Phys. 23, 187 (1977), [doi:10.1016/0021-9991(77)90121-8](https://doi.org/10.1016/0021-9991(77)90121-8).
+/// G. M. Torrie and J. P. Valleau, J. Comput. Phys. 23, 187 (1977),
+/// [doi:10.1016/0021-9991(77)90121-8](https://doi.org/10.1016/0021-9991(77)90121-8).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UmbrellaPlan {
-    /// The two groups of one or more particles.
+    /// The two groups, each of one or more particles.
     pub between: [Vec<ParticleId>; 2],
     /// Lower and upper end of each window, both ascending. Adjacent windows overlap `[length]`.
     pub windows: Vec<[f64; 2]>,
-    /// Approximate number of bins over all windows together. Ends of windows are edges of bins.
+    /// Approximate number of histogram bins over all windows together. Ends of windows are edges of bins.
     pub bins: usize,
 }
 
-/// Default number of bins.
+/// Default number of histogram bins.
 pub(crate) const USUAL_BINS: usize = 100;
 
-/// Maximum number of bins.
+/// Maximum number of histogram bins.
 pub(crate) const MOST_BINS: usize = 2000;
 
 /// Maximum number of particles in a group. The centre of mass is computed again whenever a member changes its
@@ -37,7 +38,7 @@ impl UmbrellaPlan {
         [from, to]
     }
 
-    /// Edges of the bins, including all ends of windows `[length]`.
+    /// Edges of the histogram bins, including all ends of windows `[length]`.
     pub(crate) fn edges(&self) -> Vec<f64> {
         let mut ends: Vec<f64> = self.windows.iter().flatten().copied().collect();
         ends.sort_by(f64::total_cmp);

@@ -42,7 +42,7 @@ pub struct Quadratic {
 }
 
 impl Quadratic {
-    /// The overlap function of a relative state and the square of a discontinuity's distance `[length^2]`.
+    /// Creates the overlap function from a relative state and the squared distance of the discontinuity `[length^2]`.
     #[inline]
     #[must_use]
     pub fn new(state: &RelativeState, distance_squared: f64) -> Self {
@@ -60,7 +60,7 @@ impl Quadratic {
         (self.v2 * dt + 2.0 * self.b) * dt + self.r2
     }
 
-    /// `df+/dt (dt) = 2 (V2 dt + B)`.
+    /// Derivative of `f+` at the time `dt`: `2 (V2 dt + B)`.
     #[inline]
     #[must_use]
     pub fn derivative(&self, dt: f64) -> f64 {
@@ -74,12 +74,13 @@ impl Quadratic {
 pub struct Quartic {
     /// Coefficients, constant first.
     pub coefficients: [f64; 5],
-    /// `s^2` `[length^2]`, which sets the scale of Algorithm 6.
+    /// Squared distance of the discontinuity, `s^2` `[length^2]`. It sets the scale of Algorithm 6.
     pub distance_squared: f64,
 }
 
 impl Quartic {
-    /// The overlap function of a relative state, the relative acceleration `a_ij` and the square of a distance.
+    /// Creates the overlap function from a relative state, the relative acceleration `a_ij` and the squared distance of
+    /// the discontinuity `[length^2]`.
     #[inline]
     #[must_use]
     pub fn new(state: &RelativeState, acceleration: &Vector, distance_squared: f64) -> Self {
@@ -124,7 +125,8 @@ mod tests {
         let acceleration = Vector::new(0.25, 0.0, -1.0);
         let zero = Vector::zeros();
         for dt in [0.0, 0.5, 1.0, 3.0] {
-            // Small binary fractions: every operation is exact, so the two sides agree to the bit.
+            // All inputs are small binary fractions. Every operation is exact, so that the two results have the same
+            // bits.
             let at = stream_position(&state.position, &state.velocity, &zero, dt);
             assert_eq!(Quadratic::new(&state, 1.0).value(dt), at.norm_squared() - 1.0);
             let at = stream_position(&state.position, &state.velocity, &acceleration, dt);
@@ -136,7 +138,7 @@ mod tests {
     fn the_derivatives_are_the_derivatives() {
         let state = RelativeState { position: Vector::new(1.0, 2.0, 0.5), velocity: Vector::new(-1.0, 0.5, 0.25) };
         let quadratic = Quadratic::new(&state, 1.0);
-        // A central difference of a quadratic is exact.
+        // For a quadratic function, a central difference is exact.
         assert_eq!(quadratic.derivative(0.5), (quadratic.value(1.0) - quadratic.value(0.0)) / 1.0);
         let quartic = Quartic::new(&state, &Vector::new(0.0, 0.0, -1.0), 1.0);
         let c = quartic.coefficients;

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 pub enum Outcome {
     /// Reflection off an infinite inner barrier, with restitution.
     Core,
-    /// The pair moves one step inwards.
+    /// The pair crosses a finite step inwards.
     Capture,
-    /// The pair moves one step outwards.
+    /// The pair crosses a finite step outwards.
     Release,
     /// Reflection by a finite step that is too high, or by the infinite end of a bond (with restitution).
     Bounce,
@@ -38,12 +38,12 @@ pub struct Approach {
     pub reduced_mass: f64,
 }
 
-/// An outcome and the radial motion after it.
+/// Outcome of an event, and the radial motion of the pair after the event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// Outcome of the event.
     pub outcome: Outcome,
-    /// `B' = v_ij' . r_ij` afterwards `[length^2 / time]`.
+    /// Radial motion after the event, `B' = v_ij' . r_ij` `[length^2 / time]`.
     pub radial: f64,
 }
 
@@ -88,16 +88,16 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
 }
 
-/// Contact of a pair with an infinite barrier under the TC model.
+/// Velocity of a pair after a contact with an infinite barrier under the TC model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaving {
     /// Normal speed away from the barrier `[length / time]`.
     pub speed: f64,
-    /// Factor of the relative tangential velocity; 1 except for sliding contacts.
+    /// Factor that multiplies the relative tangential velocity; 1 unless the contact is sliding.
     pub tangential_scale: f64,
 }
 
-/// Number of contacts within a contact time. A pair that would have more contacts slides instead of bouncing.
+/// Largest number of contacts within one contact time. A pair that would have more contacts slides instead of bouncing.
 const SLIDING: f64 = 64.0;
 
 /// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_pair_that_recedes_within_rounding_keeps_its_velocity_one_float_either_side_of_rest() {
-        // A turning point. Reversing it would drive the pair to the invalid side.
+        // The pair is at a turning point. Reversing its velocity would drive it to the invalid side.
         for least in [0.0, f64::MIN_POSITIVE] {
             assert_eq!(outcome_and_normal_velocity(Side::Positive, f64::INFINITY, least, 1.0), (Outcome::Core, least));
             assert_eq!(
@@ -176,14 +176,15 @@ mod tests {
 
     #[test]
     fn a_pair_that_falls_into_a_well_gains_its_depth() {
-        // mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
+        // The kinetic energy of the normal motion grows by mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2, the depth of the
+        // well.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -2.0, -1.0, 0.0), (Outcome::Capture, -3.0));
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 2.0, 3.0, 0.0), (Outcome::Release, 1.0));
     }
 
     #[test]
     fn a_step_that_is_too_high_reflects_elastically_one_float_either_side_of_the_limit() {
-        // mu/2 vn^2 = 1/4 * 4 = 1.
+        // The kinetic energy of the normal motion is mu/2 vn^2 = 1/4 * 4 = 1, the height of the step.
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 1.0, 2.0, 0.1), (Outcome::Bounce, -2.0));
         assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, -2.0, 0.1), (Outcome::Bounce, 2.0));
         let lower = 1.0_f64.next_down();
@@ -198,7 +199,8 @@ mod tests {
             assert_eq!(outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -vn, 0.5).1, -vn);
             assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, vn, 0.5).1, vn);
         }
-        // A pair always crosses a downward step. Otherwise it would stay at the step forever.
+        // A pair always crosses a step to lower energy, even at normal velocity 0. Otherwise it would have events at
+        // this step forever.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -1.0, 0.0, 0.5).1, -2.0);
     }
 
@@ -212,7 +214,7 @@ mod tests {
 
     #[test]
     fn the_tc_model_leaves_a_pair_the_speed_to_stay_away_for_a_contact_time() {
-        // With speed 0.05 and acceleration 1, the pair is back after 0.1.
+        // With speed 0.05 and acceleration 1, the pair is in contact again after one contact time, 0.1.
         assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
         assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "but never more than it had");
     }

@@ -12,7 +12,7 @@ use crate::prepare::packing::occupancy::Occupancy;
 /// Maximum number of attempts to place a chain. Each tries several directions for every particle.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
-/// Directions to try for the next particle before the chain is started again.
+/// Number of directions to try for the next particle of a chain, before the chain is started again.
 const DIRECTIONS: usize = 50;
 
 /// Positions of a straight chain with neighbours `spacing` apart.
@@ -21,7 +21,7 @@ pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing:
     (0..length).map(|k| start + step * k as f64).collect()
 }
 
-/// Links of a grown chain: their number, spacing and size.
+/// Properties of the links of a grown chain.
 pub(crate) struct Links {
     pub length: usize,
     pub spacing: f64,
@@ -52,7 +52,7 @@ pub(crate) fn grow_all(
     Ok(positions)
 }
 
-/// Grows a chain from a random position, bead by bead in random directions, without overlaps.
+/// Grows a chain from a random position, particle by particle in random directions, without overlaps.
 fn grow(links: &Links, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
     let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, occupancy, random))?;
     for position in &chain {
@@ -82,14 +82,14 @@ fn try_to_grow(links: &Links, occupancy: &Occupancy<'_>, random: &mut Random) ->
     Some(chain)
 }
 
-/// Whether a particle would overlap its chain, except the neighbour that it is bonded to.
+/// Whether a particle would overlap another particle of its chain. The neighbour to which it is bonded is excluded.
 fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
     let others = &chain[..chain.len().saturating_sub(1)];
     let periods = space.periods();
     others.iter().any(|other| minimum_image(position - other, &periods).norm_squared() < contact * contact)
 }
 
-/// Whether a particle is clear of walls and, along open axes, inside the box.
+/// Whether a particle lies entirely inside the box along all axes with walls or open sides.
 fn is_inside(position: &Vector, radius: f64, space: &Space) -> bool {
     (0..3).all(|k| {
         let range = space.lower[k] + radius..=space.upper()[k] - radius;
@@ -103,7 +103,7 @@ mod tests {
     use crate::model::random::Purpose;
     use crate::prepare::packing::occupancy::Contacts;
 
-    /// Chains of ten in a periodic cube.
+    /// Grows chains of ten particles in a periodic cube.
     fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoPlace> {
         let space = Space::periodic_cube(length);
         let mut contacts = Contacts::new(1);

@@ -28,12 +28,12 @@ pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(S
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
-/// The shares after rounding to integer numbers of particles, so that the box fits the particles exactly.
+/// Replaces shares by the integer numbers of particles, so that the size of the box suits the actual particles.
 pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let numbers = whole_numbers(&shares, index(count));
     let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
-        // A difference due to rounding would only change the last digits of the box.
+        // A difference due to rounding would only change the last digits of the size of the box.
         (share / total * count as f64 - *number as f64).abs() < 1e-6
     };
     if shares.iter().zip(&numbers).all(is_exact) {
@@ -64,7 +64,7 @@ pub(crate) fn volume(region: &Region, space: &Space) -> f64 {
     axes.map(|k| region.upper[k] - region.lower[k]).product()
 }
 
-/// Edges of the cube, square or line of this volume, 0 along flat axes `[length]`.
+/// Edges of a cube, square or line of the given volume `[length]`; 0 along flat axes.
 pub(crate) fn edges(volume: f64, space: &Space) -> Vector {
     let edge = root(volume, space.dimensions());
     Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { edge })

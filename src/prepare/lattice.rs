@@ -20,23 +20,24 @@ pub enum Lattice {
     /// Two sites per cubic cell.
     #[doc(alias = "bcc")]
     BodyCentredCubic,
-    /// Four sites per cubic cell: the densest, with [`Lattice::HexagonalClosePacked`].
+    /// Four sites per cubic cell. No lattice is denser; [`Lattice::HexagonalClosePacked`] is equally dense.
     #[doc(alias = "fcc")]
     FaceCentredCubic,
-    /// Four sites per cell of `1 x sqrt(3) x sqrt(8/3)`.
+    /// Four sites per unit cell with edges in the ratio `1 : sqrt(3) : sqrt(8/3)`.
     #[doc(alias = "hcp")]
     HexagonalClosePacked,
-    /// One site per square, in a scene with one flat axis.
+    /// One site per square cell, for scenes with one flat axis.
     Square,
-    /// Two sites per cell of `1 x sqrt(3)`: the densest in a scene with one flat axis.
+    /// Two sites per unit cell with edges in the ratio `1 : sqrt(3)`: the densest lattice for scenes with one flat
+    /// axis.
     #[doc(alias = "triangular")]
     Hexagonal,
-    /// Equal distances, in a scene with two flat axes.
+    /// Sites at equal distances on a line, for scenes with two flat axes.
     Line,
 }
 
 impl Lattice {
-    /// Number of axes that are not flat.
+    /// Number of dimensions. Flat axes do not count.
     #[must_use]
     pub fn dimensions(self) -> usize {
         match self {
@@ -46,7 +47,7 @@ impl Lattice {
         }
     }
 
-    /// Edges of the unit cell, relative to the first.
+    /// Edges of the unit cell, relative to the first edge.
     fn edges(self) -> &'static [f64] {
         // sqrt(3) and sqrt(8/3).
         const TALL: f64 = 1.732_050_807_568_877_2;
@@ -75,20 +76,20 @@ impl Lattice {
     }
 }
 
-/// Particles for which a lattice has sites.
+/// The particles to be placed on a lattice.
 pub(crate) struct Sites {
     /// Number of particles.
     pub count: usize,
-    /// Diameter of the largest `[length]`.
+    /// Diameter of the largest particle `[length]`.
     pub diameter: f64,
-    /// Minimum distance of all sites `[length]`; `None` if overlaps do not matter.
+    /// Smallest permitted distance between two sites `[length]`; `None` if overlaps do not matter.
     pub contact: Option<f64>,
 }
 
-/// The sites of a lattice that is stretched over a region.
+/// Returns the sites of a lattice that is stretched over a region.
 ///
 /// # Errors
-/// [`NoPlace::TooTight`] if sites are closer than contact.
+/// [`NoPlace::TooTight`] if sites are closer together than the contact distance.
 pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, NoPlace> {
     let Sites { count, diameter, contact } = sites;
     let fit = Fit::new(lattice, space, region, diameter, count);
@@ -101,23 +102,23 @@ pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sit
     }
 }
 
-/// An axis of the region, as used by the lattice.
+/// Geometry of the lattice along one axis of the region.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// Which of x, y, z.
+    /// Index of the axis: 0, 1 or 2 for x, y or z.
     index: usize,
     /// Lowest possible coordinate of a site.
     lower: f64,
     /// Length over which sites can be distributed.
     length: f64,
-    /// Whether the site after the last is the image of the first.
+    /// Whether the lattice is periodic along this axis, so that the site after the last is the image of the first.
     is_closed: bool,
-    /// Largest coordinate of a site in a cell.
+    /// Largest coordinate of a site of the unit cell, as a fraction of the cell's edge.
     top: f64,
 }
 
 impl Axis {
-    /// Edge of the unit cell if `cells` of them fill the axis.
+    /// Edge of the unit cell if `cells` unit cells fill the axis.
     fn edge(&self, cells: usize) -> f64 {
         let cells = cells as f64;
         if self.is_closed {
@@ -130,14 +131,14 @@ impl Axis {
     }
 }
 
-/// A lattice stretched over a region, with a site for each of `count` particles.
+/// A lattice stretched over a region, with at least one site for each of `count` particles.
 struct Fit {
     lattice: Lattice,
     axes: Vec<Axis>,
     cells: Vec<usize>,
     count: usize,
     lower: Vector,
-    /// Distance of nearest sites `[length]`.
+    /// Distance between nearest sites of the stretched lattice `[length]`.
     spacing: f64,
 }
 
@@ -170,8 +171,8 @@ impl Fit {
             .zip(lattice.edges())
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
-                // Limits the number of cells to the number of particles, so that a flat region cannot
-                // require infinitely many cells.
+                // There is no need for more cells than particles. A flat region would otherwise require infinitely many
+                // cells.
                 let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })
@@ -202,7 +203,7 @@ impl Fit {
         }
     }
 
-    /// Distance of nearest sites with these numbers of cells.
+    /// Distance between nearest sites for the given numbers of cells.
     fn nearest(&self, cells: &[usize]) -> f64 {
         let basis = self.lattice.basis();
         let mut least = f64::INFINITY;
@@ -235,7 +236,8 @@ impl Fit {
         self.cells.iter().product::<usize>() * self.lattice.basis().len()
     }
 
-    /// The positions, one per particle. Excess sites are left empty at even spacing.
+    /// Returns the positions of the particles. If there are more sites than particles, the empty sites are evenly
+    /// spaced.
     fn sites(&self) -> Vec<Vector> {
         let basis = self.lattice.basis();
         let sites = self.all();
@@ -248,7 +250,7 @@ impl Fit {
                 for (k, axis) in self.axes.iter().enumerate() {
                     let coordinate = (cell % self.cells[k]) as f64 + offset[k];
                     cell /= self.cells[k];
-                    // A single layer between two sides is in the middle.
+                    // A single layer between two sides lies in the middle.
                     let along = if edges[k].is_finite() { coordinate * edges[k] } else { 0.5 * axis.length };
                     let centring = if axis.is_closed { 0.5 * (1.0 - axis.top) * edges[k] } else { 0.0 };
                     position[axis.index] = axis.lower + along + centring;
@@ -312,7 +314,7 @@ mod tests {
 
     #[test]
     fn close_packing_reaches_three_quarters_of_space() {
-        // 4 x 4 x 4 cells of hcp: edges 1, sqrt(3), sqrt(8/3).
+        // A lattice of 4 x 4 x 4 unit cells of hexagonal close packing, with edges 1, sqrt(3) and sqrt(8/3).
         let mut space = Space::periodic_cube(4.0);
         space.size = Vector::new(4.0, 4.0 * 3.0_f64.sqrt(), 4.0 * (8.0_f64 / 3.0).sqrt());
         assert!((fit(Lattice::HexagonalClosePacked, &space, 256).spacing - 1.0).abs() < 1e-12);

@@ -16,18 +16,18 @@ use crate::prepare::region::FillRegion;
 
 /// Particles to be placed at random.
 pub(crate) struct RandomFill<'a> {
-    /// The species of each particle.
+    /// Species of each particle.
     pub kinds: &'a [SpeciesId],
     pub species: &'a [Species],
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
-    /// Whether to place as many particles as fit by sequential insertion.
+    /// Whether to insert as many particles as fit, instead of failing if not all fit.
     pub as_many_as_fit: bool,
-    /// Whether the whole box is available, without other particles.
+    /// Whether the fill has the whole box to itself.
     pub has_box: bool,
     pub seed: u64,
-    /// Index of the group of particles, which has its own random numbers.
+    /// Index of the group of particles. Each group has its own random numbers.
     pub group: usize,
 }
 
@@ -54,7 +54,7 @@ impl RandomFill<'_> {
         }
     }
 
-    /// Radius and species of each particle.
+    /// Iterates over the radius and the species of each particle.
     fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, u32)> {
         self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0))
     }
@@ -63,7 +63,8 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression of the fill; `None` unless it has an empty periodic box.
+    /// Compression as an alternative to insertion; `None` unless all particles can move and have a periodic box to
+    /// themselves.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

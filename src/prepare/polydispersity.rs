@@ -1,16 +1,16 @@
 //! Distributions of diameters, divided into classes. Each class is a species.
 //!
-//! Of `n` classes, each is a range of quantiles, `[k/n, (k+1)/n]`, and its diameter is the mean over this
-//! range. All classes therefore have equal shares, and their mean is exactly the mean of the distribution.
-//! The variance within the classes is missing from the variance of their diameters.
+//! With `n` classes, the class `k` covers the quantiles from `k/n` to `(k+1)/n`, and its diameter is the mean over this
+//! range. All classes therefore have equal shares, and their mean is exactly the mean of the distribution. Only their
+//! variance is too small, because it lacks the variance within the classes.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Spheres of one size from a distribution.
+/// A class of a distribution: particles of one diameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
     pub diameter: f64,
-    /// Share of the number of particles. The shares add up to 1 within round-off.
+    /// Share of the particles that belong to this class. The shares of all classes add up to 1 within round-off.
     pub share: f64,
 }
 
@@ -20,11 +20,11 @@ pub(crate) fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| lower + (k as f64 + 0.5) * width).collect()
 }
 
-/// Diameters of the classes of a Gaussian distribution truncated at 0, in equal shares of the part above 0
-/// `[length]`.
+/// Diameters of the classes of a Gaussian distribution that is truncated at 0 `[length]`. The classes are equal shares
+/// of the part above 0.
 ///
-/// The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation (g(a) - g(b))
-/// / w` with the density `g`.
+/// The mean between the quantiles `a` and `b`, which enclose a share `w`, is `mean + deviation (g(a) - g(b)) / w` with
+/// the density `g`.
 pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
@@ -63,9 +63,9 @@ pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: 
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// All numbers below `count`, ordered so that the first few are always spread evenly, in pairs around the
-/// middle. If the number of particles is not a multiple of the number of classes, the first classes each
-/// get one more particle. With this order, the mean diameter hardly changes.
+/// Iterates over all numbers below `count`, the indices of classes. The first few are always spread evenly, in pairs
+/// around the middle. If the number of particles is not a multiple of the number of classes, the first classes each get
+/// one more particle, and with this order the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -77,14 +77,14 @@ pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The share of a Gaussian of mean 0 and deviation 1 below `z`.
+/// Fraction of a Gaussian distribution of mean 0 and standard deviation 1 that is below `z`.
 fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z * FRAC_1_SQRT_2)
 }
 
-/// The quantile of a share, by bisection down to adjacent floats.
+/// Inverse of [`normal_distribution`], by bisection down to adjacent floats.
 fn normal_quantile(share: f64) -> f64 {
-    // Beyond these limits, double precision cannot resolve the share.
+    // Beyond 40 standard deviations, double precision cannot resolve the fraction.
     let (mut lower, mut upper) = (-40.0, 40.0);
     loop {
         let middle = 0.5 * (lower + upper);
@@ -116,18 +116,18 @@ mod tests {
     fn the_mean_is_exact_and_the_variance_lacks_the_one_within_the_classes() {
         let (mean, deviation) = mean_and_deviation(&uniform(0.8, 1.4, 10));
         assert!((mean - 1.1).abs() < 1e-15);
-        // (w^2 - (w/n)^2) / 12
+        // The variance of `n` class diameters over a range of width `w` is `(w^2 - (w/n)^2) / 12`.
         assert!((deviation - (0.6_f64.powi(2) * 0.99 / 12.0).sqrt()).abs() < 1e-15);
         for (of, width) in [(gaussian as fn(f64, f64, u64) -> Vec<f64>, 0.0), (lognormal, 0.1)] {
             let diameters = of(2.0, 0.2, 64);
             assert!(diameters.windows(2).all(|pair| pair[0] < pair[1]));
             let (mean, deviation) = mean_and_deviation(&diameters);
-            // Sums of 64 differences of numbers up to 64.
+            // The mean has the rounding errors of a sum of 64 terms.
             assert!((mean - 2.0).abs() < 1e-13, "{mean}");
-            // The outermost two of n classes contribute most of the variance within classes. A tail beyond z
-            // has at most the variance 1 / z^2 about its mean, here with z = 2.15; the others share a range
-            // of 2 z, so that theirs is (2 z / n)^2 / 12. The tails of a lognormal are stretched by up to
-            // exp(2 * 0.1 * z).
+            // Upper bound of the variance within the `n` classes, relative to the total variance. The two outermost
+            // classes contribute most: a tail beyond `z` has at most the variance `1 / z^2` about its mean. The other
+            // classes share a range of `2 z`, so that their variance is `(2 z / n)^2 / 12`. The tails of a lognormal
+            // distribution are stretched by up to `exp(2 * 0.1 * z)`.
             let z: f64 = 2.15;
             let within = (2.0 / 64.0 / (z * z) + (2.0 * z / 64.0).powi(2) / 12.0) * libm::exp(2.0 * width * z);
             let lost = 1.0 - (deviation / 0.2) * (deviation / 0.2);
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // Half of the distribution. Its mean is sqrt(2 / pi) deviations, and no diameter is below 0.
+        // A mean near 0 cuts off half of the distribution. The rest has a mean of sqrt(2 / pi) standard deviations.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

@@ -9,24 +9,24 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Tolerance for rounding, as a fraction of a length: a site may be outside by this fraction.
+/// Tolerance for rounding: the fraction of a length by which a site may lie outside a region.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum FillRegion {
-    /// A box, aligned with the axes.
+    /// A box aligned with the axes of space.
     Box(Region),
-    /// The interior of a conical frustum; of a cylinder if the radii are equal.
+    /// The interior of a conical frustum, or of a cylinder if the radii are equal.
     Cone {
-        /// Centre of the first end `[length]`.
+        /// Centre of the first end of the cone `[length]`.
         base: Vector,
         /// Direction from the first end to the second, of any length.
         axis: Vector,
-        /// Radii of the ends `[length]`.
+        /// Radii of the two ends of the cone `[length]`.
         radii: [f64; 2],
-        /// Distance of the ends along the axis `[length]`.
+        /// Distance between the two ends of the cone along its axis `[length]`.
         length: f64,
     },
     /// The interior of a sphere.
@@ -49,7 +49,7 @@ fn ball(radius: f64, dimensions: usize) -> f64 {
 }
 
 impl FillRegion {
-    /// Its volume, area or length `[length^D]`.
+    /// Volume, area or length of the region in 3, 2 or 1 dimensions `[length^D]`.
     pub(crate) fn volume(&self, space: &Space) -> f64 {
         let dimensions = space.dimensions();
         match self {
@@ -63,7 +63,7 @@ impl FillRegion {
         }
     }
 
-    /// The smallest box around it.
+    /// The smallest box around the region.
     pub(crate) fn bounds(&self, space: &Space) -> Region {
         let around = |k: usize, low: f64, high: f64| match space.boundary[k] {
             Boundary::Flat => [space.lower[k]; 2],
@@ -75,7 +75,8 @@ impl FillRegion {
             Self::Cone { base, axis, radii, length } => {
                 let axis = axis.normalize();
                 [0, 1, 2].map(|k| {
-                    // Extent of a disk of radius 1 perpendicular to the axis.
+                    // Half the extent along the axis `k` of a disk of radius 1 that is perpendicular to the cone's
+                    // axis.
                     let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
                     let places = [base[k], base[k] + length * axis[k]];
                     let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
@@ -86,7 +87,7 @@ impl FillRegion {
         Region { lower: Vector::from(ends.map(|end| end[0])), upper: Vector::from(ends.map(|end| end[1])) }
     }
 
-    /// Whether a particle lies inside, including its surface.
+    /// Whether a particle of radius `particle` lies entirely inside the region. For a box, only its centre is checked.
     pub(crate) fn holds(&self, position: &Vector, particle: f64) -> bool {
         match self {
             Self::Box(region) => (0..3).all(|k| (region.lower[k]..=region.upper[k]).contains(&position[k])),
@@ -104,26 +105,27 @@ impl FillRegion {
         }
     }
 
-    /// Distance from the axis of a cone to the centre of a particle in contact with its surface `[length]`.
+    /// Distance from the axis of a cone to the centre of a particle that touches the side from inside `[length]`;
+    /// negative where the cone is too narrow.
     fn room_at(&self, along: f64, particle: f64) -> f64 {
         let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
         a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
     }
 
-    /// The part of a cone's axis on which centres of particles can be.
+    /// Returns the range of heights along a cone's axis at which a particle fits; `None` if it fits nowhere.
     fn stretch(&self, particle: f64) -> Option<[f64; 2]> {
         let Self::Cone { radii: [a, b], length, .. } = self else { return None };
         let ends = [particle, length - particle];
         let room = ends.map(|end| self.room_at(end, particle));
-        // The height at which the surface is one particle radius away from the axis. If both ends are wide
-        // enough, nothing is cut off.
+        // Height at which a particle on the axis touches the side. It limits the range at an end that is too narrow for
+        // the particle.
         let slope = (b - a) / length;
         let apex = ends[0] - room[0] / slope;
         let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
         (ends[0] <= ends[1] && room[0].max(room[1]) >= 0.0).then_some([low, high])
     }
 
-    /// Whether a particle fits in.
+    /// Whether a particle of radius `particle` fits into the region. Always true for a box.
     pub(crate) fn has_room(&self, particle: f64) -> bool {
         match self {
             Self::Box(_) => true,
@@ -132,8 +134,8 @@ impl FillRegion {
         }
     }
 
-    /// A uniformly distributed position with the particle's surface inside. The particle must fit,
-    /// [`Self::has_room`].
+    /// Draws a uniformly distributed position at which the particle's surface is inside the region. The particle must
+    /// fit, see [`Self::has_room`].
     pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
         match self {
             Self::Box(region) => insertion::draw(region, space, particle, random),
@@ -153,7 +155,8 @@ impl FillRegion {
                 loop {
                     let along = low + (high - low) * random.uniform();
                     let across = disk(&axis, space, random) * widest;
-                    // At least a third is accepted, the ratio of a cone's volume to a cylinder's.
+                    // At least a third of the attempts succeed, because the volume of a cone is a third of the volume
+                    // of a cylinder.
                     if across.norm() <= self.room_at(along, particle).max(0.0) || widest == 0.0 {
                         return base + axis * along + across;
                     }
@@ -163,13 +166,13 @@ impl FillRegion {
     }
 }
 
-/// A position in the unit disk perpendicular to an axis. In two dimensions, the disk is a line.
+/// Draws a position in the unit disk perpendicular to an axis. In two dimensions, the disk is a line.
 fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
     let reach = if space.dimensions() == 3 { random.uniform().sqrt() } else { random.uniform() };
     loop {
         let direction = random.direction(space);
         let across = direction - axis * axis.dot(&direction);
-        // Nearly parallel directions would leave only rounding errors.
+        // If the two directions are nearly parallel, their difference is mostly rounding error.
         if across.norm_squared() > 1e-12 {
             return across.normalize() * reach;
         }
@@ -181,7 +184,7 @@ mod tests {
     use super::*;
     use crate::model::random::Purpose;
 
-    /// A space in which the axes from `dimensions` on are flat.
+    /// A space with the given number of dimensions. The other axes are flat.
     fn space(dimensions: usize) -> Space {
         let mut space = Space::periodic_cube(20.0);
         for k in dimensions..3 {
@@ -190,7 +193,7 @@ mod tests {
         space
     }
 
-    /// Shapes around the middle of a space, with an oblique axis in it.
+    /// A sphere, a cylinder and two cones with an oblique axis, near the middle of the space.
     fn shapes(dimensions: usize) -> [FillRegion; 4] {
         let in_plane = |x, y, z| Vector::new(x, y, if dimensions == 3 { z } else { 0.0 });
         let (base, axis) = (in_plane(8.0, 9.0, 7.0), in_plane(1.0, 2.0, 3.0));
@@ -236,7 +239,7 @@ mod tests {
                     assert!(shape.holds(&place, particle), "{shape:?}: {place}");
                     even += place.x;
                 }
-                // The mean of x equals the mean over points of the bounding box inside the shape.
+                // The mean of x must equal its mean over points of the bounding box that lie inside the shape.
                 let bounds = FillRegion::Box(shape.bounds(&space));
                 let (mut sum, mut inside) = (0.0, 0.0);
                 while inside < f64::from(count) {
@@ -247,7 +250,8 @@ mod tests {
                     }
                 }
                 let (even, expected) = (even / f64::from(count), sum / inside);
-                // At most 3 standard deviations for each of two means of 4000.
+                // Four standard errors of the difference of two means of 4000 values. The standard deviation of x is at
+                // most 3.
                 assert!(
                     (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
                     "{shape:?}: {even} {expected} {middle}"
@@ -263,7 +267,8 @@ mod tests {
         let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };
         assert!(cone([1.0, 1.0], 5.0).has_room(1.0) && !cone([1.0, 1.0], 5.0).has_room(1.01));
         assert!(cone([3.0, 3.0], 1.0).has_room(0.5) && !cone([3.0, 3.0], 1.0).has_room(0.51));
-        // The inscribed circle of a triangle of base 6 and height 4: the area 12 over half the perimeter, 8.
+        // A section of the cone is a triangle of base 6 and height 4. The largest particle has the radius of its
+        // inscribed circle: the area, 12, divided by half the perimeter, 8.
         assert!(cone([3.0, 0.0], 4.0).has_room(1.499) && !cone([3.0, 0.0], 4.0).has_room(1.501));
         assert!(cone([0.0, 3.0], 4.0).has_room(1.499) && !cone([0.0, 3.0], 4.0).has_room(1.501));
     }

@@ -14,35 +14,35 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 /// The support of a particle at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
-    /// A wall of the box: its axis, and whether it is the upper one.
+    /// A wall of the box: its axis, and whether it is the upper wall of this axis.
     Wall(u8, bool),
-    /// A surface of the scene, by name.
+    /// A surface of the scene, given by its name.
     Surface(String),
     /// A static particle.
     Particle(ParticleId),
 }
 
-/// A particle at rest in contact.
+/// A particle at rest on a support.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Resting {
     /// The particle.
     pub particle: ParticleId,
     /// Its support.
     pub ground: Ground,
-    /// Time until it is in contact again `[time]`.
+    /// Time until the particle is in contact again `[time]`.
     pub bounce: f64,
     /// Acceleration towards the ground `[length / time^2]`.
     pub acceleration: f64,
 }
 
-/// Gaps up to the rounding of coordinates are contacts.
+/// Relative rounding error of coordinates. A gap that is smaller counts as contact.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// A particle is at rest if it is in contact again within this fraction of the contact time of the TC model.
 const OF_CONTACT_TIME: f64 = 1e-4;
 
-/// Without a contact time, the same limit as a fraction of the time in which a particle falls by its
-/// diameter.
+/// Without a contact time, a particle is at rest if it is in contact again within this fraction of the time in which it
+/// falls by its diameter.
 const OF_FALL: f64 = 1e-8;
 
 /// All particles at rest on something immobile, each listed once.
@@ -56,7 +56,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
             continue;
         }
         let radius = 0.5 * species.diameter;
-        // A scene with more species was rejected.
+        // Scenes with more species than fit in 16 bits were rejected earlier.
         let row = u16::try_from(particle.species.0).unwrap_or(u16::MAX);
         let around = radius * (1.0 + ROUNDING);
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
@@ -136,7 +136,7 @@ fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vect
 mod tests {
     use super::*;
 
-    /// A box with a floor and a ceiling, a slope of 45 degrees, a static particle, and gravity.
+    /// A box with a floor, a ceiling, a slope of 45 degrees and a static particle.
     const BOX: &str = r#"
         [space]
         size = [20.0, 20.0, 20.0]
@@ -187,16 +187,16 @@ mod tests {
 
     #[test]
     fn particles_rest_on_walls_surfaces_and_static_particles() {
-        // Half a diameter from the plane z = x - 15.
+        // The centre of this particle is half a diameter from the slope, the plane z = x - 15.
         let on_slope = 15.0 + 1.0 - libm::sqrt(0.5);
         let scene = scene(
             &[
                 ([2.0, 2.0, 0.5], REST),
                 ([on_slope, 9.0, 1.0], REST),
                 ([5.0, 5.0, 6.5], REST),
-                // On another grain, which falls as fast.
+                // This particle lies on another particle that can move, so it is not at rest on anything fixed.
                 ([2.0, 2.0, 1.5], REST),
-                // Below the ceiling, below the static particle, and beside it.
+                // These particles touch the ceiling, and the static particle from below and from the side.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

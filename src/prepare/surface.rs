@@ -1,10 +1,12 @@
 //! Surfaces made of static spheres, arranged so that they do not leak.
 //!
-//! The contact distance of a moving sphere with the static spheres is `s`. The circumradius `R` of a hole
-//! is the distance from its middle to the nearest static spheres. The sphere passes through the hole only
-//! if `R` exceeds `s`. Rows of spheres at most `d` apart along the row and `h` from row to row leave holes
-//! of `R <= sqrt(d^2 + h^2) / 2`, for any shift of the rows. The reason: an empty circle cuts no chord
-//! longer than `d` out of either row, and its centre is at most `h / 2` from the nearer row.
+//! The contact distance of a moving sphere with the static spheres is `s`. The circumradius `R` of a hole is the
+//! distance from its middle to the nearest static spheres. The moving sphere passes through the hole only if `R`
+//! exceeds `s`.
+//!
+//! Rows of spheres at most `d` apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`,
+//! for any shift of the rows. The reason: a circle without spheres inside cuts no chord longer than `d` out of either
+//! row, and its centre is at most `h / 2` from the nearer row.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -22,31 +24,31 @@ use crate::prepare::packing::occupancy::Contacts;
 /// tight.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// The default spacing of a square grid for a surface of this species `[length]`: the largest spacing at
-/// which no moving species passes.
+/// Default spacing of a square grid for a surface of this species `[length]`. The holes are then too small for any
+/// moving species to pass.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
-    // The smallest species that meets the surface decides, because it would leak first.
+    // The smallest species that collides with the surface decides, because it would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
     let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
 }
 
-/// Largest spacing for one contact distance `[length]`.
+/// Spacing of a square grid whose holes are [`HOLE_TO_CONTACT`] times the contact distance `[length]`.
 fn default_spacing(contact: f64) -> f64 {
     HOLE_TO_CONTACT * contact * SQRT_2
 }
 
-/// One side of a box.
+/// One side of a box or rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BoxSide {
-    /// The axis normal to it: 0, 1 or 2.
+    /// Index of the axis normal to the side: 0, 1 or 2.
     pub axis: usize,
-    /// Whether it is the side at the upper corner.
+    /// Whether the side is at the upper end of this axis.
     pub is_upper: bool,
 }
 
 impl BoxSide {
-    /// The lower and the upper side along each axis.
+    /// All six sides: the lower and the upper side along each axis.
     pub(crate) const ALL: [Self; 6] = [
         Self { axis: 0, is_upper: false },
         Self { axis: 0, is_upper: true },
@@ -57,7 +59,7 @@ impl BoxSide {
     ];
 }
 
-/// Shape of a static-sphere surface `[length]`.
+/// Shape of a surface made of static spheres. Positions and sizes are in `[length]`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Surface {
@@ -65,7 +67,7 @@ pub enum Surface {
     Plane {
         /// One corner.
         corner: Vector,
-        /// The two edges that start there.
+        /// The two edges that start at `corner`.
         edges: [Vector; 2],
     },
     /// The sides of a box, except the open ones.
@@ -74,18 +76,18 @@ pub enum Surface {
         lower: Vector,
         /// Upper corner.
         upper: Vector,
-        /// Sides that are left out.
+        /// Sides of the box that are left out.
         open: Vec<BoxSide>,
     },
     /// A conical frustum without ends: a funnel, or a cylinder if the radii are equal.
     Cone {
-        /// Centre of the first end.
+        /// Centre of the first end of the cone.
         base: Vector,
-        /// Direction from the first end to the second.
+        /// Direction from the first end of the cone to the second, of any length.
         axis: Vector,
-        /// Radii of the ends.
+        /// Radii at the first and the second end.
         radii: [f64; 2],
-        /// Distance of the ends along the axis.
+        /// Distance between the two ends along the axis.
         length: f64,
     },
     /// A hollow sphere.
@@ -113,26 +115,26 @@ pub enum Surface {
         lower: Vector,
         /// Upper corner.
         upper: Vector,
-        /// Sides that are left out.
+        /// Sides of the rectangle that are left out.
         open: Vec<BoxSide>,
     },
     /// Spheres at given positions.
     Points(Vec<Vector>),
 }
 
-/// A surface as static spheres.
+/// The spheres of which a surface consists.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub points: Vec<Vector>,
     /// Largest circumradius of a hole; `None` if the spheres do not form a surface.
     pub hole: Option<f64>,
-    /// Indices of the spheres along each open rim.
+    /// Indices of the spheres along each open edge of the surface.
     pub rims: Vec<Vec<usize>>,
 }
 
 impl Surface {
-    /// Approximate number of spheres of the surface, never less than half of the actual number. It serves
-    /// to reject a surface before it is created.
+    /// Approximate number of spheres of the surface, never less than half of the actual number. It allows a surface
+    /// with too many spheres to be rejected before it is created.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -150,18 +152,18 @@ impl Surface {
         }
     }
 
-    /// Whether it is one of the plane shapes.
+    /// Whether the shape is a curve of disks in a plane.
     pub(crate) fn is_plane_curve(&self) -> bool {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// The spacing that gives the same holes as a square grid with spacing `of_grid`: along a curve, `R = d /
-    /// 2` instead of `d / sqrt(2)`.
+    /// Spacing that gives the same holes as a square grid with the spacing `of_grid`. The hole of spacing `d` has the
+    /// radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }
 
-    /// The spheres, with neighbours at most `spacing` apart. Plane shapes need a two-dimensional space.
+    /// Places the spheres, with neighbours at most `spacing` apart. Curves in a plane need a two-dimensional space.
     pub(crate) fn layout(&self, spacing: f64, space: &Space) -> Layout {
         let axes = curve::plane_axes(space).unwrap_or([0, 1]);
         match self {
@@ -177,9 +179,9 @@ impl Surface {
     }
 }
 
-/// Number of equal intervals of at most `spacing`.
+/// Number of equal intervals, each at most `spacing` long, into which a length is divided.
 fn intervals(length: f64, spacing: f64) -> usize {
-    // The rounding of a length that is a multiple of the spacing must not add an interval.
+    // If the length is a multiple of the spacing, rounding must not add an interval.
     trunc_to_usize((length / spacing - 1e-9).ceil()).max(1)
 }
 
@@ -212,13 +214,13 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
-        // In slanted rows, the distance `h` between rows is less than the edge. So the bound for shifted
-        // rows also holds with the edge in place of `h`.
+        // The grid is so slanted that the distance `h` between rows is less than the edge `b`. So the bound for shifted
+        // rows, `sqrt(d^2 + h^2) / 2`, also holds with `|b|` in place of `h`.
         0.5 * libm::hypot(a.norm(), b.norm())
     }
 }
 
-/// The sides share the divisions of each edge, so that they join in common spheres.
+/// The sides of a box, except the open ones. Adjacent sides share the spheres on their common edge.
 fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
     let size = upper - lower;
     let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
@@ -230,7 +232,7 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
                 let mut site = [0; 3];
                 site[side.axis] = if side.is_upper { cells[side.axis] } else { 0 };
                 (site[u], site[v]) = (i, j);
-                // From bottom to top, so that ids follow the height.
+                // The order is from bottom to top, so that ids increase with height.
                 sites.insert([site[2], site[1], site[0]]);
             }
         }
@@ -254,8 +256,8 @@ fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layo
     layout
 }
 
-/// A ring of spheres. Every other ring is turned by half a step. Most holes are then smaller than the
-/// bound.
+/// A ring of spheres, turned by a fraction of a step. Every other ring is turned by half a step, which makes most holes
+/// smaller than the bound.
 fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
     let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
     let points = (0..count)
@@ -267,7 +269,7 @@ fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: 
     (points, TAU * radius / count as f64)
 }
 
-/// Two directions perpendicular to `axis` and to each other.
+/// Returns two unit vectors perpendicular to `axis` and to each other.
 fn across(axis: &Vector) -> [Vector; 2] {
     let least = if axis.x.abs() <= axis.y.abs() && axis.x.abs() <= axis.z.abs() {
         Vector::x()
@@ -309,7 +311,8 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
     let mut widest: f64 = 0.0;
     for row in 0..=rows {
         let angle = 0.5 * TAU * row as f64 / rows as f64;
-        // The sine of pi is not exactly zero. The pole is a single sphere.
+        // Each pole is a single sphere. The radius of its ring is set to 0, because the computed sine of pi is not
+        // exactly 0.
         let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
         let height = Vector::z() * (radius * libm::cos(angle));
         let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);
@@ -325,7 +328,6 @@ mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
 
-    /// Distance from a position to the nearest sphere.
     fn nearest(points: &[Vector], at: &Vector) -> f64 {
         points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
     }
@@ -378,7 +380,7 @@ mod tests {
         let top = BoxSide::ALL[5];
         let surface = Surface::Box { lower: Vector::zeros(), upper: Vector::repeat(3.0), open: vec![top] };
         let layout = surface.layout(1.0, &Space::periodic_cube(9.0));
-        // 4 x 4 at the bottom, and three levels of a ring of 12.
+        // The bottom has 4 x 4 spheres. Each of the three levels above has a ring of 12 spheres.
         assert_eq!(layout.points.len(), 16 + 3 * 12);
         assert_eq!(layout.rims.len(), 1);
         assert_eq!(layout.rims[0].len(), 12);

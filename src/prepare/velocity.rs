@@ -29,10 +29,10 @@ pub(crate) fn maxwell(
     settle(particles, &[all], species, &Cloud { temperature, conserved, dimensions: space.dimensions() });
 }
 
-/// Particles of one temperature around a common velocity, from one or more groups of the scene.
+/// A cloud: particles of one temperature around a common velocity, from one or more groups of the scene.
 struct Cloud {
     temperature: f64,
-    /// Axes along which their momentum is conserved.
+    /// Axes along which the momentum of these particles is conserved.
     conserved: [bool; 3],
     dimensions: usize,
 }
@@ -41,13 +41,13 @@ struct Cloud {
 pub(crate) struct Drawn {
     /// Ids of the particles.
     pub ids: Range<usize>,
-    /// Index of the group, which has its own random numbers.
+    /// Index of the group. Each group has its own random numbers.
     pub group: usize,
-    /// Temperature `[energy]`. Without a temperature and a speed, particles have only the common velocity.
+    /// Temperature `[energy]`. If both `temperature` and `speed` are `None`, particles have only the common velocity.
     pub temperature: Option<f64>,
-    /// Equal speed of all, if there is no temperature `[length / time]`.
+    /// Speed of every particle `[length / time]`, used if there is no temperature.
     pub speed: Option<f64>,
-    /// Common velocity `[length / time]`.
+    /// Common velocity, which is added to all drawn velocities `[length / time]`.
     pub velocity: Vector,
 }
 
@@ -92,7 +92,7 @@ fn mass(particle: &Particle, species: &[Species]) -> f64 {
     species[particle.species.0 as usize].mass
 }
 
-/// Independent normal components of variance `T / m`, zero along flat axes. Static particles stay at rest.
+/// Draws independent normal components of variance `T / m`, zero along flat axes. Static particles stay at rest.
 fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperature: f64, random: &mut Random) {
     for particle in particles {
         let m = mass(particle, species);
@@ -139,7 +139,7 @@ fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let across = loop {
         let second = random.direction(space);
         let across = second - first * first.dot(&second);
-        // Nearly parallel directions would leave only round-off.
+        // If the two directions are nearly parallel, their difference is mostly rounding error.
         if across.norm_squared() > 0.01 {
             break across.normalize();
         }
@@ -220,7 +220,7 @@ mod tests {
         let mass = |p: &Particle| species[p.species.0 as usize].mass;
         let momentum: Vector = particles.iter().map(|p| p.velocity * mass(p)).sum();
         let twice_kinetic: f64 = particles.iter().map(|p| p.velocity.norm_squared() * mass(p)).sum();
-        // Sums of a thousand terms of size one.
+        // The tolerances cover the rounding of sums of a thousand terms of about 1.
         assert!(momentum.norm() < 1e-11);
         assert!((twice_kinetic / (2.0 * 999.0) - 1.5).abs() < 1e-13);
         assert!(particles.iter().all(|p| p.velocity.z == 0.0));
@@ -234,7 +234,8 @@ mod tests {
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
     }
 
-    /// Velocities of particles with masses .7, 3 and 11, in these numbers, at a speed of 1.3.
+    /// Masses and velocities of particles with the equal speed 1.3. The numbers of particles are given for the masses
+    /// 0.7, 3 and 11.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()
@@ -259,7 +260,7 @@ mod tests {
                 let started = equal(numbers, boundary, 1);
                 assert_eq!(started.len(), numbers.iter().sum::<usize>());
                 for (_, velocity) in &started {
-                    // A direction is normalized and scaled.
+                    // The tolerance covers the rounding of a normalized and scaled direction.
                     assert!((velocity.norm() / 1.3 - 1.0).abs() < 4.0 * f64::EPSILON, "{velocity}");
                     assert!((0..3).all(|k| boundary[k] != flat || velocity[k] == 0.0));
                 }
@@ -268,7 +269,7 @@ mod tests {
                 assert!(momentum.norm() < 4.0 * f64::EPSILON * 1.3 * largest, "{numbers:?}: {momentum}");
             }
         }
-        // The momentum cannot be zero for an odd number of particles on a line, or for a single particle.
+        // The total momentum cannot be zero for an odd number of particles on a line, or for a single particle.
         let momentum =
             |numbers, boundary| equal(numbers, boundary, 1).iter().map(|(m, v)| v * *m).sum::<Vector>().norm();
         assert!((momentum([5, 0, 0], [flat, periodic, flat]) / (0.7 * 1.3) - 1.0).abs() < 1e-14);
@@ -288,8 +289,8 @@ mod tests {
                     count += 1.0;
                 }
             }
-            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)). Of the paired directions, half are
-            // independent, each with a deviation below 0.36.
+            // The component u_x of a random unit vector in D dimensions has <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D +
+            // 2)). Half of the paired directions are independent, each with a standard deviation below 0.36.
             let error = 4.0 * 0.36 / (0.5_f64 * count).sqrt();
             assert!((square / count - 1.0 / dimensions).abs() < error, "{}", square / count);
             assert!((fourth / count - 3.0 / (dimensions * (dimensions + 2.0))).abs() < error, "{}", fourth / count);
@@ -317,7 +318,7 @@ mod tests {
         );
     }
 
-    /// The momentum, and twice the kinetic energy, of two fills of 10 and 6 particles with masses .7 and 3.
+    /// Total momentum and twice the kinetic energy of two fills: 10 particles of mass 0.7 and 6 particles of mass 3.
     fn two_fills(boundary: [Boundary; 3]) -> (Vector, f64) {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let scene = SceneBuilder::new("two_fills")

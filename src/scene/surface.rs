@@ -1,4 +1,4 @@
-//! Validates surfaces of static spheres: names of the sides of a box, and shapes with an extent.
+//! Validates surfaces that consist of static spheres, and names the sides of a box.
 
 use crate::Vector;
 use crate::model::space::Space;
@@ -9,7 +9,7 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, finite_vector, not_negative, on_flat_axes, positive};
 
 impl BoxSide {
-    /// The names of the sides, with z upwards and y away from the viewer.
+    /// Names of the sides of a box. The z axis points up, and the y axis points away from the viewer.
     pub const NAMES: [(&'static str, Self); 6] = {
         let [left, right, front, back, bottom, top] = Self::ALL;
         [("left", left), ("right", right), ("front", front), ("back", back), ("bottom", bottom), ("top", top)]
@@ -17,7 +17,8 @@ impl BoxSide {
 }
 
 impl Surface {
-    /// Rejects surfaces without extent, NaN and infinite numbers, and planar shapes in other dimensions.
+    /// Rejects surfaces without extent, NaN and infinite numbers, and two-dimensional shapes in boxes of other
+    /// dimensions.
     pub(crate) fn check(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
             Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. } => self.check_in_plane(space, at)?,
@@ -26,7 +27,7 @@ impl Surface {
                 finite_vector(&edges[0], &at.key("edge_1"))?;
                 finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
-                // For parallel edges, rounding alone gives a nonzero area.
+                // With round-off, even parallel edges have a nonzero area.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }
@@ -58,7 +59,7 @@ impl Surface {
         Ok(())
     }
 
-    /// Validates a plane shape.
+    /// Validates a two-dimensional shape.
     fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         let Some(axes) = plane_axes(space) else {
             let (is_in, cure) = match space.dimensions() {
@@ -92,7 +93,7 @@ impl Surface {
     }
 }
 
-/// The open sides of a rectangle must exist, and one must be closed.
+/// Checks that the open sides of a rectangle exist, and that at least one side is closed.
 fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
     let sides = || BoxSide::NAMES.iter().filter(|(_, side)| axes.contains(&side.axis));
     if let Some((index, side)) = open.iter().enumerate().find(|(_, side)| !axes.contains(&side.axis)) {

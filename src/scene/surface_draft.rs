@@ -2,7 +2,7 @@
 
 use crate::model::{SurfaceLaw, SurfaceMotion, SurfaceShape};
 
-/// A surface that particles meet, with the names of the species that meet it.
+/// A surface that particles collide with, and the names of the species on which it acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceDraft {
     pub(crate) name: String,
@@ -10,12 +10,12 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    /// Motions. If a motion names a stage, its times count from the beginning of the stage.
+    /// Motions of the surface. If a motion names a stage, its times count from the beginning of this stage.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
 impl SurfaceDraft {
-    /// A surface that all species meet, and that reflects without loss.
+    /// Creates a surface that acts on all species and reflects them without loss.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape) -> Self {
         let law = SurfaceLaw::Reflecting { restitution: 1.0 };
@@ -28,7 +28,8 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Reflecting { restitution }, ..self }
     }
 
-    /// Sets a temperature: particles leave the surface with velocities from the flux of a gas `[energy]`.
+    /// Sets the temperature of the surface `[energy]`. Particles leave it with velocities from the flux of a gas at
+    /// this temperature.
     #[must_use]
     pub fn temperature(self, temperature: f64) -> Self {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }
@@ -49,15 +50,15 @@ impl SurfaceDraft {
         self
     }
 
-    /// Adds a motion whose times refer to the beginning of a stage. `measurement` stands for everything after
-    /// the stages that the scene lists. All earlier stages must end at given times.
+    /// Adds a motion whose times count from the beginning of a stage. `measurement` stands for everything after the
+    /// stages that the scene lists. All earlier stages must have a given duration.
     #[must_use]
     pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {
         self.motions.push((Some(stage.to_owned()), motion));
         self
     }
 
-    /// Adds a species that meets the surface. The surface is then restricted to the added species.
+    /// Adds a species on which the surface acts. The surface then acts only on the added species.
     #[must_use]
     pub fn only(mut self, species: &str) -> Self {
         self.species.push(species.to_owned());

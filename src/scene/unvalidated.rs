@@ -30,7 +30,7 @@ pub enum Amount {
 pub enum Arrangement {
     /// On the sites of a lattice that is stretched to fit the region.
     Lattice(Lattice),
-    /// One by one at random places where they overlap nothing.
+    /// At random places, without overlaps.
     Random,
 }
 
@@ -45,27 +45,28 @@ impl From<Lattice> for Arrangement {
 pub struct Fill {
     /// The species and their shares, which need not add up to one.
     pub composition: Vec<(String, f64)>,
-    /// On a lattice or at random.
+    /// Arrangement of the particles: on a lattice or at random.
     pub arrangement: Arrangement,
-    /// How many; follows from `amount` if it is not given.
+    /// Number of particles; follows from `amount` if it is not given.
     pub count: Option<u64>,
-    /// How dense; follows from `count` if it is not given.
+    /// Density; follows from `count` if it is not given.
     pub amount: Option<Amount>,
-    /// Whether to place only as many particles as fit one by one, at most the number from `count` or `amount`
-    /// if given. Valid only at random.
+    /// Whether to place particles one by one until no more fit, at most the number that `count` or `amount` gives.
+    /// Valid only for a random arrangement.
     pub as_many_as_fit: bool,
-    /// Region; the whole box if `None`. Particles stay inside it including their surfaces.
+    /// Region of the fill; the whole box if `None`. Particles stay inside it with their whole volume.
     pub region: Option<FillRegion>,
-    /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
+    /// Temperature of the Maxwell velocities of the particles `[energy]`. The particles are at rest if neither it nor
+    /// `speed` is given.
     pub temperature: Option<f64>,
-    /// Equal speed of all, in random directions, instead of Maxwell velocities `[length / time]`.
+    /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
-    /// Added to every velocity `[length / time]`.
+    /// Velocity that is added to the velocity of every particle `[length / time]`.
     pub velocity: Vector,
 }
 
 impl Fill {
-    /// Particles of one species.
+    /// Creates a fill of one species.
     #[must_use]
     pub fn new(arrangement: impl Into<Arrangement>, species: &str) -> Self {
         Self {
@@ -93,19 +94,19 @@ impl Fill {
         Self { amount: Some(amount), ..self }
     }
 
-    /// Places as many particles as fit at random, at most the number from a given count or density.
+    /// Places particles one by one at random until no more fit, at most the number that `count` or `amount` gives.
     #[must_use]
     pub fn as_many_as_fit(self) -> Self {
         Self { as_many_as_fit: true, ..self }
     }
 
-    /// Restricts it to a box.
+    /// Restricts the fill to a box.
     #[must_use]
     pub fn region(self, lower: Vector, upper: Vector) -> Self {
         self.inside(FillRegion::Box(Region { lower, upper }))
     }
 
-    /// Restricts it to a region: a box, a cylinder, a cone or a sphere.
+    /// Restricts the fill to a region: a box, a cylinder, a cone or a sphere.
     #[must_use]
     pub fn inside(self, region: FillRegion) -> Self {
         Self { region: Some(region), ..self }
@@ -117,31 +118,32 @@ impl Fill {
 pub struct Chain {
     /// The species of every particle.
     pub species: String,
-    /// Particles per chain.
+    /// Number of particles per chain.
     pub length: u64,
     /// Number of chains.
     pub count: u64,
     /// The name of the interaction that bonds each particle to the next.
     pub bond: String,
-    /// Distance of neighbours at the start `[length]`; the middle of the bond's range if `None`.
+    /// Distance of neighbours at the start `[length]`; if `None`, the middle of the bond's range.
     pub spacing: Option<f64>,
-    /// First particle and direction of a straight chain; `None` for chains that grow at random without
+    /// Position of the first particle and direction of a straight chain; `None` for chains that grow at random without
     /// overlaps.
     pub straight: Option<(Vector, Vector)>,
-    /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
+    /// Temperature of the Maxwell velocities of the particles `[energy]`. The particles are at rest if neither it nor
+    /// `speed` is given.
     pub temperature: Option<f64>,
-    /// Equal speed of all, in random directions, instead of Maxwell velocities `[length / time]`.
+    /// Common speed of all particles, in random directions, instead of Maxwell velocities `[length / time]`.
     pub speed: Option<f64>,
 }
 
 /// A surface to be covered with static spheres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceFill {
-    /// Name in messages.
+    /// Name for messages.
     pub name: Option<String>,
-    /// The static species.
+    /// Name of the static species.
     pub species: String,
-    /// Its shape.
+    /// Shape of the surface.
     pub shape: Surface,
     /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if `None`.
     pub spacing: Option<f64>,
@@ -187,7 +189,7 @@ impl From<Potential> for Model {
 }
 
 impl Model {
-    /// The potential of a pair with this diameter; `None` if the pair passes through each other.
+    /// Creates the potential of a pair with this diameter; `None` if particles pass through each other.
     pub(crate) fn potential(&self, diameter: f64) -> Result<Option<Potential>, PotentialError> {
         Ok(Some(match *self {
             Self::None => return Ok(None),
@@ -211,12 +213,12 @@ pub struct SpeciesDraft {
     pub(crate) mass: Option<f64>,
     pub(crate) diameter: f64,
     pub(crate) is_static: bool,
-    /// Instead of gravity.
+    /// Acceleration that replaces gravity.
     pub(crate) acceleration: Option<Vector>,
 }
 
 impl SpeciesDraft {
-    /// A species without mass and diameter so far.
+    /// Creates a species without mass and diameter.
     #[must_use]
     pub fn new(name: &str) -> Self {
         Self { name: name.to_owned(), mass: None, diameter: 0.0, is_static: false, acceleration: None }
@@ -246,7 +248,7 @@ impl SpeciesDraft {
         Self { is_static: true, ..self }
     }
 
-    /// The draft of a validated species.
+    /// Creates the draft of a validated species.
     pub(crate) fn of(species: &Species) -> Self {
         Self {
             name: species.name.clone(),
@@ -257,7 +259,7 @@ impl SpeciesDraft {
         }
     }
 
-    /// Requires a mass, unless it is static.
+    /// Requires a mass for a species that moves, and rejects a mass for a static species.
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self.mass {
             None if !self.is_static => Err(missing(at, "mass", "every species that moves has one")),
@@ -267,33 +269,33 @@ impl SpeciesDraft {
     }
 }
 
-/// An interaction under construction: of two species, of bonds, or of both.
+/// An interaction under construction: for pairs of two species, for bonds, or for both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InteractionDraft {
-    /// For bonds.
+    /// Name by which bonds refer to the interaction.
     pub(crate) name: Option<String>,
-    /// For the table.
+    /// Species of the pairs to which the interaction applies.
     pub(crate) species: Option<[String; 2]>,
     pub(crate) model: Model,
-    /// Half the sum of the species' diameters if it is not given.
+    /// Contact distance; if `None`, half the sum of the diameters of the two species.
     pub(crate) diameter: Option<f64>,
     pub(crate) restitution: f64,
 }
 
 impl InteractionDraft {
-    /// A potential, or the form of one, with a restitution of 1.
+    /// Creates an interaction with a restitution of 1 from a potential, or from the form of a potential.
     #[must_use]
     pub fn new(model: impl Into<Model>) -> Self {
         Self { name: None, species: None, model: model.into(), diameter: None, restitution: 1.0 }
     }
 
-    /// Applies the interaction to pairs of two species, or of one.
+    /// Applies the interaction to pairs of particles of two species, which may be the same.
     #[must_use]
     pub fn between(self, first: &str, second: &str) -> Self {
         Self { species: Some([first.to_owned(), second.to_owned()]), ..self }
     }
 
-    /// Gives the interaction a name, for bonds.
+    /// Gives the interaction a name, by which bonds refer to it.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: Some(name.to_owned()), ..self }
@@ -318,21 +320,21 @@ impl InteractionDraft {
 pub(crate) struct Listed {
     /// Names of species. Some may have no particles.
     pub names: Vec<String>,
-    /// Their species are indices into these names.
+    /// The particles. Their species are indices into `names`.
     pub particles: Vec<Particle>,
-    /// Whether they are rows of arrays, instead of tables or a file.
+    /// Whether the particles come from arrays such as `positions`, rather than from tables or a file.
     pub are_rows: bool,
 }
 
 impl Listed {
-    /// One particle.
+    /// Lists a single particle.
     pub fn one(species: &str, position: Vector, velocity: Vector) -> Self {
         let particle = Particle { species: SpeciesId(0), position, velocity };
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 
-    /// Config path of a value of a particle: a key such as `position` in a table, or a row of an array such
-    /// as `positions`.
+    /// Config path of a value of a particle: a key such as `position` in the table of the particle, or a row of an
+    /// array such as `positions`.
     pub fn place(&self, at: &ConfigPath, keys: [&'static str; 2], row: usize) -> ConfigPath {
         if self.are_rows { at.key(keys[1]).index(row) } else { at.key(keys[0]) }
     }
@@ -346,12 +348,12 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of a run, and what the scene adds.
+/// A start from the end of an earlier run, and which other parts the scene gives.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
-    /// The folder of the run.
+    /// Folder of the run from whose end the scene starts.
     pub from: PathBuf,
-    /// Checksum of its checkpoint.
+    /// Expected checksum of the last checkpoint in `from`, if the scene gives one.
     pub checksum: Option<String>,
     pub has_seed: bool,
     pub has_space: bool,
@@ -359,7 +361,7 @@ pub(crate) struct UnvalidatedStart {
     pub has_dynamics: bool,
 }
 
-/// A group of particles from one entry.
+/// A group of particles that the scene describes together.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Group {
     Listed(Listed),

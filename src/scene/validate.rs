@@ -54,7 +54,7 @@ impl SceneBuilder {
         let surfaces = self.checked_surfaces(&species, &space)?;
         let groups = Groups::place(self, &species, (&space, &surfaces), &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
-        // A flat x has no period, so nothing slides along it.
+        // A flat x axis has no period, so images cannot slide along it.
         let displacement = if self.parts.displacement == 0.0 {
             0.0
         } else {
@@ -89,7 +89,7 @@ impl SceneBuilder {
         start::check_overlaps(start)
     }
 
-    /// The scene with its thermostats resolved. Rejects a plan that does not fit the rest of the scene.
+    /// Completes the gravity and the thermostats of the stages. Rejects a plan that does not fit the rest of the scene.
     pub(super) fn settled(&self, mut scene: Scene) -> Result<Scene, SceneError> {
         plan::check_start_time(&scene)?;
         plan::settle_gravity(&mut scene)?;
@@ -101,7 +101,7 @@ impl SceneBuilder {
         Ok(scene)
     }
 
-    /// The scene from validated parts.
+    /// Assembles the scene from its validated parts.
     pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
         let Configuration { groups, interactions, space, displacement, surfaces } = start;
         let species = interactions.species.to_vec();
@@ -121,7 +121,7 @@ impl SceneBuilder {
         })
     }
 
-    /// Checks names other than those of the scene, the species and the regions.
+    /// Checks the names of stages and of surfaces that consist of static spheres.
     fn check_names(&self) -> Result<(), SceneError> {
         for (index, stage) in self.parts.run.stages.iter().enumerate() {
             names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;
@@ -168,7 +168,7 @@ impl SceneBuilder {
         self.parts.check_exchange()
     }
 
-    /// The species, still without accelerations.
+    /// Validates the species. Their accelerations are set later.
     pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
             return Err(missing(&ConfigPath::root(), "species", "a scene needs at least one [[species]]"));
@@ -250,7 +250,7 @@ impl SceneBuilder {
     }
 }
 
-/// Requires boxes with an interior, whose names can be headers of columns.
+/// Requires boxes whose corners are in order, and unique names that can be headers of columns.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
     let mut taken = Taken::default();
     for (index, CountRegion { name, space }) in regions.iter().enumerate() {

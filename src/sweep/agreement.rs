@@ -6,24 +6,24 @@ use crate::analysis::published::PublishedValue;
 /// Minimum number of means for meaningful deviations.
 const FEWEST: usize = 2;
 
-/// Quantity that distinguishes a crystal from a fluid of the same density.
+/// Name of the quantity that distinguishes a crystal from a fluid of the same density.
 const FACTOR: &str = "compressibility_factor";
 
 /// Deviations of the means of a quantity from published values, squared and in units of their standard errors.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Agreement {
-    /// Label of the published values: `mKLM`.
+    /// Label of the published values, such as `mKLM`.
     pub label: String,
-    /// `chi^2 = sum ((x - x_0) / error)^2` with the expected values for systems of the size of the runs,
-    /// [`PublishedValue::at_size`].
+    /// Sum of squared deviations in units of the standard error, `chi^2 = sum ((x - x_0) / error)^2`. Here `x_0` is the
+    /// published value for the system size of the runs, [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// `chi^2` with the published values for infinite systems; `None` if these equal the values at the size.
+    /// `chi^2` with the published values for infinite systems as `x_0`; `None` if no value depends on the system size.
     pub without_size: Option<f64>,
-    /// Number of means, and of degrees of freedom, because nothing is fitted.
+    /// Number of means. It is also the number of degrees of freedom of `chi_square`, because nothing is fitted.
     pub freedom: usize,
-    /// Number of means left out because the system is in another phase than the published phase. If values of
-    /// both phases are published, the system is in the phase with the nearer compressibility factor.
+    /// Number of means left out because the system is not in the published phase. If values of both phases are
+    /// published, the system is in the phase with the nearer compressibility factor.
     pub other_phase: usize,
     /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
@@ -33,7 +33,7 @@ pub struct Agreement {
 type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
 
 impl Agreement {
-    /// Points left out, in words: `, without 2 points that are crystals`; empty if there are none.
+    /// Describes the means that are left out: `, without 2 points that are crystals`; empty if there are none.
     #[must_use]
     pub fn left_out(&self) -> String {
         let phase = if self.is_of_crystal { "fluid" } else { "crystal" };
@@ -46,8 +46,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Agreement of a quantity, by index, with each published result that covers at least two state points
-    /// and measured stages.
+    /// Agreement of a quantity, given by its index, with published values. Each label of published values has its own
+    /// entry if it covers at least two means.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
@@ -69,8 +69,8 @@ impl Results {
         all.iter().filter(|(_, pairs)| pairs.len() >= FEWEST).map(|(label, pairs)| agreement(label, pairs)).collect()
     }
 
-    /// Whether the particles of a stage form a crystal, by their compressibility factor; `None` unless both
-    /// phases are published.
+    /// Whether the compressibility factor of a stage is nearer to the published crystal than to the published fluid;
+    /// `None` if it is not measured, or not published for both phases.
     fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
         let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
         let measured = means.values.get(at).copied().flatten()?.mean;
@@ -105,7 +105,7 @@ mod tests {
     use crate::analysis::published::CRYSTAL_LABEL as CRYSTAL;
     use crate::sweep::{Group, MeasuredQuantity, Pooled, StageMeans};
 
-    /// A state point with a mean, its error, and published values.
+    /// Creates a state point with one mean, its error, and published values.
     fn group(mean: f64, error: f64, published: &[(&str, f64, f64)]) -> Group {
         let known = |(label, value, finite_size): &(&str, f64, f64)| PublishedValue {
             quantity: "z".to_owned(),
@@ -126,7 +126,7 @@ mod tests {
         let groups = vec![
             group(5.0, 0.5, &[("A", 6.0, -0.5), ("B", 4.0, 0.0)]),
             group(7.0, 1.0, &[("A", 9.0, 0.0), ("B", 7.0, 0.0)]),
-            // Conserved: without an error there is no deviation.
+            // The mean of a conserved quantity has no error. Such a mean is left out.
             group(9.0, 0.0, &[("A", 1.0, 0.0), ("C", 1.0, 0.0)]),
             group(9.0, 1.0, &[("C", 8.0, 0.0)]),
         ];
@@ -168,7 +168,7 @@ mod tests {
             points: Vec::new(),
             groups: vec![
                 at(12.1, 37.0, fluid(12.0, 37.0)),
-                // A crystal, and a fluid at the same density.
+                // A crystal, and then a fluid, at a density for which both phases are published.
                 at(11.8, 33.0, both(16.0, 50.0, 11.7)),
                 at(16.1, 50.0, both(16.0, 50.0, 11.7)),
             ],

@@ -20,7 +20,7 @@ use super::value::plain;
 /// Maximum number of values of an axis, and of points of a sweep.
 pub(super) const MOST: usize = 100_000;
 
-/// Number of digits of a value computed from a range, so that it is easy to read.
+/// Significant digits of a value computed from a range. Rounding hides errors such as 0.30000000000000004.
 const DIGITS: usize = 12;
 
 /// Axis of a sweep: keys of the scene that change together, and their values.
@@ -31,32 +31,32 @@ pub struct Axis {
     values: Vec<Vec<String>>,
 }
 
-/// Error of an axis.
+/// Error in the text of an axis.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum AxisError {
-    /// There is no `=`, or nothing on one side of it.
+    /// The text lacks `=`, the key or the values.
     #[error("`{0}` is not KEY=VALUES, such as fill.0.packing_fraction=0.1..0.4/4 or seed=1..3")]
     Form(String),
     /// A value of a list is empty.
     #[error("`{0}` has an empty value")]
     Empty(String),
-    /// An end of a range is not a number.
+    /// An end of a range is not a finite number.
     #[error("`{0}` is not a range: expected two finite numbers, such as 0.1..0.5/9")]
     Ends(String),
-    /// A range runs from the larger number to the smaller.
+    /// The ends of a range are not in ascending order.
     #[error("the range `{0}` runs backwards, or its ends are the same: write the smaller end first")]
     Backwards(String),
-    /// A range of non-integers without a number of values.
+    /// A range has an end that is not an integer, so its number of values must be given.
     #[error("the range `{0}` does not say how many values it has: write {0}/5 for five, both ends included")]
     Uncounted(String),
-    /// The number of values of a range is not an integer from 2 to the maximum.
+    /// An axis has too many values, or a range has a number of values that is not an integer of at least 2.
     #[error("`{0}` has a number of values that is not a whole number from 2 to {MOST}")]
     Count(String),
-    /// A logarithmic range whose ends are not positive.
+    /// A logarithmic range has an end that is not positive.
     #[error("the range `{0}` is logarithmic, and its ends are not positive")]
     Logarithmic(String),
-    /// A word other than `log` after a range.
+    /// The word behind a range is not `log`.
     #[error("`{word}` in `{range}`: expected nothing or log")]
     Spacing {
         /// The range.
@@ -71,36 +71,35 @@ pub enum AxisError {
     Uneven {
         /// The first key.
         first: String,
-        /// Its number of values.
+        /// Number of values of the first key.
         expected: usize,
         /// The other key.
         other: String,
-        /// Its number of values.
+        /// Number of values of the other key.
         found: usize,
     },
 }
 
 impl Axis {
-    /// The keys of the scene that it changes, such as `fill.0.packing_fraction`: one, or several that change
-    /// together.
+    /// Keys of the scene that the axis varies, such as `fill.0.packing_fraction`. Several keys change together.
     #[must_use]
     pub fn keys(&self) -> &[String] {
         &self.keys
     }
 
-    /// Number of its values.
+    /// Number of values of the axis.
     #[must_use]
     pub fn len(&self) -> usize {
         self.values.first().map_or(0, Vec::len)
     }
 
-    /// Whether it has no values. A parsed axis always has some.
+    /// Whether the axis has no values. A parsed axis has at least one value.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Keys and values at an index.
+    /// Returns each key with its value at an index on the axis.
     pub(super) fn settings(&self, at: usize) -> impl Iterator<Item = (String, String)> {
         self.keys.iter().zip(&self.values).map(move |(key, values)| (key.clone(), values[at].clone()))
     }
@@ -129,7 +128,7 @@ impl FromStr for Axis {
     }
 }
 
-/// Its keys with all values, in the form of the command line.
+/// Writes the axis as on the command line, with all its values.
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (at, (key, values)) in self.keys.iter().zip(&self.values).enumerate() {
@@ -139,7 +138,7 @@ impl fmt::Display for Axis {
     }
 }
 
-/// The values of a list.
+/// Parses a list of values and ranges.
 fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     let mut values = Vec::new();
     for part in split(list, ',') {
@@ -158,7 +157,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// The values of a range: `low`, and `rest` after the dots.
+/// Parses a range. `low` is the text before the dots, `rest` the text after them.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);
@@ -206,7 +205,7 @@ fn rounded(x: f64) -> f64 {
     format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x)
 }
 
-/// The parts of a text between separators outside brackets and quotes.
+/// Splits a text at separators that are outside brackets and quotes.
 fn split(text: &str, separator: char) -> Vec<&str> {
     let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0_i64, None);
     for (at, c) in text.char_indices() {

@@ -1,4 +1,4 @@
-//! Numbers inside varied lists and tables, as variables for plots.
+//! Numbers inside varied lists and tables. They serve as variables of plots.
 
 use std::collections::BTreeMap;
 
@@ -7,29 +7,31 @@ use toml::Value;
 use super::plan::{Point, Sweep};
 use super::value::value_of;
 
-/// A number inside a varied list or table that differs between its values: `gravity_2` of `dynamics.gravity`.
+/// A number inside a varied list or table that is not the same at all points. For example, `gravity_2` is the number at
+/// index 2 of `dynamics.gravity`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
     key: String,
     name: String,
-    /// Its position in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
+    /// Position of the number in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
     place: String,
 }
 
 impl Entry {
-    /// Name, unique among the columns of a sweep: the name of the key, then the index or key of the entry.
+    /// Name of the column, unique in the tables of a sweep: the name of the key, then the index or key of the number
+    /// within the value.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The key whose value contains it.
+    /// Key of the scene whose value contains the number.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// The number at a point.
+    /// Returns the number at a point of the sweep; `None` if the value has no such number there.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;
@@ -38,7 +40,7 @@ impl Entry {
 }
 
 impl Sweep {
-    /// The entries of varied lists and tables; plain numbers have no entries.
+    /// The numbers that vary inside lists and tables. Keys with a plain number have no entries.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
@@ -52,7 +54,7 @@ impl Sweep {
         keys.zip(names).flat_map(|(key, name)| self.numbers_of(key, &name)).collect()
     }
 
-    /// The numbers in all values of a key, if they are not all equal.
+    /// Numbers in the values of a key. Numbers that are equal at all points are left out.
     fn numbers_of(&self, key: &str, name: &str) -> Vec<Entry> {
         let settings = self.points().iter().flat_map(Point::settings).filter(|(other, _)| other == key);
         let mut all: Vec<BTreeMap<String, f64>> = settings.map(|(_, value)| numbers(value)).collect();
@@ -69,7 +71,7 @@ impl Sweep {
     }
 }
 
-/// The finite numbers in a value, by position.
+/// Finite numbers in a value, by their position in the value.
 fn numbers(text: &str) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     gather(&value_of(text), String::new(), &mut all);

@@ -9,7 +9,7 @@ use super::axis::{AxisError, MOST};
 use crate::io::OutputError;
 use crate::scene::SceneError;
 
-/// Error of a sweep as a whole. An error at a single point is the outcome of that point.
+/// Error of a sweep as a whole. Errors at single points are outcomes of these points instead.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -19,7 +19,7 @@ pub enum SweepError {
     /// Nothing varies.
     #[error("nothing varies in this sweep")]
     NoAxis,
-    /// A key is in two axes, or is also set to a value.
+    /// A key is varied or set more than once.
     #[error("`{0}` is varied or set more than once")]
     Twice(String),
     /// A value appears twice in an axis.
@@ -30,28 +30,26 @@ pub enum SweepError {
         /// The value.
         value: String,
     },
-    /// Two keys refer to the same value, or the value of the second key contains or is inside the value of
-    /// the first.
+    /// The second key refers to the same value of the scene as the first, or to a table or list that contains it.
     #[error("`{first}` and `{second}` are the same value of the scene: the first one would have no effect")]
     SamePlace {
-        /// The key that comes first.
+        /// The earlier key, which has no effect.
         first: String,
-        /// The key that would replace its value.
+        /// The later key, which replaces the value of the first.
         second: String,
     },
-    /// Runs that should be repetitions with other seeds would be identical, because nothing in them is
-    /// random.
+    /// Runs with different seeds would be identical, because nothing in them is random.
     #[error("the seed changes nothing here: {first} and {second} would be the same run twice")]
     SameRuns {
-        /// The folder of a point.
+        /// Folder of one of two points.
         first: String,
-        /// The folder of another one.
+        /// Folder of the other point.
         second: String,
     },
-    /// The axes have too many combinations.
+    /// The axes have too many combinations of values.
     #[error("the axes have {0} combinations, more than {MOST}")]
     TooMany(usize),
-    /// A scene is invalid.
+    /// A scene is invalid or cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A file cannot be read.
@@ -59,15 +57,15 @@ pub enum SweepError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// The file of a sweep is invalid.
+    /// The file that describes a sweep is invalid.
     #[error("{} is not the file of a sweep", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: Box<toml::de::Error>,
     },
     /// The scene of a sweep has changed since the sweep began.
@@ -75,7 +73,7 @@ pub enum SweepError {
     Changed {
         /// The scene.
         scene: PathBuf,
-        /// The folder, or the file, of the sweep.
+        /// The folder of the sweep, or the file that describes it.
         folder: PathBuf,
     },
     /// A file that the runs start from has changed since the sweep began.
@@ -84,7 +82,7 @@ pub enum SweepError {
         folder.display()
     )]
     Input {
-        /// The file, or the checkpoint of a run.
+        /// Path of the file, or of the checkpoint of a run.
         path: String,
         /// Its present checksum.
         found: String,
@@ -98,10 +96,10 @@ pub enum SweepError {
     Other {
         /// The folder.
         folder: PathBuf,
-        /// The difference, in words.
+        /// How the two sweeps differ, in words.
         why: String,
     },
-    /// The folder holds something else.
+    /// The folder is not empty, but does not contain a sweep.
     #[error("{} exists and holds something that is not a sweep", .0.display())]
     Occupied(PathBuf),
     /// A file or a folder cannot be used.
@@ -110,7 +108,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Returns a suggestion for the user.
+    /// Returns a suggestion for solving the problem, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

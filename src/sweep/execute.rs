@@ -17,26 +17,26 @@ use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::model::Scene;
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
-/// Outcome of a point.
+/// Outcome of running a point of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
-    /// It already existed.
+    /// The run had ended before.
     Kept,
-    /// It has been run to its end.
+    /// The run was executed to its end.
     Done,
-    /// It cannot be run, or has not ended well, with the reason.
+    /// The point cannot be run, or its run has not ended well. The text is the reason.
     Failed(String),
-    /// Another process is running it.
+    /// Another process is running the point.
     Elsewhere,
-    /// It was interrupted, and will be continued the next time.
+    /// The run was interrupted. The next execution continues it.
     Interrupted,
 }
 
-/// A subset of the points: every N-th, for the tasks of a job array.
+/// A subset of the points for one task of a job array: every N-th point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
-    /// Index of the share, from 1.
+    /// Number of this share, counted from 1.
     pub number: usize,
     /// Number of shares.
     pub of: usize,
@@ -46,50 +46,50 @@ impl Share {
     /// All points.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// Whether it contains the point with this index, from 0.
+    /// Whether the share contains the point with this index, counted from 0.
     #[must_use]
     pub fn has(&self, place: usize) -> bool {
         place % self.of.max(1) + 1 == self.number
     }
 }
 
-/// Options of the execution of a sweep. They do not affect the results.
+/// Options for running a sweep. They do not affect the results.
 #[derive(Clone, Copy)]
 pub struct Orders<'o> {
-    /// Number of runs at the same time.
+    /// Number of runs at a time.
     pub jobs: usize,
-    /// The share of the points to run.
+    /// Share of the points that is run.
     pub share: Share,
     /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
-    /// Largest size of the files of a run `[bytes]`.
+    /// A run is interrupted when its files exceed this size `[bytes]`.
     pub most_bytes: f64,
-    /// The text of `report.txt` in the folder of a run.
+    /// Creates the text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Registers custom instruments with a run, on its thread: [`Run::instrument`]. A resumed run needs the
-    /// same instruments.
+    /// Registers custom instruments with a run by [`Run::instrument`]. It is called in the thread of the run. A resumed
+    /// run needs the same instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Names of the custom instruments. A run that began with other instruments is rejected before anything
-    /// in its folder changes.
+    /// Names of the custom instruments. If a run began with other instruments, it is rejected before its folder
+    /// changes.
     pub instrument_names: &'o [String],
 }
 
-/// Progress or outcome of a point.
+/// Progress of the run of a point, or its outcome.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum News<'n> {
-    /// Progress of its run.
+    /// Progress of the run.
     Progress(&'n Progress),
-    /// Its outcome.
+    /// Outcome of the point.
     Over(&'n Fate),
 }
 
 impl SweepFolder {
-    /// Runs the points of a share that do not exist yet, and returns the outcome of each, by its index in
-    /// [`Sweep::points`]. An interrupted run continues from its last checkpoint, with the same bits.
+    /// Runs the points of a share that have not been run yet. Returns the outcome of each point of the share, by its
+    /// index in [`Sweep::points`]. An interrupted run continues from its last checkpoint, with the same bits.
     ///
-    /// `watch` is called from all threads, with the index of a point. When it breaks, that run is
-    /// interrupted, and no other is started.
+    /// `watch` is called from all threads, with the index of a point. If it returns [`ControlFlow::Break`], this run is
+    /// interrupted, and no other run is started.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -112,7 +112,7 @@ impl SweepFolder {
                 if flow.is_break() || fate == Fate::Interrupted {
                     is_over.store(1, Ordering::Relaxed);
                 }
-                // No thread panics while it holds the lock.
+                // No thread panics while it holds the lock, so its content is valid even if the lock is poisoned.
                 fates.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((place, fate));
             }
             Ok(())
@@ -131,9 +131,9 @@ impl SweepFolder {
         Ok(fates)
     }
 
-    /// Runs a point if it does not exist yet, and returns its outcome, as [`Self::execute`] does for all.
-    /// `jobs` and `share` are ignored: the caller, such as a scheduler, decides what runs when and where. If
-    /// several processes request the same point, one runs it.
+    /// Runs a point that has not been run yet, and returns its outcome, like [`Self::execute`]. `jobs` and `share` are
+    /// ignored, so that the caller, such as a scheduler, decides what runs when and where. If several processes request
+    /// the same point, only one of them runs it.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -177,7 +177,7 @@ impl SweepFolder {
                         folder.keep_scene(&record)?;
                         return finish(folder, Run::without_start(scene), orders, watch);
                     }
-                    // Another process has run it meanwhile.
+                    // Another process has finished this run in the meantime.
                     Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
                     Err(OutputError::Unfinished(_)) => {}
                     Err(error) => return Err(error),
@@ -188,10 +188,10 @@ impl SweepFolder {
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
-    /// Outcome of a finished run. Missing conversions, for example because the disk was full, are repeated
-    /// now.
+    /// Returns the outcome of a run that has already ended. Conversions that are missing, for example because the disk
+    /// was full, are made now.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
-        // A run that was killed and continued on its own may have failed without a record here.
+        // A run that was continued outside the sweep may have failed without a record in the folder of the sweep.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
         let made = Folder::convert_missing(path)?;
         Ok(match made.failures.first() {
@@ -201,7 +201,7 @@ impl SweepFolder {
         })
     }
 
-    /// The scene of a point, and the text from which it can be read again.
+    /// Returns the scene of a point, and the text from which it can be read again.
     fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
         let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {
@@ -228,7 +228,7 @@ fn finish(
         return Err(excess);
     }
     if finished.ending == Ending::Interrupted {
-        // It only needs its last checkpoint to continue.
+        // The last checkpoint suffices to continue the run.
         return Ok(Fate::Interrupted);
     }
     let done = folder.complete(&finished, &(orders.report)(&finished))?;
@@ -236,7 +236,7 @@ fn finish(
     Ok(finished.trouble().map(Fate::Failed).or_else(failure).unwrap_or(Fate::Done))
 }
 
-/// The message of an error and its causes, in one line.
+/// Turns an error into the outcome of a failed point: its message and its causes, in one line.
 fn failed(error: &dyn std::error::Error) -> Fate {
     Fate::Failed(with_causes(error).replace('\n', " "))
 }

@@ -18,13 +18,13 @@ use crate::io::{Existing, Folder, FolderState, OutputError, Summary, remove};
 use crate::run::Ending;
 use crate::scene::read_text;
 
-/// File that describes the sweep in its folder.
+/// Name of the file that describes a sweep, in the folder of the sweep.
 const SWEEP: &str = "sweep.toml";
 
-/// The scene, if it has no file of its own.
+/// Name of the file that keeps the text of the scene in the folder of the sweep, if the scene has no file of its own.
 const SCENE: &str = "scene.toml";
 
-/// Reasons why runs have failed, a file for each, with the name of the point's folder.
+/// Folder with the reasons why runs have failed: one file for each point, with the name of the point's folder.
 const FAILURES: &str = "failures";
 
 const HEADER: &str = "\
@@ -35,15 +35,15 @@ const HEADER: &str = "\
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
-    /// The scene; a relative path starts at the folder of this file.
+    /// Path of the scene. A relative path starts at the folder of this file.
     scene: String,
     /// Checksum of the text of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
-    /// `KEY=VALUE` for all points.
+    /// Overrides for all points, each written as `KEY=VALUE`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     set: Vec<String>,
-    /// The axes, as on the command line.
+    /// The axes, written as on the command line.
     vary: Vec<String>,
     /// Checksums of the files that the scenes read, by path.
     #[serde(default, skip_serializing_if = "Inputs::is_empty")]
@@ -62,17 +62,17 @@ impl SweepFile {
 }
 
 impl Sweep {
-    /// The sweep described by a file: `scene`, `vary` and `set`, written as on the command line.
+    /// Reads a sweep from a file with the keys `scene`, `vary` and `set`, written as on the command line.
     ///
     /// # Errors
-    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has
-    /// the checksum of another scene, and the errors of [`Sweep::new`].
+    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has the
+    /// checksum of another scene, and the errors of [`Sweep::new`].
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SweepError> {
         let path = path.as_ref();
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // A copy of the scene in this folder, which moves with it.
+        // The scene is a copy in the folder of the sweep, and moves with the folder.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -110,16 +110,14 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Creates the folder of a sweep, or opens the existing folder of the same sweep: with the same text of
-    /// the scene, the same overrides and the same keys. The values of the axes may differ: existing runs
-    /// stay, and the tables show the present points. If several sweeps start in a folder at once, only one
-    /// gets it.
+    /// Creates the folder of a sweep, or opens the existing folder of the same sweep: with the same text of the scene,
+    /// the same overrides and the same keys. The values of the axes may differ: existing runs stay, and the tables show
+    /// the present points. If several sweeps start in one folder at the same time, only one of them gets it.
     ///
     /// # Errors
-    /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`]
-    /// if it holds another sweep, [`SweepError::Input`] if a file that its scenes read has changed since it
-    /// began, [`SweepError::Output`] if such a folder cannot exist, one of its files is a link, or it cannot
-    /// be written.
+    /// [`SweepError::Occupied`] if the folder holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if
+    /// it holds another sweep, [`SweepError::Input`] if a file that its scenes read has changed since the sweep began,
+    /// [`SweepError::Output`] if such a folder cannot exist, one of its files is a link, or it cannot be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         plain::make_folder(&folder.path)?;
@@ -133,9 +131,8 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Creates the record of a sweep, or finds the existing record of the same sweep. A new record gets its
-    /// final name in one step and replaces no other record. Therefore only one of several sweeps gets the
-    /// folder, before anything else is created there.
+    /// Creates `sweep.toml`, or checks that the existing file describes the same sweep. A new file gets its final name
+    /// in one step and never replaces another file. If several sweeps start in one folder, only one of them gets it.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -147,7 +144,7 @@ impl SweepFolder {
                 break false;
             }
             let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
-            // Another process may have created the record meanwhile.
+            // Another process may have created `sweep.toml` in the meantime.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
             }
@@ -162,7 +159,8 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // Includes the inputs of runs that are no longer points of the sweep.
+            // `sweep.toml` keeps the checksums of the inputs of earlier runs, even if the sweep no longer has their
+            // points.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -172,7 +170,7 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// Checksums of the files that its runs start from.
+    /// Checksums of the files that the runs of the sweep start from.
     pub(super) fn inputs(&self) -> &Inputs {
         &self.inputs
     }
@@ -216,25 +214,25 @@ impl SweepFolder {
         &self.path
     }
 
-    /// The file that describes the folder of a sweep.
+    /// Path of the file that describes the sweep.
     fn record(&self) -> PathBuf {
         self.path.join(SWEEP)
     }
 
-    /// The file of the sweep in a folder.
+    /// Path of the file that describes a sweep, in the folder of the sweep.
     #[must_use]
     pub fn file_in(folder: &Path) -> PathBuf {
         folder.join(SWEEP)
     }
 
-    /// The folder of a point.
+    /// Path of the folder of a point.
     #[must_use]
     pub fn of(&self, point: &Point) -> PathBuf {
         self.path.join(point.folder())
     }
 
-    /// The state of the run of a point. A run that was interrupted in good order counts as unfinished, like
-    /// one that was killed.
+    /// Returns the state of the run of a point. An interrupted run counts as unfinished, even if it ended in good
+    /// order.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -243,7 +241,7 @@ impl SweepFolder {
         Ok(if is_interrupted { FolderState::Unfinished } else { state })
     }
 
-    /// The reason why the run of a point has failed, if it has.
+    /// Returns the recorded reason why the run of a point has failed, if it has.
     pub(super) fn failure(&self, point: &Point) -> Option<String> {
         fs::read_to_string(self.failure_file(point)).ok().map(|text| text.trim_end().to_owned())
     }
@@ -252,13 +250,13 @@ impl SweepFolder {
         self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
     }
 
-    /// Records why the run of a point has failed, or that it has not.
+    /// Records why the run of a point has failed. Without a message, deletes this record.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Fails while the folder contains other failures.
+            // Removes the folder if it is empty. This fails if it contains other failures, which does not matter.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };
@@ -267,7 +265,7 @@ impl SweepFolder {
         Ok(write_text(&path, &format!("{message}\n"))?)
     }
 
-    /// Writes a table, or a page.
+    /// Writes a table or a page into the folder of the sweep.
     pub(super) fn write(&self, name: &str, text: &str) -> Result<PathBuf, SweepError> {
         let path = self.path.join(name);
         refuse_others(&self.path, name)?;

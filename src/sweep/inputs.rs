@@ -1,5 +1,5 @@
-//! The files that the scenes of a sweep read. All runs start from their content at the beginning of the
-//! sweep.
+//! The files that the scenes of a sweep read. All runs start from the content that these files had at the beginning of
+//! the sweep.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -9,17 +9,18 @@ use crate::io::inputs::present;
 use crate::model::{InputFile, Scene};
 use crate::scene::NamedInput;
 
-/// The tables of a scene that name files and runs.
+/// Tables of a scene that refer to files and runs.
 const NAMING: [&str; 2] = ["file", "start"];
 
 /// Checksums of files by their absolute paths.
 pub(super) type Inputs = BTreeMap<String, String>;
 
 impl Sweep {
-    /// The files named in the scenes of all points, and the last states of runs, as far as they exist.
+    /// Checksums of the files that the scenes of all points name, and of the last checkpoints of the runs that they
+    /// start from. Missing files are left out.
     pub(super) fn inputs(&self) -> Inputs {
         let is_naming = |key: &str| key.split('.').next().is_some_and(|table| NAMING.contains(&table.trim()));
-        // Points that differ only in other keys read the same files.
+        // If no varied key names files or runs, the scenes at all points read the same files.
         let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
         let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();
         for point in self.points().iter().take(differing) {

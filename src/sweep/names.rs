@@ -7,21 +7,20 @@ use toml::Value;
 use super::value::value_of;
 use crate::base::checksum::checksum;
 
-/// Longest name of the folder of a point.
+/// Maximum length of the name of a point's folder without its checksum.
 const LONGEST: usize = 120;
 
-/// Maximum length of a list or a table in it.
+/// Maximum length of a list or a table in the name of a folder.
 const LONGEST_LIST: usize = 28;
 
-/// Last words of keys that are also the names of measured quantities, so that the preceding word is needed as
-/// well: `barostat_pressure`.
+/// Last words of keys that are also names of measured quantities. The name of such a key includes the preceding word:
+/// `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
 /// Last words of keys that are also the names of quantities measured in runs with a barostat.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
-/// Names of keys: their last words followed by indices of entries, if these differ; otherwise the whole keys,
-/// `fill_0_packing_fraction`.
+/// Names of the keys in tables and folders; see [`Sweep::short_names`](super::Sweep::short_names).
 pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     let is_word = |part: &str| part.starts_with(|c: char| c.is_ascii_alphabetic());
     let last = |key: &str| {
@@ -40,9 +39,9 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     keys.iter().map(short).collect()
 }
 
-/// `packing_fraction-0.1_seed-2`. A list or a table is represented by its values, `size-12x12x9.5`, and a
-/// path by its last part. Characters that some disk or shell would reject are replaced. If something is left
-/// out, a checksum of the settings follows, which makes the name unique.
+/// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table contributes its values,
+/// `size-12x12x9.5`, and a path its last part. Characters that some file systems or shells reject are replaced. If
+/// anything is replaced or left out, or the name is taken, a checksum of the settings is appended.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);
     for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
@@ -60,7 +59,7 @@ pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_ta
     format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
 }
 
-/// A short form of a value, and whether it is complete.
+/// Shortens a value for the name of a folder. Also returns whether nothing is left out.
 fn short_value(text: &str) -> (String, bool) {
     match value_of(text) {
         value @ (Value::Array(_) | Value::Table(_)) => {
@@ -80,7 +79,7 @@ fn short_value(text: &str) -> (String, bool) {
     }
 }
 
-/// The values in a list or a table, in order.
+/// Collects the values in a list or a table, in order.
 fn gather(value: &Value, parts: &mut Vec<String>) {
     match value {
         Value::Array(list) => list.iter().for_each(|it| gather(it, parts)),

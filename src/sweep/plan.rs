@@ -14,13 +14,13 @@ use crate::model::Scene;
 use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
-/// The key whose values are repetitions of the same state point.
+/// Key of the seed. Points that differ only in the seed are repetitions of the same state point.
 const SEED: &str = "seed";
 
-/// The key of the barostat. Runs with a barostat measure quantities that scenes otherwise specify.
+/// Key of the barostat. Runs with a barostat measure quantities that other scenes prescribe, such as the density.
 const BAROSTAT: &str = "barostat";
 
-/// Sweep of a scene: its axes, and their points in order, the last axis fastest.
+/// Sweep of a scene: its axes and its points. From point to point, the last axis varies fastest.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
@@ -32,7 +32,7 @@ pub struct Sweep {
     points: Vec<Point>,
 }
 
-/// Point of a sweep: a value of each varied key.
+/// Point of a sweep: a value for each varied key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Point {
     settings: Vec<(String, String)>,
@@ -46,33 +46,34 @@ impl Point {
         &self.settings
     }
 
-    /// Name of its folder inside the folder of the sweep, composed of the values.
+    /// Name of the point's folder in the folder of the sweep. It is composed of the values.
     #[must_use]
     pub fn folder(&self) -> &str {
         &self.folder
     }
 
-    /// The values except the seed, which the repetitions of a state point share.
+    /// Keys and values of the point except the seed. Repetitions of a state point have them in common.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
 }
 
 impl Sweep {
-    /// A sweep of the scene in a file. `set` overrides values at all points, as in
+    /// Creates a sweep of the scene in a file. `set` overrides values at all points, as in
     /// [`read_scene`](crate::io::read_scene); the axes override the values of their own keys.
     ///
     /// # Errors
     /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`],
-    /// [`SweepError::SameValue`] or [`SweepError::TooMany`]. The scene itself is not validated.
+    /// [`SweepError::SamePlace`], [`SweepError::SameValue`] or [`SweepError::TooMany`]. The scene itself is not
+    /// validated.
     pub fn new(scene: impl AsRef<Path>, set: &[(&str, &str)], axes: Vec<Axis>) -> Result<Self, SweepError> {
         let scene = scene.as_ref().to_owned();
         let text = read_text(&scene)?;
         Self::of(scene, true, text, set, axes)
     }
 
-    /// A sweep of a scene without a file. Its text is kept in the folder of the sweep, where its relative
-    /// paths start, and `name` is used like the path of a file in messages.
+    /// Creates a sweep of a scene that has no file. Its text is kept in the folder of the sweep, where its relative
+    /// paths start. Messages show `name` in place of the path of the scene.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except errors of reading the file.
@@ -108,7 +109,7 @@ impl Sweep {
         if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
             return Err(SweepError::Twice(key.to_owned()));
         }
-        // Each value overrides earlier ones at the same place, or inside it.
+        // Each value overrides earlier values at the same place or inside it.
         let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
         let places = Scene::places(&self.text, &set, &keys);
@@ -144,7 +145,7 @@ impl Sweep {
             }
             let settings: Vec<_> = self.axes.iter().zip(places).flat_map(|(axis, at)| axis.settings(at)).collect();
             let mut folder = folder_name(&names, &settings, false);
-            // Some disks ignore case.
+            // Some file systems ignore case in names.
             if !taken.insert(folder.to_lowercase()) {
                 folder = folder_name(&names, &settings, true);
             }
@@ -176,20 +177,20 @@ impl Sweep {
         &self.axes
     }
 
-    /// All combinations, the last axis fastest.
+    /// All combinations of the values of the axes. The last axis varies fastest.
     #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
-    /// The keys of all axes, in order.
+    /// Keys of all axes, in order.
     #[must_use]
     pub fn keys(&self) -> Vec<&str> {
         self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
     }
 
-    /// Names of the keys in tables and folders: their last words followed by indices of entries, if these
-    /// differ, otherwise `fill_0_packing_fraction`.
+    /// Names of the keys in tables and folders. A name is the last word of a key with the indices behind it, such as
+    /// `gravity_1`. If this is not unique, it is the whole key, such as `fill_0_packing_fraction`.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
         short_names(&self.keys(), self.has_barostat())
@@ -203,14 +204,14 @@ impl Sweep {
         scene || set || self.keys().into_iter().any(is_key)
     }
 
-    /// The [`Self::short_names`] that distinguish state points: all except the seed.
+    /// The [`Self::short_names`] of all keys except the seed. They distinguish state points.
     #[must_use]
     pub fn state_point_names(&self) -> Vec<String> {
         let names = self.short_names().into_iter().zip(self.keys());
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
-    /// For each name in [`Self::state_point_names`], the index of its axis. Keys of one axis change together.
+    /// For each name in [`Self::state_point_names`], the index of its axis. Several keys can belong to one axis.
     pub(crate) fn state_point_axes(&self) -> Vec<usize> {
         let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
@@ -238,20 +239,20 @@ impl Sweep {
         Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// The files that the scene at a point names.
+    /// Files that the scene at a point refers to.
     pub(super) fn inputs_at(&self, point: &Point) -> Result<Vec<(PathBuf, NamedInput)>, SceneError> {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Finds errors before anything is created: keys and types at all points, one complete scene, which is
-    /// returned, and whether the seed has an effect.
+    /// Checks the sweep before anything is created: keys and types at all points, one complete scene, and whether the
+    /// seed has an effect. Returns the scene.
     ///
     /// # Errors
     /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if seeds vary and change nothing.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // There is at least one point. A scene that is invalid at one end of an axis may be valid at the
-        // other.
+        // A sweep has at least one point. If the scene is invalid at one end of an axis, it may still be valid at the
+        // other end.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -261,13 +262,13 @@ impl Sweep {
         Ok(scene)
     }
 
-    /// Checks that another seed gives another run of a point.
+    /// Checks that points with different seeds give different runs.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
-        // Replicas are not checked either, because a sweep rejects them.
+        // Replica exchanges are not checked, because a sweep rejects them anyway.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
-        // Errors of that point are reported when it runs.
+        // If the scene at the other point is invalid, the run of that point reports the error.
         let Ok(again) = self.scene_at(other) else { return Ok(()) };
         if again.particles() == scene.particles() {
             return Err(SweepError::SameRuns { first: point.folder.clone(), second: other.folder.clone() });
@@ -275,13 +276,14 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected total size of all runs, if they resemble `scene` `[bytes]`, within a factor of two.
+    /// Expected total size of the files of all runs, if the runs resemble `scene` `[bytes]`. It is right within a
+    /// factor of two.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
-    /// The text from which the scene at a point can be read again.
+    /// Returns the text from which the scene at a point can be read again.
     pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
         scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
     }

@@ -13,8 +13,8 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// Most important quantities, in this order, including the density if a barostat changes it. Others follow in
-/// the order of their first appearance, and checks come last.
+/// Quantities that come first in tables, in this order. The density is measured only in runs with a barostat.
+/// Quantities in `LAST` are mainly checks. All others are in between, in the order of their first appearance.
 const FIRST: [&str; 10] = [
     "number_density",
     "compressibility_factor",
@@ -30,7 +30,7 @@ const FIRST: [&str; 10] = [
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-/// The rank of a quantity in tables. In runs with stages, the temperature comes first.
+/// Returns the position of a quantity in tables. In runs with measured stages, the temperature comes first.
 fn rank(name: &str, has_stages: bool) -> usize {
     if has_stages && name == "temperature" {
         return 0;
@@ -42,7 +42,7 @@ fn rank(name: &str, has_stages: bool) -> usize {
 /// A quantity measured by at least some runs of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredQuantity {
-    /// Name of an observable, or of a number of an instrument.
+    /// Name of an observable, or of a number that an instrument measures.
     pub name: String,
     /// Name for display.
     pub title: String,
@@ -55,62 +55,62 @@ pub struct MeasuredQuantity {
 pub struct Value {
     /// The mean.
     pub mean: f64,
-    /// Its standard error; `None` for insufficient data.
+    /// Standard error of the mean; `None` if there are too few data.
     pub error: Option<f64>,
 }
 
-/// Mean over the runs of a state point with different seeds.
+/// Mean over the runs of a state point, which have different seeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pooled {
-    /// The mean of the means, with equal weights.
+    /// Mean over the runs, with equal weights.
     pub mean: f64,
-    /// Its standard error from the errors of the runs, `sqrt(sum e_i^2) / n`; `None` if the error of
+    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if the error of
     /// any run is unknown.
     pub error: Option<f64>,
-    /// Its standard error from the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the
-    /// scatter is round-off, `None` for a single run.
+    /// Standard error of the mean from the scatter of the values `x_i` of the `n` runs,
+    /// `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of runs with a value. The other runs were too short, or their curves were not straight.
+    /// Number of runs with a value. The others were too short, or the curve that gives the value was not straight.
     pub runs: usize,
 }
 
-/// Status of a point.
+/// Status of the run of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Standing {
-    /// It has been run.
+    /// The run has ended without problems.
     Done,
-    /// It failed, with the reason.
+    /// The run failed. The text is the reason.
     Failed(String),
-    /// It has been started, or is running.
+    /// The run has started, but has not ended.
     Begun,
-    /// It has not been started.
+    /// The run has not started.
     Missing,
 }
 
-/// Results of a point.
+/// Status and results of a point.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PointResult {
-    /// Its status.
+    /// Status of the run.
     pub standing: Standing,
-    /// Its measured stages and its last measurement, in order; empty without results.
+    /// Results of the measured stages in order, then of the last measurement; empty if the run has no results yet.
     pub measurements: Vec<StageResult>,
 }
 
-/// Results of a measurement of a run.
+/// Results of one measurement of a run.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct StageResult {
-    /// Name of the measured stage; `measurement` for the last one.
+    /// Name of the measured stage; `measurement` for the last measurement.
     pub stage: String,
-    /// Its simulated time.
+    /// Simulated time of the measurement.
     pub duration: Option<f64>,
-    /// Its physical events.
+    /// Number of physical events.
     pub events: u64,
-    /// Its values, in the order of [`Results::quantities`].
+    /// The measured values, in the order of [`Results::quantities`].
     pub values: Vec<Option<Value>>,
-    /// Published values of its system.
+    /// Published values for the simulated system.
     pub published: Vec<PublishedValue>,
 }
 
@@ -118,12 +118,12 @@ pub struct StageResult {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Group {
-    /// Indices of its points in [`Sweep::points`].
+    /// Indices of the points of the group in [`Sweep::points`].
     pub places: Vec<usize>,
-    /// Number of its completed runs that repeat another one bit for bit and do not count. A scene with a
-    /// given start and without a heat bath gives the same run for every seed.
+    /// Number of completed runs that repeat another run of the group bit for bit. They do not count in the means.
+    /// Without a random start and a heat bath, every seed gives the same run.
     pub repeats: usize,
-    /// The means of its measured stages and of its last measurement, in order.
+    /// Means of the measured stages and of the last measurement, in order.
     pub measurements: Vec<StageMeans>,
 }
 
@@ -131,32 +131,32 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct StageMeans {
-    /// Name of the measured stage; `measurement` for the last one.
+    /// Name of the measured stage; `measurement` for the last measurement.
     pub stage: String,
-    /// Number of its sound runs with this measurement.
+    /// Number of completed runs of the state point with this measurement, without repeats.
     pub runs: usize,
     /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
-    /// Mean published values.
+    /// Means of the published values over the runs.
     pub published: Vec<PublishedValue>,
 }
 
-/// Results of a sweep: everything in its folder.
+/// Results of the runs in the folder of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Results {
     /// Measured quantities, the most important ones first.
     pub quantities: Vec<MeasuredQuantity>,
-    /// Names of the measured stages of any run, in order, and `measurement` for the last measurement.
+    /// Names of the measured stages of all runs, in order, and `measurement` for the last measurement.
     pub stages: Vec<String>,
-    /// By point.
+    /// Results of each point.
     pub points: Vec<PointResult>,
-    /// By state point, in the order of the points.
+    /// Runs and means of each state point, in the order of the points.
     pub groups: Vec<Group>,
 }
 
 impl Results {
-    /// The results in the folder of a sweep so far. A point whose files cannot be read has failed.
+    /// Reads the present results from the folder of a sweep. A point counts as failed if its files cannot be read.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();
@@ -173,13 +173,13 @@ impl Results {
         Self { quantities, stages, points, groups }
     }
 
-    /// Whether some run has measured stages before its last measurement.
+    /// Whether any run has measured stages before its last measurement.
     #[must_use]
     pub fn has_stages(&self) -> bool {
         self.stages.len() > 1
     }
 
-    /// All means, each with its state point.
+    /// Iterates over all means, each with its state point.
     pub fn means(&self) -> impl Iterator<Item = (&Group, &StageMeans)> {
         self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
     }
@@ -225,13 +225,13 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQ
     }
 }
 
-/// Why a run is not sound, from its summary.
+/// Returns why a run is not sound, according to its summary.
 pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
     summary.trouble.clone().or_else(faults)
 }
 
-/// The measured stages of a run, and its last measurement.
+/// Returns the results of the measured stages of a run, and of its last measurement.
 fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<MeasuredQuantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
     let mut placed = |values: Vec<(MeasuredQuantity, Value)>| {
@@ -272,7 +272,7 @@ fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<
     all
 }
 
-/// The names of all measurements of all points, the last one last.
+/// Names of the measurements of all points, with the last measurement at the end.
 fn stages(points: &[PointResult]) -> Vec<String> {
     let mut stages: Vec<String> = Vec::new();
     for measurement in points.iter().flat_map(|point| &point.measurements) {
@@ -284,17 +284,17 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// The numbers of all instruments, and the observables that no instrument measures.
+/// Returns the numbers of all instruments, and the observables that no instrument measures.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Value)> {
-    // The pressure tensor has the same rate under another name.
+    // The pressure tensor also measures the collision rate, under the name `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // Known observables come first, in the order of the program. Observables added by later versions follow.
+    // Observables that this version knows come first, in a fixed order. Others, added by later versions, follow.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
@@ -315,7 +315,7 @@ fn values_of(
     observables.chain(numbers).collect()
 }
 
-/// Points that differ only in their seeds, in the order of the first point of each group.
+/// Groups the points that differ only in their seeds, in the order of the first point of each group.
 fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -336,13 +336,14 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
             }
         }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
-        // Without runs, the stages of a state point are unknown.
+        // A state point without completed runs has an entry for each stage of the sweep, because its own stages are
+        // unknown.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups
 }
 
-/// The means of a measurement over runs of a state point.
+/// Calculates the means of a measurement over runs of a state point.
 fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans {
     let of_stage =
         || runs.iter().filter_map(|run| run.measurements.iter().find(|measurement| measurement.stage == stage));
@@ -355,14 +356,14 @@ fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans
     }
 }
 
-/// The mean over runs, with equal weights.
+/// Pools the values of several runs, with equal weights.
 fn pooled(values: &[Value]) -> Option<Pooled> {
     let number = values.len() as f64;
     let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
-    // A conserved quantity that is equal in all runs within round-off has no error.
+    // Differences within round-off do not count as scatter. They occur for conserved quantities.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,

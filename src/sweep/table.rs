@@ -1,11 +1,11 @@
-//! The tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with a row for each state
-//! point and means over its seeds, and `sweep-columns.csv` with the units. If runs have measured stages, each
-//! has its own row, and a column names it.
+//! The tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with a row for each state point and
+//! means over its seeds, and `sweep-columns.csv` with the units. If runs have measured stages, each stage has its own
+//! row, and a column names the stage.
 //!
-//! Besides a column `x` there is `x_error`, its standard error. In `sweep-mean.csv`, `x_error` follows from
-//! the errors of the runs and `x_scatter` from their scatter; the two should agree. If some runs of a state
-//! point have no value of `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells.
-//! Differing entries of a varied list or table have their own columns, such as `size_0`.
+//! Besides a column `x` there is `x_error`, its standard error. In `sweep-mean.csv`, `x_error` follows from the errors
+//! of the runs and `x_scatter` from their scatter; the two should agree. If some runs of a state point have no value of
+//! `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells. The numbers that vary inside a
+//! list or table have their own columns, such as `size_0`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ const RUNS: &str = "sweep.csv";
 const MEANS: &str = "sweep-mean.csv";
 const COLUMNS: &str = "sweep-columns.csv";
 
-/// The column that names the measurement of a row.
+/// Name of the column that contains the measurement of a row.
 const STAGE: &str = "stage";
 
 impl SweepFolder {
@@ -35,7 +35,7 @@ impl SweepFolder {
     }
 }
 
-/// A value as the user wrote it, without quotes.
+/// Formats a value as the user wrote it, without quotes.
 fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }
@@ -45,12 +45,12 @@ fn line(text: &mut String, cells: impl Iterator<Item = String>) {
     text.push('\n');
 }
 
-/// The column names of the entries of varied lists.
+/// Names of the columns for the numbers in varied lists and tables.
 fn entry_heads(sweep: &Sweep) -> impl Iterator<Item = String> {
     sweep.entries().into_iter().map(|entry| entry.name().to_owned())
 }
 
-/// The name of the column for the measurement, if runs have several.
+/// Name of the column for the measurement. It exists only if runs have several measurements.
 fn stage_head(results: &Results) -> impl Iterator<Item = String> {
     results.has_stages().then(|| STAGE.to_owned()).into_iter()
 }
@@ -131,7 +131,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     text
 }
 
-/// Whether some state point has runs with a quantity and runs without it.
+/// Whether only some runs of a state point have a value of the quantity.
 fn is_partial(results: &Results, quantity: usize) -> bool {
     results
         .means()

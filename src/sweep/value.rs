@@ -1,24 +1,23 @@
-//! Values of a scene as users write them, compared by meaning.
+//! Parses values as users write them in a scene, and compares their meaning.
 
 use toml::{Table, Value};
 
-/// Integers up to this, `2^53`, can be represented with a decimal point as well.
+/// Integers below this number, `2^53`, are exact as floating-point numbers.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// The value of a text as in a scene: as TOML, or else as a bare word.
+/// Parses a value as in a scene: as TOML, or else as a word without quotes.
 pub(super) fn value_of(text: &str) -> Value {
     let table = format!("v = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
     table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
 }
 
-/// The meaning of a value: the same text for `1`, `+1`, `0x1` and `1.0`, and for a word with and without
-/// quotes.
+/// Returns a text for the meaning of a value. It is the same for `1`, `+1`, `0x1` and `1.0`, and for a word with and
+/// without quotes.
 pub(super) fn meaning(text: &str) -> String {
     spelled(&value_of(text))
 }
 
-/// An integer in decimal digits, however it was written, so that each integer has a single folder. Other
-/// values are unchanged.
+/// Writes an integer in plain decimal digits, so that equal integers get the same folder. Other values are unchanged.
 pub(super) fn plain(text: &str) -> String {
     match value_of(text) {
         Value::Integer(number) => number.to_string(),
@@ -26,7 +25,7 @@ pub(super) fn plain(text: &str) -> String {
     }
 }
 
-/// Whether a value is or contains a table with a key.
+/// Whether a value is or contains a table that has this key.
 pub(super) fn has_key(value: &Value, key: &str) -> bool {
     match value {
         Value::Table(table) => table.contains_key(key) || table.values().any(|value| has_key(value, key)),

@@ -7,16 +7,16 @@ use std::path::Path;
 use flate2::bufread::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
 
-/// Buffer of a file `[bytes]`.
+/// Size of the buffer of a file `[bytes]`.
 const BUFFER: usize = 1 << 16;
 
-/// The largest window that is unpacked from Zstandard `[bytes]`, the default limit of the program `zstd`.
+/// Largest accepted window of Zstandard `[bytes]`. It is the default limit of the program `zstd`.
 const LARGEST_WINDOW: u64 = 1 << 27;
 
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const ZSTANDARD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Whether data begin like a compressed file.
+/// Whether the first bytes are those of a compressed file.
 pub(crate) fn is_compressed(start: &[u8]) -> bool {
     start.starts_with(&GZIP) || start.starts_with(&ZSTANDARD)
 }
@@ -29,10 +29,10 @@ pub(crate) fn open(path: &Path) -> io::Result<Box<dyn BufRead>> {
     unpacked(BufReader::with_capacity(BUFFER, File::open(path)?))
 }
 
-/// A text, unpacked if it is compressed.
+/// Returns a reader of a text, which is unpacked if it is compressed.
 ///
 /// # Errors
-/// If its beginning cannot be read.
+/// If the beginning of the text cannot be read.
 pub(crate) fn unpacked<'a>(mut packed: impl BufRead + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
     let start = packed.fill_buf()?;
     if start.starts_with(&GZIP) {
@@ -44,9 +44,9 @@ pub(crate) fn unpacked<'a>(mut packed: impl BufRead + 'a) -> io::Result<Box<dyn 
     Ok(Box::new(packed))
 }
 
-/// The consecutive Zstandard frames of a file.
+/// Reads the consecutive Zstandard frames of a file as one text.
 struct Frames<R: BufRead> {
-    /// `None` after an error.
+    /// State of the decoder; `None` after an error.
     state: Option<State<R>>,
 }
 
@@ -129,8 +129,8 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // Each changed byte gives an error, or by chance of the checksum the same text, but never a
-            // panic.
+            // A changed byte must not cause a panic. With a checksum, it gives an error, or it does not affect the
+            // text.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

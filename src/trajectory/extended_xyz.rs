@@ -55,8 +55,8 @@ pub(crate) use write::{FrameWriter, Heading};
 
 use super::{Frame, compressed};
 
-/// Length of the longest line that is read `[bytes]`. It is enough for about five million bonds, and limits
-/// the cost of a binary file.
+/// Length of the longest accepted line `[bytes]`, enough for about five million bonds. The limit saves memory if the
+/// file is binary.
 const LONGEST_LINE: u64 = 1 << 26;
 
 /// A frame selected from a trajectory.

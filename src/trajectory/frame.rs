@@ -1,4 +1,4 @@
-//! All particles at one instant.
+//! A frame of a trajectory: all particles at one time.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 #[cfg(test)]
 mod tests;
 
-/// Names already used by columns, arrays and files of the formats.
+/// Names that the output formats already use for columns, arrays and files.
 const TAKEN: [&str; 46] = [
     "bond_kinds",
     "bond_names",
@@ -70,14 +70,15 @@ pub struct FrameSpecies {
     pub name: String,
     /// Whether particles of this species never move: a static surface, a pivot.
     pub is_static: bool,
-    /// Mass `[mass]`, infinite for a static species; `None` if a file does not contain it.
+    /// Mass of the particles `[mass]`, infinite for a static species; `None` if the trajectory file does not contain
+    /// it.
     pub mass: Option<f64>,
 }
 
 /// A particle in a frame: id, species, radius, position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FrameParticle {
-    /// Its id, as in every output.
+    /// Id of the particle, the same in all output.
     pub id: ParticleId,
     /// Index into [`Frame::species`].
     pub species: SpeciesId,
@@ -85,7 +86,7 @@ pub struct FrameParticle {
     pub position: Vector,
     /// Velocity `[length / time]`.
     pub velocity: Vector,
-    /// Half the diameter `[length]`.
+    /// Half the diameter of the particle `[length]`.
     pub radius: f64,
 }
 
@@ -102,26 +103,26 @@ pub struct Frame {
     pub size: Vector,
     /// Whether each axis is periodic: a particle that leaves on one side enters on the other.
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 in a box at
-    /// rest `[length]`.
+    /// Displacement along x of the next image of the box along y, in `(-L_x / 2, L_x / 2]`; 0 in a box that is not
+    /// sheared `[length]`.
     pub displacement: f64,
-    /// The species that the particles refer to.
+    /// Species of the particles.
     pub species: Vec<FrameSpecies>,
-    /// The particles, in any order.
+    /// Particles of the frame, in any order.
     pub particles: Vec<FrameParticle>,
-    /// The two ends of each bond.
+    /// Ids of the two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
-    /// The names of the bonds' interactions.
+    /// Names of the interactions that hold the bonds.
     pub bond_names: Vec<String>,
-    /// For each bond, the index of its interaction in the names; empty if a file does not contain it.
+    /// For each bond, the index of its interaction in `bond_names`; empty if a file does not contain it.
     pub bond_kinds: Vec<u32>,
     /// Periods travelled by each particle along each axis, in the order of the particles; empty if a file
     /// does not contain them. [`Frame::unwrapped`] uses them.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
-    /// Further scalars of the particles.
+    /// Additional scalars of the particles, such as the bond order.
     pub scalars: Vec<Scalar>,
-    /// For each surface of the scene, whether it is present at this time; empty if all are.
+    /// For each surface of the scene, whether it is present at this time; empty if all are present.
     pub surfaces: Vec<bool>,
 }
 
@@ -191,8 +192,8 @@ impl Frame {
         kinds.map_or_else(Default::default, |kinds| (names, kinds))
     }
 
-    /// Position of a particle, given by its index, without wrapping `[length]`; its position if images are
-    /// unknown. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    /// Position without wrapping of the particle with this index `[length]`. If its images are unknown, it is the
+    /// position in the box. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
     #[must_use]
     pub fn unwrapped(&self, place: usize) -> Vector {
         let position = self.particles[place].position;
@@ -202,11 +203,11 @@ impl Frame {
         })
     }
 
-    /// A position with periodic coordinates inside the box `[length]`.
+    /// Wraps a position into the box along periodic axes `[length]`.
     pub(crate) fn wrapped(&self, position: &Vector) -> Vector {
         let mut position = *position;
         if self.displacement != 0.0 {
-            // Images at lower y are displaced in the opposite direction along x.
+            // Shifting a position by the box height along y also displaces it along x.
             position.x -= self.displacement * ((position.y - self.lower.y) / self.size.y).floor();
         }
         Vector::from_fn(|k, _| {
@@ -225,7 +226,7 @@ impl Frame {
         self.size[axis] == 0.0
     }
 
-    /// The box as the space of a scene: open along axes that are neither periodic nor flat.
+    /// The box of the frame as the space of a scene. Axes that are neither periodic nor flat are open.
     pub(crate) fn space(&self) -> Space {
         let boundary = |axis: usize| match self.periodic[axis] {
             true => Boundary::Periodic,
@@ -246,7 +247,7 @@ impl Frame {
         Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
     }
 
-    /// Extent of flat axes for particles of the given radii.
+    /// Extent that files give to flat axes: the largest diameter of the particles, or 1 if no diameter is positive.
     pub(crate) fn thickness_for(radii: impl Iterator<Item = f64>) -> f64 {
         let widest = radii.map(|radius| 2.0 * radius).fold(0.0, f64::max);
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
@@ -261,7 +262,7 @@ impl Frame {
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
-    /// Whether a scalar can have this name in every format: a word that no format uses otherwise.
+    /// Whether a scalar can have this name in every format: it must be a word that no format uses for anything else.
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())

@@ -5,18 +5,18 @@ use crate::base::text::{digits, tiny};
 use crate::io::Summary;
 use crate::model::Scene;
 
-/// An invariant of a run, or a measure of how well it was kept.
+/// A row of the audit: a conserved quantity or another check of a run, with its verdict.
 pub(super) struct Row {
     pub what: &'static str,
     pub how: &'static str,
     pub value: String,
-    /// Whether the value is relative to a total.
+    /// Whether `value` is relative to a total.
     pub is_relative: bool,
-    /// Why there is no verdict, if that is not obvious.
+    /// Reason for a missing verdict, if it is not obvious.
     pub why: Option<String>,
-    /// The limit at which the audit fails; empty if it does not fail.
+    /// Limit above which the audit fails; empty if the row has no limit.
     pub limit: String,
-    /// `None` if there is no verdict.
+    /// Verdict: whether the value is within the limit. `None` if the row has no verdict.
     pub is_sound: Option<bool>,
 }
 
@@ -30,7 +30,7 @@ impl Row {
     }
 }
 
-/// The audit of a run. `scene`, if it could be read, gives the reasons why momentum is not conserved.
+/// Returns the audit of a run. `scene`, if it could be read, gives the reasons why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
     let how = "relative error of the sum of kinetic, potential and dissipated energy, less the supplied energy";
@@ -74,7 +74,8 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // If the scene sets no limit, each overlap was compared with the round-off of its own coordinates.
+    // If the scene sets no limit, each overlap was compared with the round-off of its own coordinates. The verdict then
+    // depends on the number of overlaps that exceed it.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

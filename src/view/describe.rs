@@ -27,7 +27,7 @@ use crate::model::{
     Thermostat,
 };
 
-/// Number of particles of each species.
+/// Returns the number of particles of each species.
 #[must_use]
 pub fn counts(scene: &Scene) -> Vec<usize> {
     let mut counts = vec![0; scene.species.len()];
@@ -37,13 +37,13 @@ pub fn counts(scene: &Scene) -> Vec<usize> {
     counts
 }
 
-/// The particles of a scene: numbers by species.
+/// Describes the particles of a scene: the number of particles of each species.
 #[must_use]
 pub fn population(scene: &Scene) -> String {
     population_of(scene, &counts(scene))
 }
 
-/// Given numbers of particles by species, in words.
+/// Describes the numbers of particles of each species, for example `500 A + 20 B`.
 #[must_use]
 pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     let of = |is_static: bool| {
@@ -55,8 +55,8 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
-/// The kind of interaction of the moving particles, as one word and a blank: `hard `, `square-well `; empty
-/// if there are several kinds or none.
+/// Returns the kind of interaction of the moving particles as an adjective with a space at its end, for example
+/// `hard ` or `square-well `. The text is empty if there are several kinds or none.
 #[must_use]
 pub fn kind_of_potential(scene: &Scene) -> &'static str {
     let kind = |potential: &Potential| match potential.energies() {
@@ -73,7 +73,7 @@ pub fn kind_of_potential(scene: &Scene) -> &'static str {
     if kinds.all(|other| other == first) { first } else { "" }
 }
 
-/// The box, with one line per axis.
+/// Describes the box, with one line per axis.
 #[must_use]
 pub fn space(scene: &Scene) -> Vec<String> {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
@@ -100,7 +100,7 @@ fn face(face: &Face, temperature: Option<f64>) -> String {
     }
 }
 
-/// Why an engine was chosen.
+/// Explains why an engine was chosen.
 #[must_use]
 pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     let motion = if choice.is_falling {
@@ -130,7 +130,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     format!("because {motion}, and {pairs}")
 }
 
-/// An interaction, in one line.
+/// Describes an interaction in one line.
 #[must_use]
 pub fn interaction(interaction: &Interaction) -> String {
     let restitution = if interaction.restitution < 1.0 {
@@ -166,8 +166,7 @@ fn potential(potential: &Potential) -> String {
     }
 }
 
-/// The table of interactions: one line for each pair of species that can meet, and one for each interaction
-/// of bonds.
+/// Lists the interactions: one line for each pair of species that can meet, and one for each interaction of bonds.
 #[must_use]
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -197,12 +196,12 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// A vector in words: `(0, 0, -9.81)`.
+/// Formats a vector, for example `(0, 0, -9.81)`.
 fn vector(v: &Vector) -> String {
     format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
 }
 
-/// A duration in words.
+/// Describes a duration.
 #[must_use]
 pub fn limit(limit: &Limit) -> String {
     match (limit.time, limit.events) {
@@ -213,7 +212,7 @@ pub fn limit(limit: &Limit) -> String {
     }
 }
 
-/// The length of an equilibration in words.
+/// Describes the length of an equilibration.
 #[must_use]
 pub fn equilibration(run: &RunPlan) -> String {
     equilibrates(&run.last_equilibration())
@@ -230,7 +229,8 @@ fn equilibrates(equilibration: &Equilibration) -> String {
     }
 }
 
-/// Description of a stage: `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
+/// Describes a stage, for example `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor
+/// of 1000`.
 #[must_use]
 pub fn stage(stage: &StagePlan) -> String {
     let mut parts = Vec::new();
@@ -254,7 +254,7 @@ pub fn stage(stage: &StagePlan) -> String {
     format!("{}: {}", stage.name, parts.join("; "))
 }
 
-/// Description of a thermostat.
+/// Describes a thermostat.
 #[must_use]
 pub fn thermostat(thermostat: &Thermostat) -> String {
     match thermostat {
@@ -272,7 +272,8 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
     }
 }
 
-/// Why the momentum is not conserved over a whole run: `walls along x and y, gravity along z`.
+/// Lists the reasons why momentum is not conserved over a whole run, for example `walls along x and y, acceleration
+/// along z`.
 #[must_use]
 pub fn momentum_changes(scene: &Scene) -> String {
     let axes = |changed: &[bool; 3]| {
@@ -295,7 +296,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // `redrawn` below lists these collisions for all stages.
+            // The axes of Andersen thermostats in all stages are already in `redrawn`.
             Influence::AndersenCollisions => None,
         })
         .collect();
@@ -308,7 +309,8 @@ pub fn momentum_changes(scene: &Scene) -> String {
     words.join(", ")
 }
 
-/// The run from which a scene starts, and what happens to its engine; `None` if the scene has its own start.
+/// Describes the run from which a scene starts, and whether its engine continues. `None` if the scene starts from no
+/// other run.
 #[must_use]
 pub fn start(scene: &Scene) -> Option<String> {
     let run = scene.predecessor()?;

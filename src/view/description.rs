@@ -24,7 +24,7 @@ pub fn text(scene: &Scene) -> String {
         + &line("measurement", &describe::limit(&scene.run().limit))
 }
 
-/// A line of a description.
+/// Formats a line of a description: a label and its value.
 #[must_use]
 pub fn line(label: &str, value: &str) -> String {
     format!("  {label:<14}{value}\n")
@@ -86,7 +86,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Columns and bytes in the scene's files that the scene does not use.
+/// Lists the columns and bytes in the scene's files that are not used.
 #[must_use]
 pub fn unused_input(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -102,7 +102,7 @@ pub fn unused_input(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// Planned measurements that are not defined for the scene, each with the reason.
+/// Lists the planned measurements that are not defined for the scene, each with the reason.
 #[must_use]
 pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -122,7 +122,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// Planned cutoffs that the box shortens.
+/// Lists the planned cutoffs that are shortened by the size of the box.
 #[must_use]
 pub fn shortened(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -149,7 +149,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Particles at rest and in contact at the start, and what will happen to them.
+/// Warns of particles that are at rest and in contact at the start, and tells what will happen to them.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
     let all = resting(scene);
@@ -197,13 +197,13 @@ pub fn burdens(scene: &Scene) -> Vec<String> {
 
 fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
-        // Below one second the time is left out. It is also unknown if the number of events is unknown.
+        // A wall time below one second is left out. It is either negligible or unknown.
         ..1.0 => cause,
         _ => format!("{cause}: about {} of wall time", wall_time(seconds)),
     }
 }
 
-/// Wall time, to the order of magnitude.
+/// Formats a wall time in a suitable unit.
 fn wall_time(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} seconds"),
@@ -214,7 +214,8 @@ fn wall_time(seconds: f64) -> String {
     }
 }
 
-/// Number density and packing fraction of the moving particles, if the volume of the box is meaningful.
+/// Describes the number density and packing fraction of the moving particles. `None` unless the box is periodic along
+/// all axes.
 fn density(scene: &Scene) -> Option<String> {
     if !scene.space().is_fully_periodic() {
         return None;
@@ -254,8 +255,8 @@ fn temperature(scene: &Scene) -> Option<f64> {
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
-/// Coordinates or pair energies with so few digits that overlaps become visible. An audit accepts at most a
-/// millionth of a diameter as round-off.
+/// Warns if large coordinates or pair energies leave so few digits that round-off may cause overlaps. The audit accepts
+/// overlaps of at most a millionth of a diameter as round-off.
 fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
@@ -303,7 +304,7 @@ mod tests {
         assert_eq!(of(90.4), "large cells: about 90 seconds of wall time");
     }
 
-    /// Times that are never reached, for a fluid with a given run and instruments.
+    /// Returns the warnings about times that are never reached, for a fluid with the given `run` and `measure` tables.
     fn never(run: &str, measure: &str) -> Vec<String> {
         let text = format!(
             "species = [{{ name = \"A\", mass = 1.3, diameter = 1.0 }}]\n\
@@ -341,7 +342,7 @@ mod tests {
             never(run, measure),
             late.map(|it| format!("{it} is longer than all that is measured, 8, so it is never reached"))
         );
-        // The duration of a given number of events is unknown.
+        // The duration of a run with a given number of events is unknown, so there is no warning.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

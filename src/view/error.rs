@@ -18,7 +18,7 @@ pub enum ViewError {
     Trajectory {
         /// The file.
         path: PathBuf,
-        /// The error of the reader.
+        /// Error of the trajectory reader.
         source: ReadError,
     },
     /// A surface file beside the trajectory could not be read.
@@ -26,7 +26,7 @@ pub enum ViewError {
     SurfaceFile {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A surface file beside the trajectory is damaged.
@@ -35,13 +35,13 @@ pub enum ViewError {
     /// The frame has no particles.
     #[error("the frame has no particles to draw")]
     Empty,
-    /// The position of a particle is not usable.
+    /// A particle has a position or velocity that is not finite, or a radius that is not positive and finite.
     #[error("particle {} cannot be drawn: expected a finite position and velocity and a positive finite radius", .0.0)]
     Particle(ParticleId),
     /// The particle that the camera should follow is not in the frame.
     #[error("the frame has no particle {} to follow", .0.0)]
     NoParticle(ParticleId),
-    /// The box is not usable.
+    /// The box has a corner or an edge that is not finite, or a negative edge.
     #[error("the box cannot be drawn: expected a finite corner and finite edges that are not negative")]
     Box,
     /// The image would have no pixels, or too many.
@@ -54,10 +54,10 @@ pub enum ViewError {
         /// Rows of pixels.
         height: u32,
     },
-    /// Another number in the style of an image or the options of a movie is invalid.
+    /// A number in the style of an image or in the options of a movie is invalid.
     #[error("{name} is {value}, expected {expected}")]
     Option {
-        /// Name of the option.
+        /// Name of the invalid option.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -70,12 +70,12 @@ pub enum ViewError {
     /// The file extension does not belong to a movie format.
     #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
-    /// Players slow down such a GIF.
+    /// A GIF has too many images per second. Players would slow it down.
     #[error(
         "a GIF cannot show {0} images per second: its images last for whole hundredths of a second, and players make one of the shortest ten"
     )]
     FastGif(u32),
-    /// In an MP4, each block of two by two pixels shares one colour.
+    /// An MP4 has an odd width or height. The format stores one colour for each block of two by two pixels.
     #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
     OddSize {
         /// Columns of pixels.
@@ -124,10 +124,10 @@ pub enum ViewError {
     /// No thread could be started.
     #[error("no thread could be started to draw images")]
     Threads,
-    /// The caller stopped the work.
+    /// The progress callback stopped the work.
     #[error("interrupted; nothing was written")]
     Interrupted,
-    /// The folder of a run is not a folder.
+    /// The path of a run is not a folder.
     #[error("{} is not the folder of a run", .0.display())]
     NotFolder(PathBuf),
     /// The summary, which every finished run has, is missing or unreadable.
@@ -135,7 +135,7 @@ pub enum ViewError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The summary is damaged.
@@ -143,10 +143,10 @@ pub enum ViewError {
     Summary {
         /// The file.
         path: PathBuf,
-        /// The position, and what was expected.
+        /// Parse error: the position in the file, and what was expected there.
         source: serde_json::Error,
     },
-    /// The target file exists already.
+    /// The target file already exists and must not be replaced.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
     /// The file could not be written.
@@ -154,12 +154,12 @@ pub enum ViewError {
     Write {
         /// The file.
         path: PathBuf,
-        /// The error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
 
-/// Extension of a path with its dot, or its name if it has none.
+/// Returns the extension of a path with its dot, or the file name if there is no extension.
 fn ending(path: &Path) -> String {
     let extension = path.extension().map(|extension| format!(".{}", extension.display()));
     extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
@@ -180,7 +180,7 @@ impl ViewError {
         move |source| Self::Trajectory { path: path.to_owned(), source }
     }
 
-    /// What the user can do, if that is not obvious.
+    /// Returns what the user can do about the error, if that is not obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -14,14 +14,14 @@ use crate::model::VolumeMoves;
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
-/// Values by the name of their observable.
+/// Values, each with the name of its observable.
 type Means<T> = [(&'static str, T)];
 
 /// Largest number of lines for results of instruments: enough for one instrument of each kind with a few
 /// species.
 const MOST_NUMBERS: usize = 48;
 
-/// Largest number of lines for rates.
+/// Largest number of lines for rates of events.
 const MOST_RATES: usize = 12;
 
 /// Table of the results of a run: the system, the end, the means and the audit.
@@ -75,7 +75,8 @@ pub fn text(finished: &Finished) -> String {
     lines.text()
 }
 
-/// Numbers of events of the kinds core, capture, release, bounce and wall: `12 core, 3 wall`.
+/// Describes numbers of events by kind, for example `12 core, 3 wall`. The counts are in the order core, capture,
+/// release, bounce, wall.
 #[must_use]
 pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
     let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
@@ -114,7 +115,7 @@ fn ending(finished: &Finished) -> String {
 pub struct Lines(String);
 
 impl Lines {
-    /// Adds a name and its value.
+    /// Adds a line with a name and its value.
     pub fn pair(&mut self, name: &str, value: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{name:<32}{value}");
@@ -130,7 +131,7 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// The means of a measurement, with its number of events.
+    /// Adds the means of a measurement.
     fn means(
         &mut self,
         means: &Means<Estimate>,
@@ -146,14 +147,14 @@ impl Lines {
         }
     }
 
-    /// Volume moves of a barostat, if there is one.
+    /// Adds a line about the volume moves of a barostat, if there is one.
     fn moves(&mut self, moves: Option<&VolumeMoves>) {
         if let Some(moves) = moves {
             self.pair("volume moves", &describe::volume_moves(moves));
         }
     }
 
-    /// Numbers from instruments, including those with insufficient data.
+    /// Adds the results of instruments. Results with too few data get a line too.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {
@@ -173,7 +174,7 @@ impl Lines {
         }
     }
 
-    /// Rates of events by kind and species, if there are several.
+    /// Adds the rates of events by kind and species, if there are several.
     fn rates(&mut self, all: &[Rate]) {
         let all = told_apart(all);
         if all.is_empty() {
@@ -188,7 +189,7 @@ impl Lines {
         }
     }
 
-    /// How the work was shared, if several threads were requested.
+    /// Adds a line about how the work was shared among threads, if the scene requested several.
     fn threads(&mut self, simulation: &Simulation) {
         let threads = match simulation.processes() {
             1 => simulation.threads().to_string(),

@@ -8,7 +8,8 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// The part of a scene that is read. Its text may be of another version, and no particle is placed.
+/// The part of a scene file that is needed here. All other keys are ignored, so scenes of other versions can be read
+/// and no particle is placed.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {
@@ -21,7 +22,8 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Initial gravity of a run `[length / time^2]`; `None` without gravity or without a scene.
+/// Reads the initial gravity of a run `[length / time^2]` from the scene file beside its trajectory. `None` without
+/// gravity or without a scene file.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

@@ -70,11 +70,11 @@ const WORKER: [&str; 13] = [
     include_str!("live/worker.js"),
 ];
 
-/// Shaders in addition to the shaders of the player.
+/// Shaders of this page that the report player does not have.
 const LINES: [(&str, &str); 2] =
     [("line.vert", include_str!("live/line.vert")), ("line.frag", include_str!("live/line.frag"))];
 
-/// Style sheets of the page, after the style of reports.
+/// Style sheets of the page. They are added to the style sheets of reports.
 const STYLE: [&str; 3] =
     [include_str!("live/live.css"), include_str!("live/editor.css"), include_str!("live/plots.css")];
 
@@ -82,7 +82,7 @@ const STYLE: [&str; 3] =
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 
-/// A page that runs a scene; `source` is its text.
+/// Returns a page that runs a scene. `source` contains the text of the scene.
 #[must_use]
 pub fn page(scene: &Scene, source: &Source, engine: Engine) -> Page {
     let mut body = include_str!("live/page.html").to_owned();
@@ -100,14 +100,14 @@ fn element(page: &mut String, kind: &str, id: &str, text: &str) {
     page.push_str(&format!("<script type=\"{kind}\" id=\"{id}\">{text}</script>\n"));
 }
 
-/// The comment at the start of a text, which usually describes the scene.
+/// Returns the comment at the start of a text, which usually describes the scene.
 #[must_use]
 pub fn first_comment(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix('#'));
     lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// The script of the page, and the texts that it reads by id.
+/// Returns the script of the page, and the texts that it looks up by id: shaders, schema and worker.
 fn scripts() -> String {
     let mut texts = Map::new();
     for (name, text) in SHADERS.iter().chain(&LINES) {
@@ -119,7 +119,7 @@ fn scripts() -> String {
     json!({ "texts": texts, "program": format!("\"use strict\";\n(() => {{\n{program}}})();\n") }).to_string()
 }
 
-/// The scene in the form that the page reads.
+/// Returns the scene in the form that the page reads.
 fn description(scene: &Scene, source: &Source) -> String {
     let live = scene.live();
     let written = live.description.clone().unwrap_or_else(|| first_comment(&source.text));

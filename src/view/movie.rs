@@ -68,7 +68,7 @@ const MOST_MEMORY: u64 = 2 << 30;
 /// in the image, and the shading of other particles.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
-/// Largest number of images per second.
+/// Largest number of images per second in any format.
 const MOST_PER_SECOND: u32 = 120;
 
 /// Largest turn of the camera, ten full turns `[degrees]`.
@@ -90,7 +90,7 @@ impl MovieFormat {
     /// All formats, with their file extensions.
     pub const ENDINGS: [(Self, &'static str); 3] = [(Self::Mp4, "mp4"), (Self::Gif, "gif"), (Self::Apng, "apng")];
 
-    /// The format for the extension of a file name.
+    /// Returns the format for the extension of a file name.
     ///
     /// # Errors
     /// [`ViewError::Format`] if no format has this extension.
@@ -104,8 +104,7 @@ impl MovieFormat {
 /// Options of a movie: which frames, how fast, and the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movie {
-    /// How each image is drawn. The movie has exactly this width and height. The azimuth of the style applies
-    /// to the first image.
+    /// Style of each image. The movie has exactly this width and height. The azimuth applies to the first image.
     pub style: Style,
     /// Images per second, 1 to 120.
     pub frames_per_second: u32,
@@ -113,7 +112,7 @@ pub struct Movie {
     pub first: u64,
     /// The last frame, inclusive; `None` continues to the end.
     pub last: Option<u64>,
-    /// Only every N-th frame is used, starting with the first.
+    /// The movie shows every N-th frame, starting with the first.
     pub every: u64,
     /// Degrees by which the camera moves around the scene to the right, from the first image to the last.
     /// Flat and one-dimensional scenes are always seen from the front.
@@ -144,18 +143,18 @@ pub struct WrittenMovie {
 /// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether images are being drawn. Before that, the trajectory is scanned for its frames, and for a GIF a
-    /// few images are drawn to choose its colours.
+    /// Whether the images of the movie are being drawn. Before that, the trajectory is scanned for its frames, and for
+    /// a GIF a few trial images are drawn to choose its colours.
     pub is_drawing: bool,
-    /// Frames found, or images written.
+    /// Number of frames scanned, of trial images drawn for the colours of a GIF, or of images written.
     pub frames: u64,
-    /// Simulated time of the last frame found or image written `[time]`.
+    /// Simulated time of the last frame or image `[time]`.
     pub time: f64,
-    /// Completed fraction of this stage, 0 to 1.
+    /// Completed fraction of the scan, of the trial images or of the writing, 0 to 1.
     pub fraction: f64,
 }
 
-/// Callback that is called now and then while a movie is made, and may stop it.
+/// Progress callback of a movie. It can stop the work.
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
 /// Writes a movie of a trajectory in extended XYZ; the extension of `path` determines the format. The file
@@ -254,7 +253,7 @@ fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     }
 }
 
-/// The input for the images of a movie.
+/// Everything that is needed to draw the images of a movie.
 struct Reel<'a> {
     trajectory: &'a Path,
     path: &'a Path,
@@ -286,7 +285,7 @@ impl Reel<'_> {
             crew: at_once,
             is_stopped: &is_stopped,
         };
-        // Called between two images and while waiting for one.
+        // The callback runs between two images and while the next image is not ready.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
             done.set(written);
@@ -324,7 +323,7 @@ impl Reel<'_> {
         shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
-    /// The colours of a GIF, from a few of its images, drawn small.
+    /// Chooses the colours of a GIF from a few of its images, which are drawn small.
     fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
@@ -333,7 +332,7 @@ impl Reel<'_> {
         for (done, &place) in (1_u32..).zip(&pilots) {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
-            // This comes before any image is written, and so belongs to the preparation.
+            // Trial images are drawn before any image is written, so they are reported as preparation.
             let fraction = f64::from(done) / pilots.len() as f64;
             if watch(&MovieProgress { is_drawing: false, frames: u64::from(done), time, fraction }).is_break() {
                 return Err(ViewError::Interrupted);

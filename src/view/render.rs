@@ -68,8 +68,8 @@ use stroke::{Edge, Pen};
 /// Memory per pixel while an image is drawn `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 40;
 
-/// Opacity of box edges, of box edges in front of the box, and of surface edges, and the relative width of
-/// surface edges.
+/// Opacities of box edges, of box edges in front of the box, and of surface edges. `FINE` is the width of surface edges
+/// relative to box edges.
 const BOX_OPACITY: f32 = 0.6;
 const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
@@ -137,7 +137,7 @@ fn paint(
     let sharp = surfaces.skins.iter().filter(|_| has_outline).flat_map(|skin| &skin.edges);
     let fine = Pen { width: FINE * thick, colour: ink, opacity: FINE_OPACITY, is_behind: false };
     let edges = box_edges(frame).into_iter().filter(|_| style.has_box).filter_map(|(ends, faces)| {
-        // If both sides at an edge face the camera, the whole box lies behind the edge.
+        // If both adjacent sides face the camera, the edge is in front of the box.
         let is_near = faces.iter().all(|normal| camera.is_before(&ends[0], normal)) && !faces.is_empty();
         let opacity = if is_near { NEAR_OPACITY } else { BOX_OPACITY };
         Edge::of(camera, place(&ends), Pen { width: thick, colour: ink, opacity, is_behind: true })
@@ -156,7 +156,7 @@ fn paint(
     scenery.colours(team)
 }
 
-/// An image from pixels.
+/// Creates an image from pixels.
 fn image(camera: &Camera, pixels: &[Colour], team: &Team) -> Image {
     let mut bytes = vec![[0; 4]; pixels.len()];
     let size = 1 << 14;

@@ -44,17 +44,18 @@ pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 
-/// Content policy: pages run only their own scripts.
+/// Content security policy: a page runs only its own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
-/// Style sheet of the page.
+/// Style sheet of a page.
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
-/// Script of the figures: values under the pointer, saving of plots, and unfolding for print.
+/// Script of the figures. It shows values under the pointer, saves plots, and unfolds all parts of the page for
+/// printing.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
-/// Largest trajectory that a small page plays `[bytes]`. The player stores it in about a third of this size.
+/// Largest trajectory file that a small page plays `[bytes]`. On the page it takes about a third of this size.
 const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
@@ -63,7 +64,7 @@ const MOST_OF_SMALL: u64 = 3_000_000;
 pub struct Page {
     /// The whole document.
     pub html: String,
-    /// Notes on everything that is left out and why; they are also on the page.
+    /// Notes on everything that is left out of the page, with reasons. The page shows them too.
     pub notes: Vec<String>,
 }
 
@@ -77,8 +78,7 @@ pub fn page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, u64::MAX)
 }
 
-/// Makes a small page for one of many runs. The page has no player if the trajectory is larger than a few
-/// megabytes.
+/// Makes a small page for one of many runs. The page has no player if the trajectory is larger than a few megabytes.
 ///
 /// # Errors
 /// The same errors as [`page`].
@@ -91,11 +91,10 @@ fn page_within(run: &Path, most_bytes: u64) -> Result<Page, ViewError> {
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
-/// Writes a page to a file, which appears when it is complete. A file with the same bytes is left alone.
+/// Writes a page to a file. The file appears only when it is complete. A file with the same bytes is left unchanged.
 ///
 /// # Errors
-/// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot be
-/// written.
+/// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot be written.
 pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ViewError> {
     let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
     written.map_err(ViewError::write(path))?;
@@ -133,7 +132,7 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// A whole page: its title, its top, and its sections by id and title.
+/// Assembles a page from its title, its heading, its notes, and its sections. A section has an id, a title and a body.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections
@@ -158,7 +157,7 @@ fn notes(notes: &[String]) -> String {
     )
 }
 
-/// Verdict of the audit at the top of a page.
+/// Returns the verdict of the audit for the top of a page.
 fn verdict(faults: &[String]) -> &'static str {
     if faults.is_empty() {
         "<span class=\"verdict sound\">✓ audit sound</span>"
@@ -174,7 +173,7 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// The text of a scene, and how to use it and the seed.
+/// Returns the text of a scene. `what` completes the sentence on what can be repeated from this text and the seed.
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

@@ -4,21 +4,22 @@ use super::replay::RunEnd;
 use super::violation::Violation;
 use crate::engine::{Arrest, InvariantBroken};
 
-/// Margins of the proof: the largest deviations relative to their round-off bounds. The limit is 1.
+/// Margins of the proof: the largest deviations, each divided by its round-off bound. A valid run has margins of at
+/// most 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Margins {
-    /// Distances from the discontinuity at events.
+    /// Distance of the particles from their discontinuity at an event.
     pub distance: f64,
-    /// Decrease of overlap functions while negative.
+    /// Growth of an overlap after its event was due.
     pub overlap: f64,
-    /// Velocities, momenta and energies after events.
+    /// Velocities, momenta and energies after an event.
     pub outcome: f64,
-    /// Flights of particles between events.
+    /// Position of a particle after a free flight.
     pub flight: f64,
 }
 
-/// Keeps the largest ratio.
+/// Replaces `worst` by the ratio of `by` to `bound`, if that is larger.
 pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
     if bound > 0.0 {
         *worst = worst.max(by / bound);
@@ -34,32 +35,31 @@ pub enum End {
     Asked,
     /// All events up to the planned end of the run are proven.
     RunEnded,
-    /// The replay ended differently from the recorded run, so the proof does not apply to the recorded
-    /// run.
+    /// The replay ended differently from the recorded run, so the proof does not apply to the recorded run.
     Departed {
-        /// The recorded end of the run.
+        /// Recorded end of the run.
         recorded: RunEnd,
-        /// Physical events of the replay at that end, or one more than the run had.
+        /// Number of physical events in the replay at its end.
         events: u64,
-        /// Simulated time of the replay at that point.
+        /// Simulated time at which the replay ended.
         time: f64,
     },
-    /// Nothing will ever happen again: no pair, in any image, and no particle at any wall or surface has
-    /// another event.
+    /// Nothing will ever happen again: neither a pair of particles in any image, nor a particle at a wall or surface,
+    /// has another event.
     Idle,
-    /// The caller stopped it.
+    /// The caller stopped the verification.
     Interrupted,
-    /// Something acts from outside: a thermostat, growth, a sheared box, or a thermal wall or surface. The
-    /// rule does not cover it.
+    /// The run has a thermostat, growing particles, a sheared box, or a wall or surface with a temperature. The event
+    /// rule does not cover these.
     Driven,
-    /// A stage that ends by its measurements changes surfaces or gravity. The replay cannot tell when it
+    /// Surfaces or gravity change after a stage that ends by its measurements. The replay cannot tell when such a stage
     /// ends.
     OpenStages,
-    /// An event is wrong.
+    /// The run violates the event rule.
     Violated(Violation),
-    /// The dynamics came to rest in a way that needs infinitely many events.
+    /// The particles come to rest only after infinitely many events, so the engine stopped.
     Arrested(Arrest),
-    /// The engine met an impossible state.
+    /// The engine reached an impossible state.
     Broken(InvariantBroken),
 }
 
@@ -79,15 +79,16 @@ pub struct Counts {
     pub wall: u64,
     /// Contacts with surfaces of the scene.
     pub surface: u64,
-    /// Events at which another event was due earlier, by less than round-off.
+    /// Events that were due slightly before the executed event, within round-off.
     pub ties: u64,
-    /// Events whose closing speed is within round-off: turning points.
+    /// Events whose closing speed is zero within round-off, as at the turning point of a gap.
     pub turning_points: u64,
-    /// Events at which the state was invalid beyond round-off.
+    /// Events at which the particles were on the invalid side of the discontinuity by more than round-off.
     pub in_invalid_state: u64,
-    /// Completed windows of simulated time; each starts with a search of all pairs.
+    /// Completed time windows. Each window starts with a search of all pairs.
     pub windows: u64,
-    /// Number of calls of Algorithm 1.
+    /// Number of evaluations of Algorithm 1, which computes the next event of a pair, or of a particle at a wall or
+    /// surface.
     pub asked: u64,
 }
 
@@ -103,7 +104,7 @@ impl Counts {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// Number of the first verified event, counted from 1.
+    /// Number of the first event of the range, counted from 1.
     pub first_event: u64,
     /// Simulated time at the start of the range.
     pub start: f64,
@@ -113,22 +114,24 @@ pub struct Certificate {
     pub counts: Counts,
     /// Margins of the proof.
     pub margins: Margins,
-    /// Largest distance from the discontinuity at an event in a valid state, relative to the distance of the
-    /// discontinuity.
+    /// Largest distance from the discontinuity at an event in a valid state. It is relative to the distance of the
+    /// discontinuity or, at walls and surfaces, to the particle radius.
     pub largest_gap: f64,
-    /// Deepest overlap at an event, relative to the distance of the discontinuity.
+    /// Deepest overlap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
+    /// particle radius.
     pub deepest_overlap: f64,
     /// Reason why the verification ended.
     pub end: End,
 }
 
 impl Certificate {
-    /// The certificate before any event.
+    /// Returns the certificate before the first event is proven.
     pub(super) fn blank(first_event: u64, start: f64) -> Self {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether every verified event is proven and the simulation could continue.
+    /// Whether all verified events are proven, and the verification did not end because of an error or an unsupported
+    /// scene.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

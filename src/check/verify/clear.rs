@@ -1,28 +1,28 @@
-//! Shows by distances, not by roots, that a flight never reaches a discontinuity.
+//! Proofs that a flight never reaches a discontinuity. They use distances instead of the roots of polynomials.
 //!
-//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether roots
-//! exist. So a search that finds no roots is no proof.
+//! Roots are computed from rounded coefficients. On a very long path, rounding decides whether a root exists, so a
+//! search that finds no root proves nothing.
 
 use super::approach::{Approach, Boundary};
 use super::rules::Side;
 
-/// Rounding error of a position, relative to the lengths in its sum.
+/// Rounding error of a position, relative to the lengths that were added to compute it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Largest number of pieces of a flight that are searched.
 const MOST_PIECES: u32 = 10_000;
 
-/// Safety factor for distances and times that are just large enough.
+/// Factor that makes a computed distance or time large enough in spite of rounding.
 const BEYOND: f64 = 1.01;
 
 impl Approach {
-    /// Whether nothing is ever due, with a margin for the rounding of coordinates of magnitude `size`
-    /// `[length]`.
+    /// Whether the flight provably never has an event, for coordinates of magnitude `size` `[length]`. The proof has a
+    /// margin for their rounding. It is needed only if [`Self::next_event`] finds no event.
     ///
-    /// This can be shown only outside a sphere. A pair inside always reaches the sphere, unless it is at
-    /// rest.
+    /// For spheres, only flights outside need a proof. A pair inside a sphere reaches it at some time, which
+    /// `next_event` finds, unless the pair is at rest.
     pub fn is_clear(&self, size: f64) -> bool {
-        // Beside a surface that oscillates or turns for ever, nothing can be shown.
+        // The proof needs a constant acceleration. Beside a surface that oscillates or turns, the acceleration changes.
         if self.swing.is_some() {
             return false;
         }
@@ -42,15 +42,16 @@ impl Approach {
         v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
     }
 
-    /// Whether no power of the time in the squared distance has a negative coefficient.
+    /// Whether the distance from the centre never decreases. This is certain if the squared distance, as a polynomial
+    /// of the time, has no negative coefficient.
     fn recedes(&self) -> bool {
         let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0
     }
 
-    /// Whether the flight passes a sphere without contact. The flight is checked piece by piece, up to the
-    /// time from which it is certainly beyond the sphere. The speed in the middle of a piece and the
-    /// acceleration limit the length of the piece.
+    /// Whether the flight provably passes a sphere without contact. After a certain time, the flight is surely beyond
+    /// the sphere. Until then it is divided into pieces, so short that the bounds on speed and acceleration exclude a
+    /// contact.
     fn passes(&self, distance: f64, size: f64) -> bool {
         let [length, speed, push] = [&self.position, &self.velocity, &self.acceleration].map(|vector| vector.norm());
         let from_rest = (length + distance) * BEYOND;

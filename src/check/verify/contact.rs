@@ -1,26 +1,26 @@
-//! Contacts: a pair of particles, or a particle and a wall or another surface, in words.
+//! Contacts of two particles, or of a particle with a wall or a surface, and their description in messages.
 
 use super::rules::Side;
 use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// In events, surfaces of the scene have this number or a larger one; smaller numbers are walls.
+/// Number of the first surface of the scene in an event. Smaller numbers mean the six walls of the box.
 const FIRST_SURFACE: u32 = 6;
 
-/// A contact: a pair of particles, or a particle and a wall of the box or a surface of the scene.
+/// A contact of two particles, or of a particle with a wall of the box or a surface of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Contact {
-    /// Two particles, with the lower id first.
+    /// Two particles. The lower id comes first.
     Pair([ParticleId; 2]),
     /// A particle at a wall.
     Wall {
         /// The particle.
         particle: ParticleId,
-        /// The wall's axis: 0, 1 or 2.
+        /// Axis of the wall: 0, 1 or 2 for x, y or z.
         axis: u8,
-        /// Whether it is the wall at the upper corner.
+        /// Whether the wall is at the upper end of the axis.
         is_upper: bool,
     },
     /// A particle at a surface of the scene.
@@ -33,7 +33,7 @@ pub enum Contact {
 }
 
 impl Contact {
-    /// The contact of an event.
+    /// Returns the contact at which an event happens.
     #[must_use]
     pub fn of(event: &Event) -> Self {
         let particle = event.particle;
@@ -46,7 +46,7 @@ impl Contact {
         }
     }
 
-    /// Two particles, in any order.
+    /// Returns the contact of two particles in any order.
     #[must_use]
     pub fn pair(a: ParticleId, b: ParticleId) -> Self {
         Self::Pair([a.min(b), a.max(b)])
@@ -78,7 +78,7 @@ impl fmt::Display for Contact {
     }
 }
 
-/// An event that the rule demands at one discontinuity.
+/// Identifies a predicted event by its contact and the side of the discontinuity on which the pair is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Claim {
     pub contact: Contact,

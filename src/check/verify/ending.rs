@@ -1,5 +1,4 @@
-//! Whether a run may end because nothing will ever happen again. The verifier shows this by its own search
-//! over all future times.
+//! Proof that a run may end because nothing will ever happen again. The verifier searches all future times by itself.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -12,26 +11,26 @@ use super::window::{MARGIN, reach_along, wall_approach};
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// Largest number of images of all pairs together that are searched.
+/// Largest number of images that are searched, for all pairs together.
 const MOST_IMAGES: f64 = 1e6;
 
-/// Result of a search over all future times.
+/// Result of a search for an event at any future time.
 enum Search {
-    /// Nothing will ever be due.
+    /// There will be no event.
     Never,
-    /// Due at this time from now `[time]`.
+    /// The next event is due after this time from now `[time]`.
     Due(f64),
-    /// The images of a pair pass each other for ever, but no contact was found so far.
+    /// The search found no event but cannot exclude one.
     Open,
 }
 
 impl Verifier {
-    /// Proves that nothing will ever happen after the last given states: no pair, in any of its images, and
-    /// no particle at any wall or surface has another event.
+    /// Proves that nothing will ever happen after the last states: no event between any images of a pair, or of a
+    /// particle at any wall or surface.
     ///
     /// # Errors
-    /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if no due event is found but the
-    /// proof is not complete either.
+    /// [`Fault::EndedEarly`] if an event is due; [`Fault::EndNotShown`] if no event is found but some event cannot be
+    /// excluded.
     pub fn witness_end(&mut self) -> Result<(), Fault> {
         let mut left = MOST_IMAGES;
         let mut open: Option<Contact> = None;
@@ -48,7 +47,8 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Returns the contact with a wall if the proof that the particle misses the wall fails.
+    /// Searches for future events of a particle at the walls. Returns a contact for which no event is found but an
+    /// event cannot be excluded.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -65,7 +65,8 @@ impl Verifier {
         Ok(open)
     }
 
-    /// A surface that the particle may meet.
+    /// Searches for future events of a particle at the surfaces. Returns a contact for which no event is found but an
+    /// event cannot be excluded.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -76,7 +77,7 @@ impl Verifier {
         let mut open = None;
         for facet in at_rest.filter(|_| !rests).chain(world.facets.iter().filter(moving)) {
             let is_missed = self.search_facet(facet, i)?;
-            // A feature with ends has infinitely many images.
+            // Along a periodic axis, a feature with ends has infinitely many images. Only some of them are searched.
             let has_images = (0..3).any(|k| world.periods[k] > 0.0 && !facet.is_endless(k));
             if open.is_none() && (has_images || !is_missed) {
                 open = Some(facet.contact(i));
@@ -85,7 +86,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Whether a particle is shown to miss a feature, over all future motion of its surface.
+    /// Whether a particle provably misses a feature during all future motion of its surface.
     fn search_facet(&self, facet: &Facet, i: u32) -> Result<bool, Fault> {
         let (motions, elapsed) = (&self.world.motions, &self.before.elapsed);
         let (motion, now) = (self.world.motion(&self.before, i), motions.now(elapsed));
@@ -114,7 +115,7 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Whether the search for a pair's next event stays open.
+    /// Searches for future events of a pair. Returns true if no event is found but an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
@@ -142,7 +143,8 @@ impl Verifier {
         Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
     }
 
-    /// The next event of a pair in any of its images at any future time, for coordinates of magnitude `size`.
+    /// Searches for the next event of a pair in any of its images, at any future time. Coordinates have the magnitude
+    /// `size` `[length]`.
     fn search_images(&self, nearest: &Approach, distance: f64, size: f64, left: &mut f64) -> Search {
         let (within, mut none) = self.long_enough(nearest, distance, *left);
         let reach = reach_along(&nearest.velocity, &nearest.acceleration, within).add_scalar(distance) * MARGIN;
@@ -159,7 +161,7 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// A time after which the images of a pair repeat, and the conclusion if nothing is due until then.
+    /// Returns how far ahead the images of a pair must be searched, and the conclusion if the search finds no event.
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -175,22 +177,22 @@ impl Verifier {
         if let [axis] = round[..]
             && flight.acceleration[axis] == 0.0
         {
-            // The same configuration returns after one period.
+            // The pair moves along one periodic axis only. After one period, the separations of its images repeat.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // The distance along each axis over which a cube holds a tenth of the remaining images.
+        // The search covers at most a tenth of the remaining images: `along` periods along each axis.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)
     }
 }
 
-/// The last time at which a flight along one axis is within a distance of the origin; 0 if it never is
+/// Returns the last time at which a flight along one axis is within `distance` of the origin, or 0 if it never is
 /// `[time]`.
 fn last_within(x: f64, v: f64, a: f64, distance: f64) -> f64 {
     let mut last = 0.0_f64;
     for edge in [x - distance, x + distance] {
-        // a t^2 / 2 + v t + edge = 0
+        // The roots `t` of `a t^2 / 2 + v t + edge = 0`.
         let roots = if a == 0.0 {
             [-edge / v, 0.0]
         } else {
@@ -215,7 +217,7 @@ mod tests {
         assert_eq!(last_within(0.0, 2.0, 0.0, 1.0), 0.5);
         assert_eq!(last_within(-5.0, 2.0, 0.0, 1.0), 3.0);
         assert_eq!(last_within(5.0, 2.0, 0.0, 1.0), 0.0);
-        // The flight rises with speed 4, falls back, and leaves through -1.
+        // The particle starts at 0 with speed 4, turns, and leaves the interval from -1 to 1 at the lower end.
         let last = last_within(0.0, 4.0, -2.0, 1.0);
         assert!((last - (2.0 + 5.0_f64.sqrt())).abs() < 1e-14, "{last}");
         assert_eq!(last_within(0.0, 0.0, 2.0, 1.0), 1.0);

@@ -1,5 +1,4 @@
-//! The features of a scene's surfaces as seen by flights: where they are, which particles meet them, and when
-//! they exist.
+//! Facets: the features of a scene's surfaces, and their images, as discontinuities that a particle approaches.
 
 use super::approach::{Approach, Boundary};
 use super::contact::Contact;
@@ -17,33 +16,33 @@ use crate::model::surface_motion::Piece;
 use crate::model::{ParticleId, Scene};
 use std::sync::Arc;
 
-/// Relative rounding in the comparison that skips distant features.
+/// Relative rounding error in the test that skips distant features.
 const ROUNDING: f64 = MARGIN - 1.0;
-/// Distance in units of the radius. At larger distances, a gap cannot be due to round-off.
+/// Distance from a feature, in units of the particle radius. At larger distances, a gap cannot be due to round-off.
 const NEAR: f64 = 1.001;
 
-/// A feature of a surface, or its image in a periodic box.
+/// A feature of a surface (a point, a line or a plane), or one of its periodic images.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facet {
     pub feature: Feature,
-    /// Index of its surface in the scene.
+    /// Index of the surface in the scene.
     pub surface: u32,
-    /// Corners of a box around it `[length]`.
+    /// Lower and upper corner of the feature's bounding box `[length]`.
     bounds: [Vector; 2],
-    /// Its largest coordinate `[length]`.
+    /// Largest coordinate of the feature `[length]`.
     pub farthest: f64,
     slenderness: f64,
 }
 
-/// All facets of a scene.
+/// Returns the facets of all surfaces of a scene.
 pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
     let radius = 0.5 * scene.species.iter().map(|species| species.diameter).fold(0.0, f64::max);
     let all = features(&scene.surfaces).into_iter();
     all.flat_map(|feature| images(feature, &scene.space, periods, radius)).map(Facet::of).collect()
 }
 
-/// A feature with all images that particles may meet within a window. The images are within half a period
-/// of the box, plus one period of motion.
+/// Returns a feature with all its images that particles may touch within a window. Particles are at most half a period
+/// outside the box, and travel at most one period within a window.
 fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec<Feature> {
     let mut images = vec![feature];
     for axis in (0..3).filter(|&k| periods[k] > 0.0) {
@@ -71,42 +70,43 @@ fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec
 impl Facet {
     fn of(feature: Feature) -> Self {
         let (farthest, slenderness) = (feature.farthest(), feature.slenderness());
-        // An index that is too large becomes an index that no surface has.
+        // If the index is too large, it becomes an index that no surface has.
         let surface = u32::try_from(feature.surface).unwrap_or(u32::MAX);
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }
 
-    /// The contact of a particle with its surface.
+    /// Returns the contact of a particle with the facet's surface.
     pub fn contact(&self, i: u32) -> Contact {
         Contact::Surface { particle: ParticleId(i), surface: self.surface }
     }
 
-    /// Whether any part of it is in a box.
+    /// Whether the facet's bounding box overlaps the given box.
     pub fn reaches(&self, [lower, upper]: &[Vector; 2]) -> bool {
         let [start, end] = &self.bounds;
         (0..3).all(|k| start[k] <= upper[k] && lower[k] <= end[k])
     }
 
-    /// Whether a sphere may touch it, in the frame of the surface.
+    /// Whether a sphere may touch the facet. The motion of the sphere is in the frame of the surface.
     pub fn is_near(&self, Motion { position, radius, .. }: &Motion, beside: &Beside<'_>) -> bool {
         let rounding = ROUNDING * (position.amax() + self.farthest + beside.sway.length);
         let around = Vector::repeat(radius * NEAR + rounding);
         self.reaches(&[position - around, position + around])
     }
 
-    /// Whether it has no end along an axis.
+    /// Whether the facet has no end along an axis.
     pub fn is_endless(&self, axis: usize) -> bool {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
 
-    /// The flight of a particle towards it, from a time in the window on.
+    /// Returns the flight of a particle towards the facet, from the time `since` in the window on.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
         let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// The flight of a particle towards the facet, in a piece of the surface's motions if it moves. The
-    /// flight begins at the simulated time `now`; `since` is the same time in the window.
+    /// Returns the flight of a particle towards the facet. `piece` is the present piece of the surface's motions, or
+    /// `None` if the surface never moves. The flight begins at the simulated time `now`, which is the time `since` in
+    /// the window.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };
@@ -117,8 +117,8 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether a particle is shown never to reach the facet, in the frame of a surface that continues its
-    /// motion for ever. The box has no periodic axes. Coordinates have the magnitude `size` `[length]`.
+    /// Whether a particle provably never reaches the facet. `seen` is the motion of the particle in the frame of the
+    /// surface, which continues its own motion for ever. Coordinates have the magnitude `size` `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -129,8 +129,8 @@ impl Facet {
         if across.foot.is_none() {
             return false;
         }
-        // The particle is behind the face. If it never reaches the front, it does not come through the
-        // face.
+        // The particle is behind the face. If it never touches the face's plane from behind, it never reaches the
+        // front.
         let height = across.position.x + radius;
         if across.boundary == Boundary::Plane && height < 0.0 {
             let along = |length: f64| Vector::new(length, 0.0, 0.0);
@@ -144,7 +144,7 @@ impl Facet {
                 return true;
             }
         }
-        // A feature with ends fits into a sphere.
+        // A feature with ends fits into a sphere around the centre of its bounding box.
         let [start, end] = self.bounds;
         let distance = 0.5 * (end - start).norm() + radius;
         let boundary = Boundary::Sphere { distance, side: Side::Positive };
@@ -153,7 +153,8 @@ impl Facet {
     }
 }
 
-/// A flight towards a feature in the frame of its surface, from a time in the window on.
+/// Returns the flight of a particle towards a feature, in the frame of the surface, from the time `since` in the window
+/// on.
 pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
     let Across { position, velocity, acceleration, barrier } = feature.across(motion);
     let boundary = match barrier {
@@ -168,14 +169,16 @@ pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, 
 }
 
 impl World {
-    /// The image of a particle that features use. It is at most half a period outside the box.
+    /// Returns the motion of a particle, for its image in the box or at most half a period outside. The facets cover
+    /// this range.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
         let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);
         Motion { position, velocity, acceleration: self.accelerations[at], radius: self.radius(i) }
     }
 
-    /// The existing facets that a particle can meet and may reach within `time`.
+    /// Returns the facets that a particle may reach within `time`. Surfaces with which it does not interact in the
+    /// present stage are left out.
     pub fn facets_near<'a>(&'a self, states: &States, i: u32, time: f64) -> impl Iterator<Item = &'a Facet> + use<'a> {
         let motion = self.motion(states, i);
         let Motion { position, velocity, acceleration, radius } = motion;

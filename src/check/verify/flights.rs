@@ -1,4 +1,4 @@
-//! Free flights: all particles are where their flights lead, and only the current event changes velocities.
+//! Checks of free flights: all particles are where their flights lead, and only the current event changes velocities.
 
 use super::certificate::note;
 use super::verifier::Verifier;
@@ -8,7 +8,8 @@ use crate::engine::States;
 use crate::model::ParticleId;
 
 impl Verifier {
-    /// All particles not involved in the event continue in free flight, without jumps.
+    /// Checks that all particles fly freely, without jumps. Only particles that take part in the event may change their
+    /// velocity.
     pub(super) fn check_flights(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
         for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();

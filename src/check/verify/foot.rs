@@ -1,13 +1,14 @@
-//! The foot of a particle on a feature with ends: an edge, or a face between its three edges.
+//! The foot of a particle is its projection onto a feature with ends: an edge, or a face between its three edges.
 
 use crate::check::reference::{Extents, Polynomial};
 
-/// Position of a foot between the ends of a feature, as a function of the time since the start of a flight.
+/// The foot of a particle during a flight, by its distances from the ends of the feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Foot {
-    /// Distances from the ends as polynomials, negative beyond them.
+    /// Distances of the foot from the ends, as polynomials of the time since the start of the flight. A distance is
+    /// negative beyond the end.
     pub extents: Extents,
-    /// Error of the direction of the feature in units of round-off.
+    /// Error of the feature's normal in units of round-off.
     pub slenderness: f64,
 }
 
@@ -16,12 +17,13 @@ impl Foot {
         self.extents.map(|extent| Polynomial::new(&extent))
     }
 
-    /// The distance from the nearest end at the time `dt`, negative beyond the end `[length]`.
+    /// Returns the distance of the foot from the nearest end, a time `dt` after the start of the flight. It is negative
+    /// beyond the end `[length]`.
     pub fn within(&self, dt: f64) -> f64 {
         self.extents.iter().map(|[at, rate, bend]| (bend * dt + rate) * dt + at).fold(f64::INFINITY, f64::min)
     }
 
-    /// The foot at a later time.
+    /// Returns the foot for a flight that starts a time `dt` later.
     pub fn streamed(&self, dt: f64) -> Self {
         let later = |[at, rate, bend]: [f64; 3]| [(bend * dt + rate) * dt + at, rate + 2.0 * bend * dt, bend];
         Self { extents: self.extents.map(later), ..*self }

@@ -1,4 +1,4 @@
-//! Whether the current event was due and had the right outcome.
+//! Checks that the current event was due and has the right outcome.
 
 use super::approach::{Approach, Boundary};
 use super::bounds::{Bounds, Flight, is_without_digits};
@@ -14,7 +14,7 @@ use crate::check::reference::{Motion, Touch};
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
-/// A particle at a feature of a surface.
+/// A particle at a feature of a surface, with the data to check their event.
 struct Meeting {
     approach: Approach,
     bounds: Bounds,
@@ -23,7 +23,7 @@ struct Meeting {
 }
 
 impl Meeting {
-    /// Whether the foot is on the feature, within round-off.
+    /// Whether the particle's foot lies on the feature, within round-off.
     fn has_foot(&self) -> bool {
         self.approach.foot.is_none_or(|foot| foot.within(0.0) >= -self.bounds.distance)
     }
@@ -72,8 +72,8 @@ impl Verifier {
         }
     }
 
-    /// Checks an event of two particles: at a discontinuity of their potential, due, and with the right
-    /// outcome.
+    /// Checks an event of two particles. It must be at a discontinuity of their potential, it must be due, and its
+    /// outcome must be right.
     pub(super) fn check_pair(
         &mut self,
         event: &Event,
@@ -115,7 +115,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// The discontinuity of an event, on the side of the outcome if it can be reached from there.
+    /// Returns the discontinuity at the distance of an event, with the side of the pair and the restitution. The side
+    /// that fits the outcome is tried first.
     fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, f64)> {
         let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
         let sides = match outcome {
@@ -127,7 +128,7 @@ impl Verifier {
         Some((side, seen, interaction.restitution))
     }
 
-    /// Checks an event at a wall of the box: due, and with the right outcome.
+    /// Checks an event at a wall of the box. It must be due, and its outcome must be right.
     pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let radius = self.world.radius(i);
@@ -138,7 +139,7 @@ impl Verifier {
         let approach = wall_approach(&self.world, &self.before, i, &wall, now);
         let flights = self.flights(&contact);
         let bounds = self.bounds(&contact, &approach, &flights);
-        // A point particle has no length of its own for comparison.
+        // The gap is compared with the radius. A point particle has no radius, so its gap is compared with 1.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
         self.note_contact(&[i], after);
@@ -146,8 +147,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// Checks an event at a surface of the scene: at one of its features, due, and with the right outcome
-    /// there.
+    /// Checks an event at a surface of the scene. It must be at a feature of the surface, it must be due, and its
+    /// outcome must be right.
     pub(super) fn check_surface(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };
@@ -173,9 +174,9 @@ impl Verifier {
         Err(fault.unwrap_or(unknown))
     }
 
-    /// The features of a surface on which the foot of a particle lies, nearest first. Where several meet,
-    /// rounding decides which one the engine uses. If no feature is in contact, the nearest one shows the
-    /// distance of the event.
+    /// Returns the features of a surface that a particle may touch, nearest first. Where several features meet,
+    /// rounding decides which one the engine uses. If no feature is near, returns all features on which the particle's
+    /// foot lies, because an error reports the distance from the nearest one.
     fn meetings(&self, contact: Contact, surface: u32) -> Vec<Meeting> {
         let Some(i) = contact.particles().next() else { return Vec::new() };
         let motion = self.world.motion(&self.before, i);
@@ -227,7 +228,7 @@ impl Verifier {
 
     fn note_contact(&mut self, particles: &[u32], now: &States) {
         if let Some(contacts) = &mut self.contacts {
-            // A static particle has no contact time of its own.
+            // Only moving particles have a last contact time in the TC model.
             let moving: Vec<u32> =
                 particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
             contacts.note(&moving, &now.elapsed);
@@ -245,7 +246,7 @@ impl Verifier {
         Encounter { world, event, before, after, bounds, flights, contacts, margins: &mut proof.margins }
     }
 
-    /// Checks that the event was due: at its discontinuity, and closing.
+    /// Checks that the event was due: the particles were at the discontinuity and approached it, within round-off.
     fn check_contact(
         &mut self,
         contact: Contact,
@@ -257,16 +258,16 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // Round-off may put an event of a separating pair slightly before or after the turning point of its gap.
-        // This is the difference between the gap at the event and at the turning point.
+        // The gap has grown by `missed` since its turning point, if the particles already separate. Round-off may shift
+        // an event slightly beyond the turning point.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // A deeper particle was in an invalid state before the event was due. That part was already
-        // checked.
+        // A larger overlap existed before the event was due. It has already been checked that such an overlap did not
+        // grow.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

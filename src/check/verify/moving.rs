@@ -1,4 +1,4 @@
-//! Moving surfaces in the proof: the pieces of their motions, and the round-off there.
+//! Moving surfaces in the proof: the pieces of their motions, and the round-off that they cause.
 
 use super::bounds::rounded;
 use super::facet::Facet;
@@ -10,69 +10,73 @@ use crate::model::surface_motion::{Piece, Timeline};
 use crate::model::{MotionKind, SceneSurface};
 use std::f64::consts::TAU;
 
-/// Tolerance for the start of a motion, in units of the round-off of the simulated time.
+/// Rounding error of a simulated time, relative to its magnitude.
 const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
-/// Largest number of periods of an oscillation or a rotation in one window. The surface returns after each
-/// period.
+/// Longest window, in periods of an oscillation and in turns of a rotation. In longer windows, the bounds on the motion
+/// would not be useful.
 const MOST_OSCILLATIONS: f64 = 8.0;
 const MOST_TURNS: f64 = 0.25;
-/// Largest number of windows of a motion that are searched to show that nothing will ever happen.
+/// Longest time interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the
+/// longest window.
 const MOST_SEARCHED: f64 = 1e3;
-/// Accuracy of contact times relative to a period.
+/// The search for a contact with an oscillating or rotating surface finds its time to within the round-off of this
+/// fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 /// The motions of the surfaces of a scene.
 #[derive(Debug, Default)]
 pub(super) struct Motions {
-    /// Simulated time at which the time of states starts `[time]`.
+    /// Simulated time at which the elapsed time of states is 0 `[time]`.
     start_time: f64,
-    /// By surface of the scene; `None` for surfaces that never move, and empty if none moves.
+    /// Motions of each surface of the scene; `None` for a surface that never moves. The list is empty if no surface
+    /// moves.
     timelines: Vec<Option<Timeline>>,
 }
 
-/// A surface in a piece of its motions, and a particle beside it.
+/// A particle beside a surface, with the present piece of the surface's motions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside<'a> {
-    /// `None` for a surface that never moves.
+    /// Piece of the surface's motions; `None` if the surface never moves.
     pub piece: Option<&'a Piece>,
-    /// The particle in space.
+    /// Motion of the particle in the frame of the box.
     pub motion: Motion,
     /// Simulated time `[time]`.
     pub now: f64,
     pub sway: Sway,
 }
 
-/// How a surface carries a particle in contact with it.
+/// The motion of a surface where a particle touches it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Carried {
     /// Velocity of the surface at the contact `[length / time]`.
     pub velocity: Vector,
-    /// Acceleration of the particle relative to the surface, along the axes of space `[length / time^2]`.
+    /// Acceleration of the particle in the frame of the surface, but along the axes of the box `[length / time^2]`.
     pub acceleration: Vector,
-    /// Magnitude of the other numbers in its rounding `[length / time^2]`.
+    /// Magnitude of the numbers that were added to compute `acceleration`, which determines its rounding error
+    /// `[length / time^2]`.
     pub rounded_with: f64,
 }
 
-/// Scales of rounded numbers at a moving surface.
+/// Magnitudes that determine the rounding errors at a moving surface.
 ///
-/// Positions and velocities of the surface are functions of the simulated time, which has limited digits.
-/// The time of a contact is found to within its round-off, or to a fraction of a period.
+/// Positions and velocities of the surface are functions of the simulated time, which has limited digits. The time of a
+/// contact also has the round-off of a fraction of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
-    /// Coordinates `[length]`.
+    /// Scale of coordinates `[length]`.
     pub length: f64,
-    /// Speed of the surface at the particle `[length / time]`.
+    /// Bound on the speed of the surface at the particle `[length / time]`.
     pub speed: f64,
-    /// Change of the surface's speed within the round-off of the time `[length / time]`.
+    /// Scale of the error of velocities due to the rounding of times `[length / time]`.
     pub falling: f64,
-    /// Angle by which the surface turns within the round-off of the time `[1]`.
+    /// Scale of the error of directions due to the rounding of times, for a surface that turns `[1]`.
     pub turning: f64,
-    /// Acceleration of the surface, plus its change within the round-off of the time `[length / time^2]`.
+    /// Scale of the acceleration of the surface, including its change due to the rounding of times `[length / time^2]`.
     pub push: f64,
 }
 
 impl Motions {
-    /// Motions for states with times since the simulated time `start_time`.
+    /// Returns the motions of surfaces. The elapsed time of states counts from the simulated time `start_time`.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -85,7 +89,7 @@ impl Motions {
         self.start_time + elapsed.total()
     }
 
-    /// Whether a surface ever moves.
+    /// Whether a surface moves at any time.
     pub fn moves(&self, surface: u32) -> bool {
         self.timeline(surface).is_some()
     }
@@ -94,18 +98,20 @@ impl Motions {
         self.timelines.get(surface as usize)?.as_ref()
     }
 
-    /// Largest rounding error between the start of a motion and the event at which it shows.
+    /// Returns a bound on the rounding error of the simulated time `now` `[time]`. A motion that begins within this
+    /// time of `now` may or may not have begun.
     fn rounding(&self, now: f64) -> f64 {
         ROUNDINGS * (now.abs() + self.start_time.abs())
     }
 
-    /// The piece of a surface's motions from a time on.
+    /// Returns the piece of a surface's motions that begins or continues at the elapsed time; `None` if the surface
+    /// never moves.
     pub fn piece(&self, surface: u32, elapsed: &Elapsed) -> Option<&Piece> {
         let now = self.now(elapsed);
         self.timeline(surface).map(|timeline| timeline.piece_at(now + self.rounding(now)))
     }
 
-    /// All pieces of a surface's motions from a time on.
+    /// Returns the pieces of a surface's motions from the elapsed time on, in order.
     pub fn pieces_from(&self, surface: u32, elapsed: &Elapsed) -> impl Iterator<Item = &Piece> {
         let next = move |piece: &&Piece| {
             let until = piece.until;
@@ -114,7 +120,8 @@ impl Motions {
         std::iter::successors(self.piece(surface, elapsed), next)
     }
 
-    /// A surface beside a particle. If rounding decides whether a piece is over, both pieces are returned.
+    /// Returns a particle beside a surface, for the present piece of the surface's motions. If rounding decides whether
+    /// the piece is over, returns a second entry for the next piece.
     pub fn beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Vec<Beside<'_>> {
         let now = self.now(elapsed);
         let Some(timeline) = self.timeline(surface) else {
@@ -127,13 +134,13 @@ impl Motions {
         pieces.into_iter().map(of).collect()
     }
 
-    /// The scales of all rounded numbers of a particle beside a surface.
+    /// Returns the magnitudes that determine the rounding errors of a particle beside a surface.
     pub fn sway_beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Sway {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Time from now during which all surfaces continue their motions and bounds on the motions are
-    /// useful.
+    /// Returns the time from now in which all surfaces stay in the present pieces of their motions. It is at most the
+    /// longest window.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));
@@ -141,7 +148,7 @@ impl Motions {
         pieces.map(steady).fold(f64::INFINITY, f64::min)
     }
 
-    /// For each moving surface, the box that a particle sweeps within `time`, in the frame of the surface.
+    /// Returns, for each moving surface, the box that a particle may sweep within `time`, in the frame of the surface.
     /// The list is empty if no surface moves.
     pub fn swept(&self, motion: &Motion, elapsed: &Elapsed, time: f64) -> Vec<Option<[Vector; 2]>> {
         let now = self.now(elapsed);
@@ -164,8 +171,8 @@ impl Motions {
         if moment.pose.is_turned {
             length += position.amax();
         }
-        // Bounds over all surfaces: speed, acceleration, rate of change of the acceleration, and angular
-        // velocity.
+        // Bounds on the motion of the surface: speed, acceleration, relative rate at which the acceleration changes,
+        // and angular velocity. The last number is a time that adds to the round-off of contact times.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {
@@ -194,7 +201,7 @@ impl Motions {
     }
 }
 
-/// The longest window in a piece of a motion `[time]`.
+/// Returns the longest window during a piece of a motion `[time]`.
 fn longest(piece: &Piece) -> f64 {
     match piece.kind {
         Some(MotionKind::Oscillation { frequency, .. }) => MOST_OSCILLATIONS / frequency.abs(),
@@ -203,14 +210,14 @@ fn longest(piece: &Piece) -> f64 {
     }
 }
 
-/// Whether a whole time interval of a motion is searched for an event. If the gaps are not polynomials,
-/// the search covers only a limited number of periods.
+/// Whether a time interval in a piece of a motion is short enough to be searched completely for events. Only
+/// oscillations and rotations have a limit.
 pub(super) fn is_searched(piece: &Piece, time: f64) -> bool {
     time <= MOST_SEARCHED * longest(piece)
 }
 
-/// Upper bound on the displacement of a particle along each axis in a given time, in the frame of a surface. `seen` is its
-/// current state in that frame `[length]`.
+/// Returns an upper bound on the displacement of a particle along each axis within `time`, in the frame of a surface
+/// `[length]`. `seen` is its motion in that frame.
 fn path(piece: &Piece, motion: &Motion, seen: &Motion, time: f64) -> Vector {
     let Motion { position, velocity, acceleration, .. } = motion;
     let flown = reach(velocity, acceleration, time);
@@ -239,12 +246,12 @@ impl Sway {
 }
 
 impl Beside<'_> {
-    /// The particle in the frame of the surface.
+    /// Returns the motion of the particle in the frame of the surface.
     pub fn seen(&self) -> Motion {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
     }
 
-    /// A contact with a feature of the surface, with directions in space.
+    /// Returns the contact of the particle with a feature of the surface. Directions are along the axes of the box.
     pub fn contact(&self, facet: &Facet) -> Touch {
         let touch = facet.feature.contact(&self.seen().position);
         let Some(piece) = self.piece else { return touch };
@@ -253,7 +260,7 @@ impl Beside<'_> {
         Touch { normal: normal.unwrap_or(touch.normal), along, ..touch }
     }
 
-    /// How the surface carries the particle.
+    /// Returns the motion of the surface at the particle.
     pub fn carried(&self) -> Carried {
         let Motion { position, velocity, acceleration, .. } = &self.motion;
         let Some(piece) = self.piece else {

@@ -1,4 +1,4 @@
-//! Checks the outcome of an event against the physics, from the states before and after it.
+//! Checks the outcome of an event against the collision rule, from the states before and after the event.
 
 use super::barrier::{Arrival, ContactMemory, Leaving};
 use super::bounds::{Bounds, Flight, rounded};
@@ -13,12 +13,11 @@ use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
-/// An event with all data that determine its outcome.
+/// An event, with all data that determine its outcome.
 pub(super) struct Encounter<'a> {
     pub world: &'a World,
     pub event: &'a Event,
-    /// All states at the time of the event. `before`: along the flights before the event. `after`: after
-    /// the event.
+    /// All states at the time of the event: `before` the event, from free flights, and `after` it.
     pub before: &'a States,
     pub after: &'a States,
     pub bounds: Bounds,
@@ -27,36 +26,38 @@ pub(super) struct Encounter<'a> {
     pub margins: &'a mut Margins,
 }
 
-/// Acceleration that brings a motion back to a barrier, from the barrier's curvature and from forces.
+/// Curvature and acceleration that may bring a particle back to a barrier.
 struct Bend {
-    /// Radius of the barrier: infinite if it is flat, negative if it curves around the particle `[length]`.
+    /// Radius of curvature of the barrier: infinite for a plane, negative for a barrier that curves around the particle
+    /// `[length]`.
     radius: f64,
-    /// For a line, the direction without curvature.
+    /// Direction of the barrier if it is a line. A line is not curved in this direction.
     along: Option<Vector>,
-    /// Relative acceleration, and the magnitude of the other numbers in its rounding `[length / time^2]`.
+    /// Acceleration of the particle relative to its partner or the surface, and the magnitude of the numbers that were
+    /// added to compute it `[length / time^2]`.
     acceleration: Vector,
     rounded_with: f64,
 }
 
-/// The relative motion of two particles, or of a particle and a wall, at their contact.
+/// The relative motion of two particles, or of a particle and a wall or surface, at their contact.
 struct Motion<'a> {
     particles: &'a [u32],
     /// Inverse masses of the particles `[1 / mass]`.
     weights: &'a [f64],
     reduced_mass: f64,
-    /// Unit vector from the partner or the wall.
+    /// Unit vector from the partner, wall or surface towards the particle.
     normal: Vector,
-    /// The direction towards the valid side along the normal: 1 or -1.
+    /// Direction of the valid side: 1 along the normal, -1 against it.
     outwards: f64,
     velocity: Vector,
-    /// Velocity along the normal.
+    /// Component of the relative velocity along the normal.
     radial: f64,
-    /// Velocity of the barrier if it is a surface `[length / time]`.
+    /// Velocity of the surface at the contact; zero for other contacts `[length / time]`.
     surface: Vector,
 }
 
 impl Motion<'_> {
-    /// Speed towards the discontinuity; 0 if it recedes.
+    /// Returns the speed towards the discontinuity, or 0 if the particles recede from it.
     fn approach(&self) -> f64 {
         (-self.outwards * self.radial).max(0.0)
     }
@@ -67,8 +68,8 @@ impl Motion<'_> {
 }
 
 impl Encounter<'_> {
-    /// Checks a pair event against the table of outcomes: Core, Capture, Release or Bounce. The energy
-    /// step and the radial kinetic energy decide.
+    /// Checks the outcome of a pair event: Core, Capture, Release or Bounce. The energy step and the radial kinetic
+    /// energy decide which outcome is right.
     pub fn check_pair(
         &mut self,
         j: u32,
@@ -112,7 +113,7 @@ impl Encounter<'_> {
         self.check_barrier(&motion, restitution, &bend, &arriving)
     }
 
-    /// Checks a reflection off a wall.
+    /// Checks a reflection off a wall of the box.
     pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
         let mut normal = Vector::zeros();
         normal[usize::from(wall.axis)] = wall.inwards();
@@ -132,7 +133,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, restitution, &bend, &velocity)
     }
 
-    /// Checks a reflection off a moving or immobile surface; the normal points to the particle.
+    /// Checks a reflection off a wall or a surface, which may move. The normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -159,11 +160,12 @@ impl Encounter<'_> {
         self.check_barrier(&motion, restitution, bend, &bounds)
     }
 
-    /// Adjusts the bounds to the velocities after the event.
+    /// Adjusts the round-off bounds to the velocities after the event.
     ///
-    /// The impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A capture by a deep well
-    /// makes both particles much faster than before, and so does a heavy particle that hits a light one. The
-    /// TC model may turn the whole velocity.
+    /// With the reduced mass `mu`, the normal velocities `vn` and `vn'` before and after the event, and the energy step
+    /// `dU`, the impulse is `mu |vn' - vn|`, and `vn'^2` is at most `vn^2 + 2 |dU| / mu`. A capture by a deep well
+    /// makes both particles much faster than before, and a heavy particle that hits a light one makes the light one
+    /// faster. In the TC model, the impulse may depend on the whole relative velocity instead of `vn`.
     fn expect_gain(&mut self, motion: &Motion, seen: &Step) {
         let step = if seen.is_barrier() { 0.0 } else { 2.0 * seen.energy.abs() / motion.reduced_mass };
         let turns = seen.is_barrier() && self.contacts.is_some();
@@ -176,8 +178,8 @@ impl Encounter<'_> {
         }
     }
 
-    /// Returns the outcome that the energies demand. If the energies are equal within round-off, returns
-    /// the outcome found.
+    /// Returns the outcome that the energies demand, and whether the pair crosses the discontinuity. If the energies
+    /// are equal within round-off, every outcome is right, and the outcome found is returned.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),
@@ -193,7 +195,8 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// Checks the motion after an infinite barrier. `arriving` are the bounds before the contact.
+    /// Checks the motion after the contact with a barrier, which cannot be crossed. `arriving` are the round-off bounds
+    /// before the contact.
     fn check_barrier(
         &mut self,
         motion: &Motion,
@@ -235,7 +238,7 @@ impl Encounter<'_> {
         }))
     }
 
-    /// Whether the motion left a barrier in one of the allowed ways.
+    /// Checks whether the velocities after a contact agree with one of the possible motions, `leaving`.
     fn check_leaving(&mut self, motion: &Motion, leaving: &Leaving) -> Result<(), Fault> {
         let (along, mu, approach) = (motion.tangential(), motion.reduced_mass, motion.approach());
         let (speed, speed_bound) = leaving.speed;
@@ -246,14 +249,14 @@ impl Encounter<'_> {
         self.check_velocities(motion, &turned, turned_bound)?;
         let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
         self.check_energy(motion, lost, speed_bound)?;
-        // A motion that already recedes is unchanged, unless it slides.
+        // If the particles already recede, the normal velocity does not change, unless they slide.
         let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
         let by = (self.event.normal_impulse() / mu - (after - motion.radial)).abs();
         self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
     }
 
-    /// Checks that each velocity changes only by the impulse along the normal, and by its share of the
-    /// turned motion along the barrier.
+    /// Checks that the velocities change only by the impulse along the normal and by `turned`, the change of the
+    /// relative tangential velocity.
     fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
         let mu = motion.reduced_mass;
         let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
@@ -279,9 +282,9 @@ impl Encounter<'_> {
         Ok(())
     }
 
-    /// Checks that in the frame of the barrier, kinetic energy changes by the step and by the dissipated
-    /// energy. The energy step at a surface is the work of the surface, which does not appear in that
-    /// frame. `speed_bound` is the uncertainty of the speed after the barrier.
+    /// Checks that the kinetic energy, in the frame of the barrier, changes only by the energy step and the dissipated
+    /// energy. At a moving surface, the energy step of the event is the work of the surface, which is zero in that
+    /// frame. `speed_bound` is the uncertainty of the speed after the contact.
     fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
         let (mut gained, mut scale, surface) = (0.0, 0.0, &motion.surface);
         let mut work = 0.0;
@@ -306,7 +309,7 @@ impl Encounter<'_> {
         self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
     }
 
-    /// Compares a number that should be zero with its round-off.
+    /// Checks that a deviation is within its round-off bound.
     fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {
         if by <= bound {
             note(&mut self.margins.outcome, by, bound);

@@ -1,17 +1,17 @@
-//! The length of windows.
+//! The length of time windows.
 
 use super::window::{Window, reach};
 use super::world::World;
 use crate::engine::States;
 
-/// Length of the first window: particles at the mean speed travel this fraction of the longest range.
+/// In the first window, a particle at the mean speed travels this fraction of the longest range.
 const FIRST: f64 = 0.1;
-/// Fewest events per window. With fewer events, small systems would spend most of the time opening
-/// windows.
+/// Smallest number of events for which a window is planned. With fewer events, small systems would spend most of the
+/// time opening windows.
 const FEWEST: u64 = 64;
 
-/// Chooses windows with about as many events as particles. Searching all pairs once per window then takes
-/// as long as searching the pairs of two particles at every event.
+/// Chooses the length of windows so that a window has about as many events as there are particles. The search of all
+/// pairs at the start of a window then takes about as long as the searches after its events.
 #[derive(Debug)]
 pub(super) struct Pace {
     target: f64,
@@ -26,24 +26,25 @@ impl Pace {
         Self { target: duration(speed, acceleration, FIRST * world.longest_length) }
     }
 
-    /// Adjusts the length of the next window, given the window that ended.
+    /// Adjusts the target for the next window to the number of events in the window that ended.
     pub fn learn(&mut self, window: &Window, world: &World) {
         let wanted = (world.moving.len() as u64).max(FEWEST) as f64;
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
     }
 
-    /// The length of a window that begins now, if the next event occurs after the time `next`.
+    /// Returns the length of a window that begins now. `next` is the time until the next event, which should be in the
+    /// window `[time]`.
     ///
-    /// Within the window, the fastest particle does not travel around a periodic box, so few images come
-    /// near.
+    /// Within the window, the fastest particle does not travel around a periodic box, so that few images must be
+    /// searched.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
 }
 
-/// The time in which the fastest of the given particles may travel around a periodic box. It is infinite
-/// if it exceeds `within`.
+/// Returns the time in which the fastest of the given particles may travel around a periodic box, or infinity if none
+/// can do so within the time `within`.
 pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
     let shortest = world.shortest_period;
     let time = |&i: &u32| {
@@ -54,9 +55,9 @@ pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], w
     particles.iter().map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// The time to travel a distance, starting at `speed` with an acceleration along the path.
+/// Returns the time to travel a distance, with the initial `speed` and a constant acceleration along the path.
 fn duration(speed: f64, acceleration: f64, distance: f64) -> f64 {
-    // v t + a t^2 / 2 = d
+    // Positive solution `t` of `speed t + acceleration t^2 / 2 = distance`.
     2.0 * distance / (speed + (speed * speed + 2.0 * acceleration * distance).sqrt())
 }
 

@@ -1,4 +1,4 @@
-//! The verifier's own pair states: from distances at the start, then only from the outcomes of events.
+//! Pair states of the verifier. At the start they follow from the distances, later only from the outcomes of events.
 
 use super::bounds::rounded;
 use super::contact::Contact;
@@ -9,12 +9,12 @@ use crate::model::ParticleId;
 use crate::model::potential::Potential;
 use std::collections::BTreeMap;
 
-/// A pair at the start.
+/// A pair at the start, when its distance decides its state.
 struct Start {
     distance: f64,
-    /// Positive if the two move apart.
+    /// Scalar product of separation and relative velocity: positive if the two particles move apart.
     parting: f64,
-    /// Round-off bound of the distance.
+    /// Round-off bound of the distance `[length]`.
     rounding: f64,
 }
 
@@ -28,8 +28,9 @@ impl Start {
         Self { distance: apart.norm(), parting, rounding: rounded(largest) }
     }
 
-    /// The number of potential radii that are larger than the distance of the pair. If the pair is at a
-    /// radius, the side follows from whether the two particles move apart.
+    /// Returns the state of the pair: the number of potential radii that are larger than its distance. If the distance
+    /// equals a radius within round-off, the pair is inside the radius if the particles approach, and outside if they
+    /// move apart.
     fn state(&self, potential: &Potential) -> usize {
         let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
             true if self.parting < 0.0 => true,
@@ -45,12 +46,13 @@ impl Start {
 /// The states of captured and bonded pairs.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
-    /// By particle and partner, in both directions. State 0 is stored only for bonds.
+    /// Pair states of each particle, by partner. Each pair is stored for both particles. State 0 is stored only for
+    /// bonded pairs.
     states: Vec<BTreeMap<u32, usize>>,
 }
 
 impl Pairs {
-    /// Derives pair states from the distances of all pairs. Distances decide pair states only this once.
+    /// Derives the pair states from the distances of all pairs. Later, distances never decide a pair state.
     pub fn from_distances(world: &World, states: &States) -> Self {
         let at_start = |i, j, bond: &Potential| Start::of(world, states, i, j).state(bond);
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
@@ -73,7 +75,7 @@ impl Pairs {
         pairs
     }
 
-    /// Takes pair states from a list of captured pairs; all other pairs are uncaptured.
+    /// Takes pair states from a list of captured pairs. All other pairs are uncaptured.
     ///
     /// # Errors
     /// [`Fault::Unknown`] if a pair cannot be in the given state.
@@ -88,8 +90,7 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// Makes all pairs uncaptured except bonded pairs. The function `state_of` gives the states of bonded
-    /// pairs.
+    /// Returns the states of bonded pairs only. The function `state_of` gives the state of each bonded pair.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {
@@ -100,7 +101,7 @@ impl Pairs {
         pairs
     }
 
-    /// The state of a captured or bonded pair.
+    /// Returns the state of a captured or bonded pair, or `None` for other pairs.
     pub fn get(&self, i: u32, j: u32) -> Option<usize> {
         self.states[i as usize].get(&j).copied()
     }
@@ -116,12 +117,12 @@ impl Pairs {
         self.states[j as usize].remove(&i);
     }
 
-    /// The partners of a particle in captured and bonded pairs.
+    /// Returns the partners of a particle in captured and bonded pairs, with the pair states.
     pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, usize)> {
         self.states[i as usize].iter().map(|(&j, &state)| (j, state))
     }
 
-    /// All pairs that are not in state 0, lower id first, ascending.
+    /// Returns all pairs that are not in state 0 in ascending order. The lower id of a pair comes first.
     pub fn captured(&self) -> Vec<([ParticleId; 2], usize)> {
         let mut captured = Vec::new();
         for (i, partners) in (0..).zip(&self.states) {

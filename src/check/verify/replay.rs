@@ -9,11 +9,12 @@ use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::Scene;
 use std::ops::ControlFlow;
 
-/// Events between two calls of `watch` before the range.
+/// Number of events between two calls of `watch` while events before the range are skipped.
 const CHUNK: u64 = 100_000;
-/// Events between two calls of `watch` in the range.
+/// Number of events between two calls of `watch` within the range.
 const FEW: u64 = 64;
-/// Engine steps between two calls of `watch`, even with few events: a few tens of milliseconds.
+/// Number of engine steps after which `watch` is called, even if few events have happened. They take a few tens of
+/// milliseconds.
 const STEPS: u64 = 20_000;
 
 /// The range of events to prove.
@@ -21,45 +22,45 @@ const STEPS: u64 = 20_000;
 pub struct EventRange {
     /// Number of events to replay before the proof begins.
     pub from: u64,
-    /// Number of events to prove after the skipped events.
+    /// Number of events to prove.
     pub events: u64,
 }
 
 /// The recorded end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunEnd {
-    /// Physical events of the whole run; `None` if they are not recorded.
+    /// Number of physical events in the whole run; `None` if it is not recorded.
     pub events: Option<u64>,
     /// Simulated time.
     pub time: f64,
 }
 
 impl RunEnd {
-    /// Round-off bound of a simulated time.
+    /// Returns the round-off bound of the recorded time, for a run that starts at the time `start` `[time]`.
     fn rounding(&self, start: f64) -> f64 {
         4.0 * f64::EPSILON * self.time.abs().max(start.abs())
     }
 }
 
-/// A function that is called repeatedly and decides whether to continue.
+/// A function that is called repeatedly with the progress, and decides whether to continue.
 type Watch<'w> = &'w mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>;
 
 /// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerifyProgress {
-    /// Range of events to verify.
+    /// The range of events to prove.
     pub range: EventRange,
-    /// Events so far, since the start of the simulation.
+    /// Number of physical events replayed since the start of the simulation.
     pub events: u64,
-    /// Whether the range has begun.
+    /// Whether the replay has reached the range, so that events are being proven.
     pub is_proving: bool,
     /// Simulated time.
     pub time: f64,
 }
 
 impl VerifyProgress {
-    /// Completed fraction of the events before the range or, once the range has begun, of the range: 0 to
-    /// 1.
+    /// Returns the completed fraction, from 0 to 1. Before the range it refers to the events to skip, and within the
+    /// range to the events to prove.
     #[must_use]
     pub fn fraction(&self) -> f64 {
         let EventRange { from, events } = self.range;
@@ -71,9 +72,9 @@ impl VerifyProgress {
 
 /// Replays a scene and proves a range of its events.
 ///
-/// The replay ends at the planned end of the run. `watch` is called repeatedly, and a break ends the
-/// replay at once. If the range does not begin at the start, the initial pair states come from the engine.
-/// All later pair states follow from the events alone.
+/// The replay ends at the planned end of the run. `watch` is called repeatedly, and a break ends the replay at once. If
+/// the range does not begin at the start, the initial pair states come from the engine. All later pair states follow
+/// from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, None, watch)
@@ -81,9 +82,9 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// Like [`verify`], but the replay ends where the run ended, whatever ended its equilibration. If the
-/// proof reaches this end, its number of events and its time are compared with the recorded values. If
-/// they differ, the result is [`End::Departed`].
+/// The function works like [`verify`], but the replay ends at the recorded end of the run, even if the equilibration
+/// ended by its measurements. There, the number of events and the time are compared with the recorded values. If they
+/// differ, the certificate has the end [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -129,29 +130,30 @@ fn certify(scene: Scene, range: EventRange, recorded: Option<RunEnd>, watch: Wat
 
 struct Replay<'w> {
     simulation: Simulation,
-    /// States after the last event, from the start of the range on.
+    /// States after the last event. They are not updated while events before the range are skipped.
     states: States,
     range: EventRange,
     watch: Watch<'w>,
-    /// Remaining intervals of the run, the next one last.
+    /// Remaining intervals of the run in reverse order.
     stretches: Vec<Stretch>,
-    /// Interval that has begun but is not yet known to the verifier.
+    /// An interval that has begun. The field is cleared when the verifier is told about the interval.
     begun: Option<Stretch>,
-    /// Simulated time and events at which the current interval ends.
+    /// Simulated time and number of events at which the current interval ends; `None` between intervals.
     ends: Option<Until>,
-    /// The recorded end of the run; `None` ends at the planned end.
+    /// Recorded end of the run. If it is `None`, the replay ends at the planned end.
     recorded: Option<RunEnd>,
     /// Whether the replay has reached the recorded time of the run.
     has_run_out: bool,
 }
 
 impl Replay<'_> {
-    /// Physical events so far.
+    /// Returns the number of physical events so far.
     fn events(&self) -> u64 {
         self.simulation.event_counts().physical()
     }
 
-    /// End of the current interval of the run; `None` after the last one.
+    /// Returns the end of the current interval. Begins the next interval if the current one has ended. Returns `None`
+    /// at the end of the run.
     fn stretch(&mut self) -> Option<Until> {
         let recorded = match self.recorded {
             Some(recorded) => Some(self.left_of(&recorded)?),
@@ -176,8 +178,9 @@ impl Replay<'_> {
         self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
     }
 
-    /// Limit of the next step near the recorded end. First the remaining events are replayed, then the
-    /// remaining time without events. Any event in the remaining time is one too many.
+    /// Returns the limit for the next step of a replay with a recorded end, or `None` at this end. First the recorded
+    /// number of events is replayed, and then the time that remains. An event in this time shows that the replay
+    /// departs from the run.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -191,7 +194,7 @@ impl Replay<'_> {
         }
     }
 
-    /// Returns how the replay ends when the run ends.
+    /// Returns how the verification ends when the replay is at the end of the run.
     fn ended(&self) -> End {
         let (events, time) = (self.events(), self.simulation.time());
         if let Some(recorded) = self.recorded {
@@ -199,7 +202,8 @@ impl Replay<'_> {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // It ended before its limit, because nothing will happen any more or because it was stopped.
+            // The recorded run ended before its planned number of events. Either nothing would happen any more, or the
+            // run was stopped.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {
@@ -209,7 +213,8 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Ends the current interval if `time` has reached its end, and otherwise the recorded run.
+    /// Called if the replay reaches `time` without an event. Ends the current interval if it ends at this time, and
+    /// otherwise ends the recorded run.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.time <= time) {
             self.ends = None;
@@ -218,10 +223,10 @@ impl Replay<'_> {
         }
     }
 
-    /// Advances to the start of the range without a proof.
+    /// Replays the events before the range without a proof.
     ///
     /// # Errors
-    /// How the replay ended before it.
+    /// The end of the verification, if the replay ends before the range.
     fn skip(&mut self) -> Result<(), End> {
         while self.events() < self.range.from {
             if self.is_stopped(false) {
@@ -246,7 +251,7 @@ impl Replay<'_> {
         Ok(verifier)
     }
 
-    /// Tells the verifier that a stage has begun.
+    /// Tells the verifier about a stage that has begun.
     fn tell_stage(&mut self, verifier: &mut Verifier) -> Result<(), Fault> {
         let Some(Stretch { stage, gravity, .. }) = self.begun.take() else { return Ok(()) };
         verifier.enter_stage(&stage, &self.states)?;
@@ -258,7 +263,7 @@ impl Replay<'_> {
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
         }
-        // The time of a run that continues another one counts from the start of the first run's engine.
+        // If the run continues another run, elapsed times count from the start of the first of these runs.
         let start_time = match scene.predecessor() {
             Some(_) => self.simulation.time() - states.elapsed.total(),
             None => scene.start_time,
@@ -291,7 +296,7 @@ impl Replay<'_> {
     /// Proves the next event of the run.
     ///
     /// # Errors
-    /// How the proof ends instead.
+    /// The end of the verification, if there is no next event or it is not proven.
     fn step(&mut self, verifier: &mut Verifier) -> Result<(), End> {
         let Some(stretch) = self.stretch() else {
             return Err(match self.ended() {
@@ -326,7 +331,7 @@ impl Replay<'_> {
         if reason == Reason::Idle { Err(self.idle(verifier)) } else { Ok(()) }
     }
 
-    /// Checks the engine's report that nothing will happen any more.
+    /// Verifies the engine's report that nothing will happen any more.
     fn idle(&self, verifier: &mut Verifier) -> End {
         verifier.witness_end().map_or_else(|fault| self.violated(fault), |()| End::Idle)
     }

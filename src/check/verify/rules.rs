@@ -1,20 +1,20 @@
-//! The steps of potentials and the contacts with barriers, read directly from the scene. No data prepared
-//! by an engine are used.
+//! The discontinuities of potentials, read directly from the scene. The verifier uses no tables that an engine has
+//! prepared.
 
 use crate::Vector;
 use crate::model::potential::Potential;
 
-/// The side of a discontinuity on which a pair is.
+/// The side of a discontinuity on which a pair is valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Side {
-    /// Outside: the pair is valid beyond the distance.
+    /// The pair is valid outside the discontinuity, at larger distances.
     Positive,
-    /// Inside: the pair is valid within the distance.
+    /// The pair is valid inside the discontinuity, at smaller distances.
     Negative,
 }
 
 impl Side {
-    /// The direction in which the distance grows on the valid side: 1 or -1.
+    /// Returns 1 if the valid side is at larger distances, and -1 if it is at smaller distances.
     pub fn sign(self) -> f64 {
         match self {
             Self::Positive => 1.0,
@@ -23,17 +23,18 @@ impl Side {
     }
 }
 
-/// A discontinuity as seen by a pair in a state.
+/// A discontinuity of a potential, for a pair in a certain state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
-    /// `s` `[length]`.
+    /// Distance `s` of the discontinuity `[length]`.
     pub distance: f64,
-    /// `dU`, the energy beyond it minus the energy before it `[energy]`.
+    /// `dU`, the potential energy of the pair beyond the discontinuity minus its present potential energy `[energy]`.
     pub energy: f64,
 }
 
 impl Step {
-    /// The discontinuity on one side of a pair in a state of a potential.
+    /// Returns the next discontinuity of a pair in a state: the inner one for [`Side::Positive`], the outer one for
+    /// [`Side::Negative`].
     pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
         let (radii, energies) = (potential.radii(), potential.energies());
         let (radius, beyond) = match side {
@@ -43,13 +44,13 @@ impl Step {
         Some(Self { distance: *radii.get(radius)?, energy: energies.get(beyond)? - energies.get(state)? })
     }
 
-    /// Whether nothing can cross it.
+    /// Whether the energy step is infinite, so that no pair crosses the discontinuity.
     pub fn is_barrier(&self) -> bool {
         self.energy == f64::INFINITY
     }
 }
 
-/// Position and velocity after a free flight: `r + v t + a t^2 / 2`, and its derivative.
+/// Returns position and velocity after a free flight: `r + v t + a t^2 / 2` and `v + a t`.
 pub(super) fn fly(position: &Vector, velocity: &Vector, acceleration: &Vector, dt: f64) -> (Vector, Vector) {
     (position + velocity * dt + acceleration * (0.5 * dt * dt), velocity + acceleration * dt)
 }

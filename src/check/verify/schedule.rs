@@ -1,21 +1,21 @@
-//! The stages of a replay: when each ends, with its surfaces and its gravity.
+//! The stages of a replay, with their ends, surfaces and gravity.
 
 use crate::Vector;
 use crate::model::run_plan::MEASUREMENT;
 use crate::model::{Equilibration, Limit, RunPlan, SceneSurface, StagePlan};
 
-/// A remaining time interval of a run.
+/// A time interval of a run: the equilibration or the measurement of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
-    /// Name of its stage, as surfaces refer to it.
+    /// Name of the stage, which decides which surfaces exist.
     pub stage: String,
-    /// Gravity from its start on; `None` leaves it unchanged `[length / time^2]`.
+    /// Gravitational acceleration in the interval; `None` keeps the previous value `[length / time^2]`.
     pub gravity: Option<Vector>,
     pub limit: Limit,
 }
 
-/// All intervals of a run, the next one last. `None` if an interval has no planned end but surfaces or
-/// gravity change after it.
+/// Returns all intervals of a run in reverse order, or `None` if surfaces or gravity change after an interval that has
+/// no planned end.
 pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
     let all = stretches(plan);
     let first_open = all.iter().position(|(_, is_open)| *is_open);
@@ -30,16 +30,16 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     }
     let planned = all.iter().take(first_open.unwrap_or(all.len())).map(|(stretch, _)| stretch);
     let mut ends: Vec<Stretch> = planned.filter(|stretch| stretch.limit != Limit::default()).cloned().collect();
-    // A scene without a duration, or with an equilibration that ends by its measurements, can be replayed
-    // without limit.
+    // The last interval has no limit in two cases: the scene has no duration, or an equilibration ends by its
+    // measurements.
     let open = first_open.and_then(|at| all.get(at)).or(if ends.is_empty() { all.last() } else { None });
     ends.extend(open.map(|(stretch, _)| Stretch { limit: Limit::default(), ..stretch.clone() }));
     ends.reverse();
     Some(ends)
 }
 
-/// Equilibrations and measurements in order, including intervals without a planned end. The flag tells
-/// whether an interval ends by its measurements.
+/// Returns the equilibration and the measurement of each stage in order, even if they have no planned end. The flag
+/// tells whether an interval ends by its measurements.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {
         let stretch = |limit| Stretch { stage: name.to_owned(), gravity, limit };

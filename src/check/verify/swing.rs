@@ -1,32 +1,31 @@
-//! The motion of a particle beside a surface that oscillates or turns. Distances there are not polynomials of
-//! the time.
+//! The motion of a particle beside a surface that oscillates or turns. Distances are then not polynomials of the time.
 //!
-//! All results are computed from positions at given times. Contacts and the deepest point are found by
-//! bisection. Bounds on speed and acceleration exclude intervals without a contact or a deepest point.
+//! All results are computed from positions at given times. Contacts and the smallest gap are found by bisection. Bounds
+//! on speed and acceleration exclude intervals without them.
 
 use super::approach::Approach;
 use super::facet::approach_of;
 use crate::check::reference::{Motion, Passage};
 use std::sync::Arc;
 
-/// Tolerance of the lowest gap, in units of the round-off of coordinates.
+/// Tolerance of the smallest gap, relative to the magnitude of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Largest number of evaluations in one search for the next event. A search that finds no event within
-/// this number continues later, as if an event were due. This occurs if a particle lies on a surface for
-/// ever: only rounding then decides whether it comes closer.
+/// Largest number of evaluations in one search for the next event. After these, the search returns the time that it has
+/// reached, as if an event were due, and later continues from there. This happens if a particle lies on a surface for
+/// ever, because only rounding then decides whether the particle comes closer.
 const MOST_LOOKS: u64 = 1 << 17;
 
-/// A particle beside a feature of such a surface.
+/// A particle beside a feature of a surface that oscillates or turns.
 #[derive(Debug)]
 pub(super) struct Swing {
     passage: Passage,
-    /// Error of the direction of the feature in units of round-off.
+    /// Error of the feature's normal in units of round-off.
     slenderness: f64,
-    /// Time in the window from which the motion of the passage holds `[time]`.
+    /// Time in the window at which `passage` begins `[time]`.
     since: f64,
 }
 
-/// A time interval of a swing.
+/// A time interval within the window.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     from: f64,
@@ -38,18 +37,19 @@ impl Swing {
         Self { passage, slenderness, since }
     }
 
-    /// The approach in the frame of the surface, at a time in the window.
+    /// Returns the approach in the frame of the surface, at a time in the window.
     pub fn at(self: &Arc<Self>, time: f64) -> Approach {
         Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
     }
 
-    /// The first event between two times in the window.
+    /// Returns the time of the first event between two times in the window.
     pub fn next_event(&self, from: f64, until: f64) -> Option<f64> {
         let found = self.passage.first_between(from - self.since, until - self.since, MOST_LOOKS);
         found.filter(|_| from <= until).map(|after| self.since + after)
     }
 
-    /// The smallest gap between two times in the window, excluding the first, while the feature exists.
+    /// Returns the smallest gap between two times in the window. The gap at the first time always counts. Later gaps
+    /// count only while the particle's foot is on the feature.
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let mut lowest = self.snapshot(from).gap_now();
         let end = self.snapshot(to);

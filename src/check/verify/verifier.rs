@@ -1,4 +1,4 @@
-//! The proof itself, event by event, from events and states only.
+//! The verifier, which proves each event from the events and states alone.
 
 use super::approach::Boundary;
 use super::barrier::ContactMemory;
@@ -20,48 +20,48 @@ use std::ops::ControlFlow;
 
 /// Verifier of a sequence of events.
 ///
-/// It receives each event with the states after it, in [`Verifier::witness`]. It uses nothing that an
-/// engine predicts, remembers or sorts into cells.
+/// It receives each event with the states after it, in [`Verifier::witness`]. It uses no predictions, cells or stored
+/// data of an engine. Only [`Verifier::resume`] receives initial pair states.
 #[derive(Debug)]
 pub struct Verifier {
     pub(super) world: World,
     pub(super) pairs: Pairs,
-    /// Memory of the TC model, if it is switched on.
+    /// Last contact times for the TC model; `None` if the model is off.
     pub(super) contacts: Option<ContactMemory>,
-    /// States at the last event, as given.
+    /// States after the last event, as received.
     pub(super) states: States,
-    /// States at the time of the current event, along the flights before it.
+    /// States at the time of the current event, from free flights since the last event.
     pub(super) before: States,
     pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
-    /// Events that are already due; they are deeper on the invalid side only by round-off.
+    /// Predicted events that are due but not yet executed. Their overlaps are within round-off.
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
-    /// The certificate so far.
+    /// Certificate for the events proven so far.
     pub(super) proof: Certificate,
 }
 
 impl Verifier {
-    /// Starts from the first states of a scene. Pair states follow from the distances, this one time.
+    /// Starts from the initial states of a scene. Only here, distances decide the pair states.
     ///
     /// # Errors
-    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::TooFast`]
-    /// if speeds overflow.
+    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::TooFast`] if speeds
+    /// overflow.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
         Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
-    /// Starts from states during a run, with the pairs that are not in state 0.
+    /// Starts from states during a run. `captured` lists the pairs that are not in state 0.
     ///
     /// # Errors
-    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`]
-    /// if a pair cannot be in the given state.
+    /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`] if a pair
+    /// cannot be in the given state.
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// Like [`Self::resume`], from states with times since a simulated time.
+    /// Works like [`Self::resume`], but the elapsed time of the states counts from the simulated time `start_time`.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,
@@ -91,7 +91,7 @@ impl Verifier {
             contacts: scene.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
-            // If the last event is unknown, it was no later than the start.
+            // The times of the last events are unknown. The earliest possible time gives the largest round-off bounds.
             last_event: vec![Elapsed::default(); states.positions.len()],
             overdue: Vec::new(),
             start_time,
@@ -100,7 +100,8 @@ impl Verifier {
         })
     }
 
-    /// Proves that an event is the next one and has the right outcome. `after` are the states just after it.
+    /// Proves that an event is the next event of the run and has the right outcome. `after` are the states directly
+    /// after the event.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -108,7 +109,8 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// Like [`Self::witness`], but ends if `watch`, which is called repeatedly, breaks.
+    /// Works like [`Self::witness`], but calls `watch` repeatedly, and ends with [`Fault::Interrupted`] if it returns a
+    /// break.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -125,7 +127,7 @@ impl Verifier {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Surface if event.wall().is_some() => self.check_wall(event, contact, after)?,
             EventKind::Surface => self.check_surface(event, contact, after)?,
-            // The rule does not cover thermostat events.
+            // The event rule does not cover thermostats.
             EventKind::Thermostat => {
                 return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
             }
@@ -141,16 +143,15 @@ impl Verifier {
         }
         self.window.events += 1;
         self.window.forget(changed.iter().copied());
-        // An event may make its particles so fast that they would travel around the box many times in the
-        // rest of the window.
+        // An event may make its particles much faster. The window then ends before they can travel around the box.
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
         self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
         self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
-    /// Proves that nothing was due up to a time without an event, and that the flights lead to the given
-    /// states. Ends if `watch`, which is called repeatedly, breaks.
+    /// Proves that no event was due up to the time of the states `now`, and that free flights lead to these states.
+    /// Calls `watch` repeatedly, and ends with [`Fault::Interrupted`] if it returns a break.
     ///
     /// # Errors
     /// The first [`Fault`].
@@ -160,10 +161,10 @@ impl Verifier {
         self.check_flights(now, |_| false)
     }
 
-    /// Adds and removes surfaces for a stage of a run. `now` are the states to which flights have led.
+    /// Adds and removes surfaces at the start of a stage. `now` are the states at this time.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair travels around the box too often.
+    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
     pub fn enter_stage(&mut self, stage: &str, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
         if !self.world.enter_stage(stage) {
@@ -173,14 +174,14 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Gives all moving particles another acceleration. `now` are the states to which flights have led.
+    /// Gives all moving particles another acceleration. `now` are the states at this time.
     ///
     /// # Errors
-    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a
-    /// pair travels around the box too often.
+    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a particle is
+    /// so fast that too many images of a pair would have to be searched.
     pub fn turn_gravity(&mut self, gravity: &Vector, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
-        // Along the previous flights, which the new acceleration does not continue.
+        // Up to now, flights have the previous acceleration.
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
         self.check_flights(now, |_| false)?;
         if !self.world.turn_gravity(gravity) {
@@ -192,7 +193,7 @@ impl Verifier {
         self.look_anew()
     }
 
-    /// Opens a new window for a changed world, starting at the current event.
+    /// Opens a new window at the present time, because surfaces or accelerations have changed.
     fn look_anew(&mut self) -> Result<(), Fault> {
         self.overdue.clear();
         self.proof.counts.asked += self.window.asked;
@@ -201,7 +202,8 @@ impl Verifier {
         Ok(())
     }
 
-    /// Advances to a time, and proves that everything due before it has happened.
+    /// Advances to a time, and proves that all events due before it have been executed. `executed` is the contact of
+    /// the event at this time, if there is one.
     fn pass_to(
         &mut self,
         elapsed: &Elapsed,
@@ -223,9 +225,9 @@ impl Verifier {
         self.settle(self.window.time(elapsed), executed)
     }
 
-    /// Opens the next window at the end of this one.
+    /// Opens the next window at the end of the present window.
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // The time is in the epoch of the latest states. In the epoch of the window it might have fewer
+        // `end` is computed in the epoch of the latest states. In the epoch of the window's start, it might have fewer
         // digits.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
@@ -235,7 +237,7 @@ impl Verifier {
         self.proof.counts.windows += 1;
         self.pace.learn(&self.window, &self.world);
         let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
-        // Overdue contacts are found again.
+        // The search at the start of the new window finds overdue contacts again.
         self.overdue.clear();
         self.window = Window::open(&self.world, &self.pairs, &self.before, length)?;
         if end.since_epoch + self.window.length <= end.since_epoch {
@@ -256,8 +258,8 @@ impl Verifier {
         }
     }
 
-    /// Checks all contacts that were due before a time in the window: no contact may have gone deeper since
-    /// then.
+    /// Checks all contacts that were due before a time in the window. The overlap of such a contact must not have grown
+    /// since it was due.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();
@@ -267,7 +269,7 @@ impl Verifier {
             }
             let contact = due.claim.contact;
             let bound = self.bounds(&contact, &due.approach, &self.flights(&contact)).distance;
-            // A depth within round-off is not carried over, or it could grow over many steps.
+            // A gap within round-off counts as 0. Otherwise an overlap could grow by round-off at each of many steps.
             let from = due.approach.gap(due.time);
             let from = if from.abs() <= bound { 0.0 } else { from };
             let deeper = from - due.approach.lowest(due.time, time);
@@ -290,18 +292,18 @@ impl Verifier {
         Ok(())
     }
 
-    /// Keeps a contact that is overdue by round-off. If the motion has turned, the contact may become due
-    /// later.
+    /// Keeps a contact that is overdue by round-off. If the particles no longer approach, searches for the next event
+    /// of the contact instead.
     fn wait(&mut self, due: Due, time: f64) {
         if due.approach.closing(time) > 0.0 && due.approach.is_on(time) {
             self.overdue.push(due);
         } else {
-            // Search again from the time in the window at which the motion turned.
+            // The search starts at `time`, so that it does not find the same event again.
             self.window.ask(due.claim, due.approach.streamed(time));
         }
     }
 
-    /// Compares the pair states with the pair states of an engine.
+    /// Compares the verifier's pair states with the pair states of an engine.
     ///
     /// # Errors
     /// [`Fault::PairState`] with the first pair that differs.

@@ -1,4 +1,4 @@
-//! Violations of the event rule in a run.
+//! The kinds of violations of the event rule.
 
 use super::contact::Contact;
 use crate::engine::event::Outcome;
@@ -6,26 +6,26 @@ use crate::model::ParticleId;
 use std::fmt;
 use thiserror::Error;
 
-/// A quantity of an event that differs from the collision rule.
+/// A quantity that violates the collision rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// The unit vector between the two `[1]`.
+    /// Unit vector between the two particles, or normal of the wall or surface `[1]`.
     Normal,
-    /// Changes of the velocities of both particles, compared with the impulse of the event `[length /
-    /// time]`.
+    /// Changes of the particles' velocities, compared with the impulse of the event `[length / time]`.
     Velocity,
-    /// Total momentum of both `[mass length / time]`.
+    /// Total momentum of the two particles `[mass length / time]`.
     Momentum,
     /// Kinetic energy, compared with the energy step and the dissipated energy `[energy]`.
     Energy,
-    /// Kinetic energy lost, compared with the restitution `[energy]`.
+    /// Dissipated energy, compared with the energy loss that the restitution demands `[energy]`.
     Dissipation,
-    /// Energy step of the discontinuity `[energy]`.
+    /// Energy step of the event, compared with the energy step of the discontinuity `[energy]`.
     EnergyStep,
-    /// The impulse divided by the reduced mass, compared with the speed after the barrier `[length / time]`.
+    /// Impulse divided by the reduced mass, compared with the change of velocity that the rule demands
+    /// `[length / time]`.
     Impulse,
-    /// Relative normal velocity after the event, in a direction that the outcome excludes `[length / time]`.
+    /// Relative normal velocity after the event, if its direction does not fit the outcome `[length / time]`.
     Direction,
 }
 
@@ -44,26 +44,26 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Kind of a violation. Lengths are in `[length]`, speeds in `[length / time]`; a bound is the largest value
-/// that round-off explains.
+/// Kind of a violation. Lengths are in `[length]`, speeds in `[length / time]`. A `bound` is the largest value that
+/// round-off can explain.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
     /// The number of positions or velocities differs from the number of particles.
     #[error("{found} states of {particles} particles")]
     Incomplete {
-        /// Particles of the scene.
+        /// Number of particles in the scene.
         particles: usize,
-        /// States that were given.
+        /// Number of states received.
         found: usize,
     },
-    /// Time went backwards, or is not finite.
+    /// The time of an event is earlier than the time before it, or not finite.
     #[error("time went back by {by:.3e}")]
     Backwards {
-        /// By how much `[time]`.
+        /// Amount by which the time decreased `[time]`.
         by: f64,
     },
-    /// An event was due earlier but did not happen: it was missed, or executed after later events.
+    /// An event was due but did not happen: it was missed, or executed too late.
     #[error(
         "{contact} were due at t = {due}, and went {deeper:.3e} deeper into the invalid side since then; round-off explains \
         {bound:.1e}"
@@ -71,14 +71,14 @@ pub enum Fault {
     Missed {
         /// The contact.
         contact: Contact,
-        /// Simulated time at which it was due.
+        /// Simulated time at which the event was due.
         due: f64,
-        /// Increase of the depth on the invalid side since the event was due.
+        /// Growth of the overlap since the event was due.
         deeper: f64,
         /// Round-off bound.
         bound: f64,
     },
-    /// An event away from its discontinuity.
+    /// An event happened away from its discontinuity, before the particles reached it.
     #[error("{contact} had an event {gap:.3e} away from the discontinuity; round-off explains {bound:.1e}")]
     Early {
         /// The contact.
@@ -88,35 +88,35 @@ pub enum Fault {
         /// Round-off bound.
         bound: f64,
     },
-    /// An event of two particles that move apart.
+    /// An event happened while the particles moved away from the discontinuity.
     #[error("{contact} had an event while leaving the discontinuity with speed {speed:.3e}")]
     NotClosing {
         /// The contact.
         contact: Contact,
-        /// Their speed.
+        /// Speed at which the particles move away from the discontinuity.
         speed: f64,
     },
-    /// An event at a discontinuity, a wall or a particle that does not exist.
+    /// An event happened at a discontinuity, a wall or a particle that does not exist.
     #[error("{contact} had an event at the distance {distance}, where their pair state {state} has no discontinuity")]
     Unknown {
         /// The contact.
         contact: Contact,
         /// Its distance.
         distance: f64,
-        /// The state of the pair.
+        /// State of the pair.
         state: usize,
     },
-    /// The outcome differs from the table.
+    /// The outcome is not the one that the energies demand.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
     WrongOutcome {
         /// The contact.
         contact: Contact,
-        /// Outcome demanded by the energies.
+        /// Outcome that the energies demand.
         expected: Outcome,
-        /// Outcome in the run.
+        /// Outcome of the event in the run.
         found: Outcome,
     },
-    /// The outcome is right, but its numbers are wrong.
+    /// The outcome is right, but a quantity of the event violates the collision rule.
     #[error("{contact}: {quantity} is off by {by:.3e}; round-off explains {bound:.1e}")]
     WrongNumbers {
         /// The contact.
@@ -141,12 +141,12 @@ pub enum Fault {
     Jumped {
         /// The particle.
         particle: ParticleId,
-        /// The distance from there.
+        /// Distance between the particle and the end of its flight.
         by: f64,
         /// Round-off bound.
         bound: f64,
     },
-    /// A particle travels around the box in less time than the simulated time resolves.
+    /// A particle travels around the box in a time shorter than the resolution of the simulated time.
     #[error(
         "particle {} is so fast ({speed:.3e}) that it crosses the box in less than the resolution of the time: nothing can \
         be proven", particle.0
@@ -157,7 +157,8 @@ pub enum Fault {
         /// Its speed.
         speed: f64,
     },
-    /// A gap or overlap is within round-off but far too large, because the numbers have too few digits.
+    /// A gap or overlap is far too large, although it is within its round-off bound. The numbers have too few digits
+    /// for a proof.
     #[error(
         "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
         and so nothing can be proven"
@@ -167,18 +168,18 @@ pub enum Fault {
         contact: Contact,
         /// Distance `[length]`.
         by: f64,
-        /// The distance of the discontinuity `[length]`.
+        /// Distance of the discontinuity `[length]`.
         distance: f64,
     },
-    /// The run ended although something is still due.
+    /// The run ended although an event is still due.
     #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
     EndedEarly {
         /// The contact.
         contact: Contact,
-        /// Simulated time at which it is due.
+        /// Simulated time at which the event is due.
         due: f64,
     },
-    /// The run ended, but it cannot be shown that nothing is due any more.
+    /// The run ended, but a further event cannot be excluded.
     #[error(
         "the run ended because nothing would happen any more, but {contact} pass each other, or each other's periodic images, for ever: \
         nothing shows that they never meet"
@@ -187,7 +188,7 @@ pub enum Fault {
         /// The contact.
         contact: Contact,
     },
-    /// The caller stopped it.
+    /// The caller stopped the verification.
     #[error("interrupted")]
     Interrupted,
     /// At the end, the engine's state of a pair differs from the state that follows from the events.
@@ -195,15 +196,15 @@ pub enum Fault {
     PairState {
         /// The pair.
         pair: [ParticleId; 2],
-        /// From the events since the start of the range.
+        /// Pair state that follows from the events since the start of the range.
         events: usize,
-        /// In the engine.
+        /// Pair state in the engine.
         engine: usize,
     },
 }
 
 impl Fault {
-    /// The contact concerned, if there is one.
+    /// Returns the contact at which the violation was found, if there is one.
     #[must_use]
     pub fn contact(&self) -> Option<Contact> {
         match *self {

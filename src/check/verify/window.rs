@@ -1,8 +1,8 @@
-//! A window of simulated time, and all events that are due in the window by Algorithm 1.
+//! A window of simulated time, with all events that Algorithm 1 predicts in it.
 //!
-//! At the start of the window all pairs are searched once. Pairs too far apart to meet within the window are
-//! skipped. For all other pairs the next event is computed. An event changes the flights of two particles:
-//! their due events become void, and their pairs with all other particles are searched again.
+//! All pairs are searched at the start of the window. Pairs that are too far apart to meet within the window are
+//! skipped, and for all others the next event is computed. An event changes the flights of two particles. Their
+//! predicted events then become void, and their pairs with all other particles are searched again.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -16,20 +16,22 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Relative rounding in the comparison that skips distant pairs: several tens of roundings of lengths.
+/// Safety factor in the test that skips distant pairs. It exceeds the rounding errors of the compared lengths many
+/// times.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
-/// Largest number of images of one pair that are searched. Within a window no particle travels around the
-/// box, and a range is at most half a period. This gives at most six images along an axis.
+/// Largest number of images of one pair that are searched. There are usually at most six along each axis, because no
+/// particle travels around the box within a window, and a range is at most half a period.
 const MOST_IMAGES: f64 = 4096.0;
 
-/// An event that the rule demands.
+/// A predicted event.
 #[derive(Debug, Clone)]
 pub(super) struct Due {
-    /// Its time in the window `[time]`.
+    /// Time of the event in the window `[time]`.
     pub time: f64,
     pub claim: Claim,
     pub approach: Approach,
-    /// Flight numbers of both particles when the event was computed.
+    /// Versions of the flights of both particles from which the event was computed. A flight gets a new version when it
+    /// changes.
     versions: [u32; 2],
 }
 
@@ -48,7 +50,7 @@ impl PartialOrd for Due {
 }
 
 impl Ord for Due {
-    /// Orders the earliest event as the greatest, so that a heap returns it first.
+    /// Orders events by descending time, so that a heap returns the earliest event first.
     fn cmp(&self, other: &Self) -> Ordering {
         other.time.total_cmp(&self.time).then_with(|| other.claim.cmp(&self.claim))
     }
@@ -57,19 +59,19 @@ impl Ord for Due {
 /// The window.
 #[derive(Debug)]
 pub(super) struct Window {
-    /// When it starts.
+    /// Start of the window.
     pub origin: Elapsed,
     /// Length of the window `[time]`.
     pub length: f64,
-    /// Number of events in it.
+    /// Number of executed events in the window.
     pub events: u64,
-    /// Number of calls of Algorithm 1.
+    /// Number of evaluations of Algorithm 1 in the window.
     pub asked: u64,
     due: BinaryHeap<Due>,
     versions: Vec<u32>,
 }
 
-/// Data of a search for the next events of pairs.
+/// Data for the search for the next events of particles.
 struct Scan<'a> {
     world: &'a World,
     pairs: &'a Pairs,
@@ -87,10 +89,10 @@ impl<'a> Scan<'a> {
 }
 
 impl Window {
-    /// Opens a window: computes the next events of all pairs, walls and surfaces.
+    /// Opens a window: computes the next events of all pairs, and of all particles at walls and surfaces.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair travels around the box too often.
+    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
     pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
         let length = length.min(world.motions.steady_for(&states.elapsed));
         let mut window = Self {
@@ -108,22 +110,23 @@ impl Window {
         Ok(window)
     }
 
-    /// Ends the window earlier.
+    /// Ends the window at `time`, if this is earlier than its end.
     pub fn end_by(&mut self, time: f64) {
         self.length = self.length.min(time);
     }
 
-    /// Discards the due events of particles whose flights have changed.
+    /// Makes the predicted events of particles void, because their flights have changed.
     pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
         for particle in particles {
             self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);
         }
     }
 
-    /// Recomputes the next events of particles whose flights have changed, for all pairs, walls and surfaces.
+    /// Recomputes the next events of particles whose flights have changed, with all other particles, walls and
+    /// surfaces.
     ///
     /// # Errors
-    /// [`Fault::TooFast`] if a pair travels around the box too often.
+    /// [`Fault::TooFast`] if a particle is so fast that too many images of a pair would have to be searched.
     pub fn ask_changed(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
         let left = self.length - self.time(&states.elapsed);
         let scan = Scan::within(world, pairs, states, left);
@@ -133,12 +136,13 @@ impl Window {
         Ok(())
     }
 
-    /// A time as time in the window `[time]`.
+    /// Returns a time relative to the start of the window `[time]`.
     pub fn time(&self, elapsed: &Elapsed) -> f64 {
         elapsed.after(&self.origin)
     }
 
-    /// Predicted events before a time in the window, earliest first, without void ones.
+    /// Removes the predicted events before a time in the window, and returns them, earliest first. Leaves out void
+    /// events.
     pub fn due_before(&mut self, time: f64) -> Vec<Due> {
         let mut due = Vec::new();
         while self.due.peek().is_some_and(|first| first.time < time) {
@@ -147,7 +151,7 @@ impl Window {
         due
     }
 
-    /// Whether the flights for which this was computed are still current.
+    /// Whether a predicted event is still valid: the flights of its particles have not changed.
     pub fn is_valid(&self, due: &Due) -> bool {
         self.versions_of(&due.claim.contact) == due.versions
     }
@@ -160,7 +164,8 @@ impl Window {
         versions
     }
 
-    /// Computes the next events of one particle with its pairs, walls and surfaces.
+    /// Computes the next events of a particle with other particles, walls and surfaces. The function `is_wanted`
+    /// selects the other particles.
     fn ask_particle(&mut self, scan: &Scan<'_>, i: u32, is_wanted: impl Fn(u32) -> bool) -> Result<(), Fault> {
         let Scan { world, pairs, states, ref reaches } = *scan;
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
@@ -224,7 +229,7 @@ impl Window {
         }
     }
 
-    /// Computes the next event of a flight.
+    /// Computes the next event of a flight, and keeps it if it is within the window.
     pub fn ask(&mut self, claim: Claim, approach: Approach) {
         self.asked += 1;
         if let Some(time) = approach.next_event(self.length) {
@@ -233,7 +238,7 @@ impl Window {
     }
 }
 
-/// The flight of a particle towards a wall, with its height above contact along the first axis.
+/// Returns the flight of a particle towards a wall. The first coordinate is the gap between the particle and the wall.
 pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
     let (k, inwards) = (usize::from(wall.axis), wall.inwards());
     let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
@@ -249,12 +254,13 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
     }
 }
 
-/// Largest displacement of a flight within `time` `[length]`.
+/// Returns the largest possible displacement within `time`, for a given velocity and acceleration `[length]`.
 pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }
 
-/// Largest displacement of a flight along each axis; 0 if nothing moves `[length]`.
+/// Returns the largest possible displacement along each axis within `time`, or 0 along an axis without motion
+/// `[length]`.
 pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
     Vector::from_fn(|k, _| {
         let (v, a) = (velocity[k].abs(), acceleration[k].abs());

@@ -1,4 +1,4 @@
-//! Constants of a run: masses, accelerations, interactions, the box.
+//! The world: data of the scene that the verifier needs.
 
 use super::contact::Contact;
 use super::facet::{Facet, facets};
@@ -15,19 +15,19 @@ use std::collections::BTreeMap;
 pub(super) struct Wall {
     pub axis: u8,
     pub is_upper: bool,
-    /// Coordinate along its axis `[length]`.
+    /// Coordinate of the wall along its axis `[length]`.
     pub at: f64,
     pub restitution: f64,
 }
 
 impl Wall {
-    /// The direction away from the wall along its axis: 1 or -1.
+    /// Returns the direction from the wall into the box, along the axis: 1 or -1.
     pub fn inwards(&self) -> f64 {
         if self.is_upper { -1.0 } else { 1.0 }
     }
 }
 
-/// The constants of a scene, by particle.
+/// Data of the scene that the verifier needs. `inverse_masses` and `accelerations` have an entry for each particle.
 #[derive(Debug)]
 pub(super) struct World {
     scene: Scene,
@@ -35,38 +35,38 @@ pub(super) struct World {
     pub accelerations: Vec<Vector>,
     /// Ids of the moving particles.
     pub moving: Vec<u32>,
-    /// Interactions of bonded pairs, lower id first.
+    /// Interactions of bonded pairs. The lower id of a pair comes first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
-    /// Features of the surfaces of the scene.
+    /// Features of all surfaces of the scene, with their periodic images.
     pub facets: Vec<Facet>,
     /// Motions of the surfaces of the scene.
     pub motions: Motions,
-    /// By species and surface, whether the two interact in the current stage.
+    /// For each species and each surface, whether the two interact in the present stage.
     meetings: Vec<Vec<bool>>,
-    /// Edges of periodic axes, 0 for others `[length]`.
+    /// Lengths of the box along periodic axes, 0 along other axes `[length]`.
     pub periods: Vector,
     /// The shortest period; infinite if no axis is periodic `[length]`.
     pub shortest_period: f64,
-    /// The longest distance between two particles; infinite if they can fly off `[length]`.
+    /// Diagonal of a box that is periodic along all axes, which limits the distance of particles; otherwise infinite
+    /// `[length]`.
     pub diagonal: f64,
     /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,
-    /// A typical length of the particles: the longest range, or the diameter if no pair has a range
-    /// `[length]`.
+    /// Largest range of the interactions, or diameter of a moving particle if that is larger `[length]`.
     pub longest_length: f64,
-    /// The largest coordinate of a wall `[length]`.
+    /// Largest coordinate of any wall `[length]`.
     pub farthest_wall: f64,
-    /// The largest coordinate of a facet `[length]`.
+    /// Largest coordinate of any facet `[length]`.
     pub farthest_facet: f64,
     /// Whether any pair can be in a state other than 0.
     pub has_states: bool,
-    /// Whether species are bonded, so that pairs have a nonzero state at any distance.
+    /// Whether two species have a bond as their interaction. All of their pairs have a nonzero state at any distance.
     pub holds_all_pairs: bool,
 }
 
 impl World {
-    /// The world of a scene, for states with times since a simulated time.
+    /// Collects the data of a scene. The elapsed time of states counts from the simulated time `start_time`.
     pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
@@ -101,7 +101,7 @@ impl World {
         world
     }
 
-    /// Adds and removes surfaces for a stage. Returns whether anything changed.
+    /// Selects the surfaces of a stage. Returns whether they differ from the surfaces of the stage before.
     pub fn enter_stage(&mut self, stage: &str) -> bool {
         let species = (0..).map(SpeciesId).zip(&self.scene.species);
         let surfaces = &self.scene.surfaces;
@@ -110,19 +110,20 @@ impl World {
         std::mem::replace(&mut self.meetings, meetings) != self.meetings
     }
 
-    /// Gives the moving particles another acceleration. Returns whether anything changed.
+    /// Sets the acceleration of the moving particles. Returns whether this changes any acceleration.
     pub fn turn_gravity(&mut self, gravity: &Vector) -> bool {
         let is_other = self.moving.iter().any(|&i| self.accelerations[i as usize] != *gravity);
         self.moving.iter().for_each(|&i| self.accelerations[i as usize] = *gravity);
         is_other
     }
 
-    /// By surface, whether a particle meets it in the current stage.
+    /// Returns, for each surface, whether a particle interacts with it in the present stage.
     pub fn meets(&self, i: u32) -> &[bool] {
         &self.meetings[self.scene.particles[i as usize].species.0 as usize]
     }
 
-    /// The restitution between a particle and a surface that it meets.
+    /// Returns the restitution between a particle and a surface. Returns `None` if they do not interact, or if the
+    /// surface has a temperature.
     pub fn surface_restitution(&self, i: u32, surface: u32) -> Option<f64> {
         let surface = surface as usize;
         let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
@@ -136,17 +137,18 @@ impl World {
         self.inverse_masses[i as usize] == 0.0
     }
 
-    /// Whether a pair with a moving particle `i` is visited as `i` and `j`, rather than as `j` and `i`.
+    /// Whether a search of all pairs visits the moving particle `i` and the particle `j` in this order. It visits each
+    /// pair once.
     pub fn is_first(&self, i: u32, j: u32) -> bool {
         i < j || (i > j && self.is_static(j))
     }
 
-    /// Half the diameter `[length]`.
+    /// Returns half the diameter `[length]`.
     pub fn radius(&self, i: u32) -> f64 {
         0.5 * self.scene.species_of(ParticleId(i)).diameter
     }
 
-    /// The interaction of a pair.
+    /// Returns the interaction of a pair, if it has one.
     pub fn interaction(&self, i: u32, j: u32) -> Option<&Interaction> {
         let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
         let species = |i: u32| self.scene.particles[i as usize].species;
@@ -158,13 +160,13 @@ impl World {
         self.bonds.contains_key(&(i.min(j), i.max(j)))
     }
 
-    /// The wall of a contact, if the box has it.
+    /// Returns the wall of a contact, if the box has this wall.
     pub fn wall(&self, contact: &Contact) -> Option<Wall> {
         let Contact::Wall { axis, is_upper, .. } = *contact else { return None };
         self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
     }
 
-    /// Whether a pair of moving or bonded particles can be in a state.
+    /// Whether a pair can be in a state: its particles exist, and its potential allows the state.
     pub fn has_state(&self, i: u32, j: u32, state: usize) -> bool {
         let count = self.scene.particles.len();
         let exist = i != j && (i as usize) < count && (j as usize) < count;
@@ -174,18 +176,18 @@ impl World {
                 .is_some_and(|interaction| interaction.potential.accessible_states().contains(&state))
     }
 
-    /// `r_i - r_j` by nearest image, for any positions.
+    /// Returns `r_i - r_j` for the nearest images of two particles.
     pub fn nearest(&self, states: &States, i: u32, j: u32) -> Vector {
         self.shortest(states.positions[i as usize] - states.positions[j as usize])
     }
 
-    /// Returns the nearest image of any separation vector.
+    /// Returns the nearest image of a separation vector, however long it is.
     pub fn shortest(&self, mut apart: Vector) -> Vector {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                // The nearest image is nearly always one period away. The quotient is for particles that
-                // have left the box.
+                // The nearest image is nearly always one period away. Only particles far outside the box need a
+                // division.
                 let is_next = apart[k].abs() <= 1.5 * period;
                 apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
@@ -193,11 +195,11 @@ impl World {
         apart
     }
 
-    /// The images of a separation that come within `reach` along each axis; `None` if there are more than
-    /// `most`.
+    /// Returns the images of a separation vector that are within `reach` along each axis, or `None` if there are more
+    /// than `most`.
     ///
-    /// The number of images is counted before memory is allocated: a very long flight passes more images
-    /// than fit into memory.
+    /// The number of images is counted before memory is allocated, because a very long flight passes more images than
+    /// fit into memory.
     pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
         let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
         let ends = |k: usize| {
@@ -225,7 +227,7 @@ impl World {
         Some(images)
     }
 
-    /// Moves a position by whole periods to the range in which the engine keeps particles.
+    /// Moves a position back by whole periods, if it is outside the range in which the engine keeps particles.
     pub fn brought_back(&self, mut position: Vector) -> Vector {
         if !self.is_in_box(&position) {
             for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
@@ -236,8 +238,8 @@ impl World {
         position
     }
 
-    /// Whether a position is in the range in which the engine keeps particles: along periodic axes, at
-    /// most half a period outside the box.
+    /// Whether a position is in the range in which the engine keeps particles. Along periodic axes, this is at most
+    /// half a period outside the box.
     pub fn is_in_box(&self, position: &Vector) -> bool {
         (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
             let fraction = (position[k] - self.scene.space.lower[k]) / self.periods[k];

@@ -1,4 +1,4 @@
-//! The end of a run in its folder.
+//! Completes a run in its folder.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,25 +24,25 @@ use crate::run::Finished;
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Completed {
-    /// The files.
+    /// Paths of the files.
     pub files: Vec<PathBuf>,
-    /// Their folder.
+    /// Folder of the files.
     pub folder: PathBuf,
-    /// The folder of the old run, if the old run was not replaced because the new run has not reached its end
-    /// or is not sound.
+    /// The folder of the old run, if the new run was to replace it and did not. The new run is then not sound, or a
+    /// conversion failed.
     pub kept: Option<PathBuf>,
-    /// Why the trajectory could not be converted.
+    /// Errors of the conversions that failed.
     pub failures: Vec<ConvertError>,
 }
 
 impl Folder {
-    /// Gives the files their final names, and adds the measurements, the summary and `report.txt`, which
-    /// contains `report`, any text for people. Then this run replaces the old run, if there is one and this
-    /// run is complete and [sound](Finished::is_sound).
+    /// Ends the run: writes the measurements, the summary and `report.txt` with the text `report`, and gives all files
+    /// their final names. If the run was to replace an old run, it does so now, provided that it is
+    /// [sound](Finished::is_sound) and that all conversions succeeded.
     ///
     /// # Errors
-    /// [`OutputError::Write`] if a file cannot be written. Then there is no `summary.json`, or only the
-    /// summary of the old run. A failed conversion is not an error here.
+    /// [`OutputError::Write`] if a file cannot be written. Then `summary.json` is missing or belongs to the old run. A
+    /// failed conversion is not an error; see [`Completed::failures`].
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
@@ -58,7 +58,7 @@ impl Folder {
         let scene = self.scene.map(|_| PartialFile::reopen(self.path.join(SCENE))).transpose()?;
         let files = [scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
         let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
-        // All files are synced before the first of them is renamed.
+        // All files are on disk before the first of them is renamed.
         files.iter_mut().try_for_each(PartialFile::sync)?;
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
@@ -82,7 +82,7 @@ impl Folder {
     }
 }
 
-/// The summary, synced to disk under a temporary name.
+/// Writes the summary under a temporary name and syncs it to disk.
 fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError> {
     let path = folder.join(SUMMARY);
     let text =
@@ -92,7 +92,7 @@ fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError>
     Ok(file)
 }
 
-/// Removes files that are outdated when a run has continued.
+/// Removes files that are outdated once a run has continued: pages, the old summary and old tables.
 fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
     let is_stale = |name: &&String| {
         [PAGE, SMALL_PAGE, SUMMARY_BEFORE].contains(&name.as_str())

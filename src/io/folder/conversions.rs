@@ -1,4 +1,4 @@
-//! Conversions of a run's trajectory to the formats that its scene requests.
+//! Converts the trajectory of a run to the formats that its scene requests.
 
 use std::path::{Path, PathBuf};
 
@@ -8,18 +8,18 @@ use crate::io::error::OutputError;
 use crate::io::owned::{Owned, listed_formats};
 use crate::model::Format;
 
-/// Results of the conversions of a trajectory.
+/// Files and errors of the conversions of a trajectory.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Conversions {
-    /// Files written.
+    /// Paths of the written files.
     pub files: Vec<PathBuf>,
-    /// Why the other files could not be written.
+    /// Errors of the conversions that failed.
     pub failures: Vec<ConvertError>,
 }
 
 impl Conversions {
-    /// Converts a trajectory to several formats, beside it.
+    /// Converts a trajectory to the given formats. The new files are beside the trajectory.
     pub(super) fn make(trajectory: &Path, formats: &[Format]) -> Self {
         let mut made = Self::default();
         for &format in formats {
@@ -34,13 +34,13 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Repeats missing conversions of a finished run, for example if the disk was full at its end. The run's
-    /// list names them. They need the trajectory. A foreign file with the name of a conversion counts as a
-    /// failure.
+    /// Repeats conversions of a finished run that are missing, for example because the disk was full at the end of the
+    /// run. The list of the run contains the requested conversions. Nothing is done if the trajectory is missing. If
+    /// another file has the name of a conversion, this conversion counts as failed.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading its list. A
-    /// failed conversion is not an error here.
+    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading its list. A failed
+    /// conversion is not an error; see [`Conversions::failures`].
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);
         let is_missing = |format: &Format| {

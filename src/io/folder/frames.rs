@@ -9,27 +9,27 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
-/// Common properties of all frames of a run: the table, the box, the bonds, and the sizes of particles.
+/// Data common to all frames of a run: the box, the bonds, the species and the sizes of particles.
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// A frame without particles.
+    /// A frame with everything except its particles.
     frame: Frame,
     /// Number of particles.
     count: usize,
-    /// Radii at the start of the scene, by species; 0 for species without particles.
+    /// Radius of each species at the start of the scene; 0 for species without particles.
     radii: Vec<f64>,
-    /// The species of each particle; only of the first one if all are the same.
+    /// Species of each particle. Only the first entry is stored if all particles have the same species.
     species: Vec<SpeciesId>,
 }
 
 impl Frames {
-    /// The frames of a scene from its start on.
+    /// Prepares the frames of a new run.
     pub fn of(scene: &Scene) -> Self {
         let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
         Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
-    /// The frames of a continued run.
+    /// Prepares the frames of a continued run.
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -39,7 +39,7 @@ impl Frames {
         Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    /// The diameters are the initial ones.
+    /// `diameters` are the diameters at the start of the scene.
     fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
@@ -59,7 +59,7 @@ impl Frames {
         self.count
     }
 
-    /// Writes a snapshot, with scalars of each particle.
+    /// Writes a snapshot as a frame, with additional scalars of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.size = snapshot.size;
@@ -76,7 +76,7 @@ impl Frames {
         writer.end()
     }
 
-    /// Writes the present state of a simulation.
+    /// Writes the present state of a simulation as a frame.
     pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
         self.frame.size = simulation.scene().space.size;
@@ -96,7 +96,7 @@ impl Frames {
 
     fn heading(&self, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        // A scene contains all masses.
+        // A scene always contains the masses of all species.
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }

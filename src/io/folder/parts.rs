@@ -1,4 +1,4 @@
-//! The files of a run, for the comparison with a replay.
+//! Names and readers of the files of a run, for the comparison with a replay.
 
 use std::path::Path;
 
@@ -11,39 +11,39 @@ use crate::model::Format;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// The numbers of the run.
+    /// Name of the file with the numerical results.
     pub(crate) const SUMMARY: &'static str = SUMMARY;
-    /// The final table.
+    /// Name of the file with the final table.
     pub(crate) const REPORT: &'static str = REPORT;
-    /// The scene.
+    /// Name of the file with the scene.
     pub(crate) const SCENE: &'static str = SCENE;
-    /// The list of files.
+    /// Name of the list of files.
     pub(crate) const LIST: &'static str = owned::FILE;
 
-    /// The folder of a run that is to replace this run.
+    /// Name of the folder of a run that is to replace this run.
     pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
 
-    /// Returns true for the names of checkpoints.
+    /// Whether a file with this name is a checkpoint.
     pub(crate) fn is_checkpoint(name: &str) -> bool {
         checkpoints::NAMES.contains(&name)
     }
 
-    /// Returns true for the names of files with measurements.
+    /// Whether a file with this name contains measurements.
     pub(crate) fn is_measurement(name: &str) -> bool {
         name == measurements::FILE || measurements::is_table(name)
     }
 
-    /// Returns true for the names of pages and pictures, which are derived from other files.
+    /// Whether a file with this name is a page or a picture. These can be made again from other files.
     pub(crate) fn is_view(name: &str) -> bool {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// The formats, other than extended XYZ, in which a run's trajectory exists.
+    /// Formats, besides extended XYZ, of the converted trajectories in the list of a run.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }
 
-    /// A checkpoint of a run, by its name.
+    /// Reads a checkpoint of a run. `name` is the name of its file.
     ///
     /// # Errors
     /// The errors of [`Checkpoint::read`].
@@ -51,11 +51,11 @@ impl Folder {
         Checkpoint::read(&run.join(name))
     }
 
-    /// Compares the scene in a run's folder with its checksum in a checkpoint. Returns whether the folder has
-    /// a scene.
+    /// Compares the scene in the folder of a run with the checksum in a checkpoint. Returns false if the checkpoint has
+    /// none, because the run did not store its scene.
     ///
     /// # Errors
-    /// [`CheckpointError::Scene`] if it differs.
+    /// [`CheckpointError::Scene`] if the scene differs.
     pub(crate) fn check_scene(run: &Path, manifest: &Manifest) -> Result<bool, CheckpointError> {
         let Some(checksum) = manifest.scene else { return Ok(false) };
         scene_copy::check(&run.join(SCENE), checksum)?;

@@ -1,4 +1,4 @@
-//! Continues a run in its folder.
+//! Resumes a run in its folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,26 +22,26 @@ use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// Continues a run from its last checkpoint, or from the previous checkpoint if the last one is missing.
-    /// Output written after the checkpoint is cut off. If the folder contains an unfinished run that was to
-    /// replace the old run, the unfinished run is continued. `limit` sets another end of the measurement,
-    /// which is on disk when this returns.
+    /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last one is missing. Output
+    /// written after the checkpoint is cut off. If the folder contains an unfinished run that was to replace the old
+    /// run, the unfinished run is resumed. `limit` sets another end of the measurement. A checkpoint with this end is
+    /// on disk when this function returns.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
-    /// checkpoint, if a file is missing, too short, or does not match its checksum in the checkpoint, or if
-    /// the run is beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way;
-    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. Nothing is changed in these
-    /// cases. [`OutputError::Write`] if a file cannot be changed.
+    /// checkpoint, if a file is missing, too short, or does not match its checksum in the checkpoint, or if the run is
+    /// beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way;
+    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. Nothing is changed in these cases.
+    /// [`OutputError::Write`] if a file cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
 
-    /// As [`Self::resume`], for a run that continues with the named custom instruments. The program itself
-    /// has none.
+    /// Resumes a run with custom instruments, like [`Self::resume`]. `instruments` are their names. The program `carom`
+    /// has no custom instruments.
     ///
     /// # Errors
-    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with others; nothing
+    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with other instruments; nothing
     /// is changed then.
     pub fn resume_with(
         target: &Path,
@@ -70,7 +70,7 @@ impl Folder {
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
-        // The list may have been lost. The files are recognized by their checksums.
+        // Only listed names are checked, because the list may have been lost. Checksums identify the files of the run.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -88,7 +88,7 @@ impl Folder {
             PartialFile::reopen(path.join(SCENE))?;
         }
         let mut folder = Self {
-            // A program that uses the library may not have kept the text of the scene.
+            // The checksum is missing if a program that uses the library has not stored the text of the scene.
             scene: manifest.scene,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
@@ -105,10 +105,11 @@ impl Folder {
             outer,
         };
         if limit.is_some() {
-            // From here on, the new end survives a crash.
+            // This checkpoint stores the new limit on disk.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // This is also needed if the program was killed between a checkpoint with a new end and this point.
+        // The limit in the scene is set even if no new limit is given. An earlier program may have written a checkpoint
+        // with a new limit and been killed before it changed the scene.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
         }
@@ -116,7 +117,7 @@ impl Folder {
     }
 }
 
-/// Checks that the files of a checkpoint exist and are unchanged.
+/// Checks that the files recorded in a checkpoint exist and are unchanged.
 fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     if let Some(checksum) = manifest.scene {
         scene_copy::check(&path.join(SCENE), checksum)?;
@@ -127,9 +128,10 @@ fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The folder of the run to continue, its list, and the list of the run that it is to replace, locked.
+/// Locks the folder of the run to resume. Returns its path, its list and, if the run is to replace an old run, the list
+/// of the old run.
 fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
-    // Nothing is created where there is no run.
+    // A folder without a run is rejected before a list of files is created in it.
     if !is_run(target) {
         let last = checkpoints::last(target);
         return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
@@ -145,8 +147,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing files of surfaces. Existing ones are kept: open sides were cut off around the initial
-/// particles.
+/// Writes missing surface files. Existing files are kept, because along open sides of the box the surfaces were cut off
+/// around the initial particles.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);
@@ -155,8 +157,7 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Renames the summary until a new summary is written. A folder without a summary belongs to an unfinished
-/// run.
+/// Renames the old summary until a new summary is written, because a folder with a summary belongs to a finished run.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

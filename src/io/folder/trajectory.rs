@@ -1,4 +1,4 @@
-//! The trajectory of a run, which a separate thread writes while the run continues.
+//! The trajectory of a run. A separate thread writes large frames while the run continues.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,27 +13,28 @@ use crate::io::partial::PartialFile;
 use crate::run::checkpoint::ManifestEntry;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Smaller frames are written faster than a thread is started `[particles]`.
+/// Number of particles below which a frame is written at once, because starting a thread would take longer.
 const LEAST: usize = 256;
 
-/// The trajectory being written, one frame at a time. The next frame, a checkpoint and the end wait for it.
+/// The trajectory being written, one frame at a time. The next frame, a checkpoint and the end of the run wait until
+/// the present frame is written.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     path: PathBuf,
     desk: Arc<Mutex<Desk>>,
-    /// Writes the pending frame.
+    /// Thread that writes the pending frame.
     writer: Option<JoinHandle<()>>,
-    /// Length of the file before that frame `[bytes]`.
+    /// Length of the file before the pending frame `[bytes]`.
     before: u64,
 }
 
-/// Shared data of the thread that writes frames.
+/// Data shared with the thread that writes frames.
 #[derive(Debug)]
 struct Desk {
     file: PartialFile,
     frames: Frames,
     due: Option<(Snapshot, Vec<Scalar>)>,
-    /// Result of the last frame.
+    /// Result of writing the last frame.
     written: Result<(), OutputError>,
 }
 
@@ -46,7 +47,7 @@ impl Desk {
         }
     }
 
-    /// Flushes a frame to the operating system, so that it can be viewed.
+    /// Flushes a frame to the operating system, so that other programs can read it.
     fn end(&mut self, written: Result<(), WriteError>) -> Result<(), OutputError> {
         written.map_err(|source| OutputError::Frame { path: self.file.path().to_owned(), source })?;
         self.file.flush()
@@ -63,16 +64,16 @@ impl Trajectory {
     /// Appends a frame.
     ///
     /// # Errors
-    /// Errors of this frame or the previous one.
+    /// The error of the previous frame. An error of this frame is returned by the next call.
     pub fn add(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
         self.settled()?.due = Some((snapshot.clone(), scalars));
         self.begin()
     }
 
-    /// Appends a frame of the present state of a simulation.
+    /// Appends a frame with the present state of a simulation.
     ///
     /// # Errors
-    /// Errors of this frame or the previous one.
+    /// The error of the previous frame, or of this frame if it is written at once.
     pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let mut desk = self.settled()?;
         if desk.frames.count() < LEAST {
@@ -97,7 +98,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Waits until the frame in progress has been written.
+    /// Waits until the frame in progress has been written. Returns its error if it could not be written.
     fn settled(&mut self) -> Result<MutexGuard<'_, Desk>, OutputError> {
         let is_lost = self.writer.take().is_some_and(|writer| writer.join().is_err());
         let mut desk = locked(&self.desk);
@@ -105,12 +106,12 @@ impl Trajectory {
         if is_lost { Err(lost(&self.path)) } else { Ok(desk) }
     }
 
-    /// Length of the file without the frame in progress `[bytes]`.
+    /// Length of the file `[bytes]`, without a frame that is being written.
     pub fn length(&self) -> u64 {
         self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
     }
 
-    /// Whether a frame could not be written. All later frames fail then.
+    /// Whether the last frame could not be written. The next call then returns the error.
     pub fn has_failed(&self) -> bool {
         match self.desk.try_lock() {
             Ok(desk) => desk.written.is_err(),
@@ -119,15 +120,16 @@ impl Trajectory {
         }
     }
 
-    /// Syncs everything written so far to disk.
+    /// Waits for the frame in progress and syncs everything written so far to disk. Returns the entry of the file for a
+    /// checkpoint.
     ///
     /// # Errors
-    /// If this fails, or if a frame could not be written.
+    /// If a frame could not be written, or if syncing fails.
     pub fn keep(&mut self, run: &Path) -> Result<ManifestEntry, OutputError> {
         self.settled()?.file.keep(run)
     }
 
-    /// The file, with all frames.
+    /// Waits for the last frame and returns the complete file.
     ///
     /// # Errors
     /// If a frame could not be written.
@@ -141,7 +143,7 @@ impl Trajectory {
 }
 
 impl Drop for Trajectory {
-    /// Nothing is written to a run's folder after it has been released.
+    /// Waits for the thread, so that nothing is written to the folder after its lock has been released.
     fn drop(&mut self) {
         let _ = self.writer.take().map(JoinHandle::join);
     }
@@ -182,7 +184,7 @@ mod tests {
                 trajectory.add_now(&simulation).unwrap();
                 frames.write_now(&mut expected, &simulation).unwrap();
                 if end == 3 {
-                    // A checkpoint has all frames so far, and no partial one.
+                    // A checkpoint contains all frames so far, including the last one completely.
                     let entry = trajectory.keep(folder.path()).unwrap();
                     assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
                     assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));

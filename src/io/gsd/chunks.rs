@@ -1,7 +1,7 @@
 //! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all
 //! arrays.
 //!
-//! The index is kept in memory until the end, 32 bytes per array: about 130 bytes per frame.
+//! The index stays in memory until the end. It takes 32 bytes per array, which is about 130 bytes per frame.
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -12,10 +12,10 @@ const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 const FILE_VERSION: u32 = 2 << 16;
 const SCHEMA_VERSION: u32 = 1 << 16 | 4;
 const HEADER_SIZE: usize = 256;
-/// The list of names is counted in units of this size `[bytes]`.
+/// The header states the length of the list of names in units of this size `[bytes]`.
 const NAME_PIECE: usize = 64;
 
-/// The type of a number, with its code in the file.
+/// Type of the numbers in an array. The value is its code in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -38,7 +38,7 @@ impl Kind {
     }
 }
 
-/// Position of an array.
+/// Entry of the index: the position of an array in the file.
 #[derive(Debug)]
 struct Entry {
     frame: u64,
@@ -49,16 +49,16 @@ struct Entry {
     kind: Kind,
 }
 
-/// A GSD file being written.
+/// Writer of the chunks of a GSD file.
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: Draft,
-    /// Position of the next array; 0 before the header.
+    /// Position of the next array in the file `[bytes]`; 0 before the header is written.
     end: u64,
     frame: u64,
     names: Vec<Cow<'static, str>>,
     index: Vec<Entry>,
-    /// Index of the first entry of this frame.
+    /// Position in `index` of the first entry of the present frame.
     frame_start: usize,
 }
 
@@ -72,7 +72,7 @@ impl Chunks {
         self.frame
     }
 
-    /// Appends an array to the frame, unless it has no rows.
+    /// Appends an array to the present frame. An array without rows is left out.
     pub fn write(
         &mut self,
         name: impl Into<Cow<'static, str>>,
@@ -100,9 +100,8 @@ impl Chunks {
         Ok(())
     }
 
-    /// Ends the present frame.
     pub fn end_frame(&mut self) {
-        // The index is sorted by frame, then by name.
+        // GSD requires an index that is sorted by frame, then by name.
         if let Some(entries) = self.index.get_mut(self.frame_start..) {
             entries.sort_by_key(|entry| entry.name);
         }
@@ -110,10 +109,10 @@ impl Chunks {
         self.frame += 1;
     }
 
-    /// Writes the names, the index, and the header with their positions.
+    /// Writes the list of names, the index, and finally the header, which contains their positions.
     pub fn finish(mut self) -> io::Result<()> {
         let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
-        // An empty name ends the list.
+        // An empty name marks the end of the list of names.
         names.resize((names.len() + 1).next_multiple_of(NAME_PIECE), 0);
         self.file.write_all(&names)?;
         for entry in &self.index {
@@ -136,7 +135,7 @@ impl Chunks {
         }
         for text in [concat!("carom ", env!("CARGO_PKG_VERSION")), "hoomd"] {
             let field = header.len() + 64;
-            // The last byte of the field stays zero.
+            // The text is cut so that the last byte of the field stays zero.
             header.extend(text.bytes().take(63));
             header.resize(field, 0);
         }

@@ -1,4 +1,4 @@
-//! An array in the file format of NumPy, version 1.0. Its length may be known only at the end.
+//! An array in the file format of NumPy, version 1.0. The number of rows may be known only at the end.
 //!
 //! Source: *NumPy Enhancement Proposal 1*, <https://numpy.org/neps/nep-0001-npy-format.html>.
 
@@ -7,13 +7,14 @@ use std::path::Path;
 
 use crate::io::convert::{Draft, draft, finish};
 
-/// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
+/// Length of the header `[bytes]`. It suffices for every shape used here, and is a multiple of 64 so that the data is
+/// aligned.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// Length of the header as stated in it, which excludes its first ten bytes.
+/// Length of the header without its first ten bytes, as the header states it.
 const STATED_SIZE: u16 = 118;
 
-/// A file that grows row by row along its first axis.
+/// An array that grows row by row in its file.
 #[derive(Debug)]
 pub(super) struct Array {
     file: Draft,
@@ -23,14 +24,14 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// An array without rows; `kind` is a NumPy type such as `<f8`.
+    /// Creates an array without rows. `kind` is a NumPy type such as `<f8`.
     pub fn create(path: &Path, kind: &str, row_shape: &[usize]) -> io::Result<Self> {
         let mut file = draft(path)?;
         file.write_all(&[0; HEADER_SIZE])?;
         Ok(Self { file, kind: kind.to_owned(), row_shape: row_shape.to_vec(), rows: 0 })
     }
 
-    /// Writes an array of known length.
+    /// Writes an array with a known number of rows.
     pub fn whole(
         path: &Path,
         kind: &str,
@@ -44,7 +45,7 @@ impl Array {
         array.finish()
     }
 
-    /// Writes words, each padded with zeros to the length of the longest: four bytes per character.
+    /// Writes words as an array of Unicode text, with four bytes per character. Shorter words are padded with zeros.
     pub fn words(path: &Path, words: &[&str]) -> io::Result<()> {
         let longest = words.iter().map(|word| word.chars().count()).max().unwrap_or(0).max(1);
         let codes = words.iter().flat_map(|word| {
@@ -61,7 +62,7 @@ impl Array {
         self.file.write_all(&bytes)
     }
 
-    /// Writes the header with the final length.
+    /// Writes the header with the final number of rows.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header(&self.kind, &self.row_shape, self.rows))?;
@@ -69,7 +70,7 @@ impl Array {
     }
 }
 
-/// Header of an array with a type such as `<f8` and a shape.
+/// Returns the header of an array. `kind` is a NumPy type such as `<f8`.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

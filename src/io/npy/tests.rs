@@ -1,4 +1,4 @@
-//! The files are read back by an independent reader.
+//! Reads NumPy files back with an independent reader.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use crate::io::convert::tests::{chain, trajectory};
 use crate::model::Format;
 use crate::trajectory::Frame;
 
-/// Type, shape and bytes.
+/// Reads a NumPy file. Returns its type, its shape and its data.
 fn read(path: &Path) -> (String, String, Vec<u8>) {
     let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");
@@ -74,7 +74,7 @@ fn what_is_not_known_has_no_file() {
     }
     let (kind, _, bytes) = read(&target.join("species_names.npy"));
     assert_eq!((kind.as_str(), &bytes[..]), ("<U1", &[0xe9, 0, 0, 0][..]));
-    // A frame with velocities cannot follow one without.
+    // In NumPy arrays, a frame with velocities cannot follow a frame without velocities.
     fs::write(&source, "1\n\nO 1 2 3\n1\nProperties=pos:R:3:velo:R:3\n1 2 3 4 5 6\n").unwrap();
     fs::remove_dir_all(&target).unwrap();
     let error = convert(&source, Format::Npy, &target, &Default::default()).unwrap_err();

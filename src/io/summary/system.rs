@@ -1,4 +1,4 @@
-//! The simulated system in numbers: the box, and the species with particles.
+//! The simulated system in numbers: its box and its species.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,15 +9,15 @@ use crate::run::Finished;
 /// The system at the end of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct System {
-    /// Number of axes along which particles move.
+    /// Number of axes along which particles can move.
     pub dimensions: usize,
     /// Edges of the box; 0 along flat axes.
     pub size: [f64; 3],
-    /// Volume, area or length of the box; `None` where a side is open.
+    /// Volume of the box, or its area or length in lower dimensions; `None` if a side is open.
     pub volume: Option<f64>,
-    /// Moving particles per volume.
+    /// Number of moving particles per volume; `None` if a side is open.
     pub number_density: Option<f64>,
-    /// Fraction of the box that they fill.
+    /// Fraction of the box that moving particles fill; `None` if a side is open.
     pub packing_fraction: Option<f64>,
     /// Species with particles.
     pub species: Vec<SpeciesSummary>,
@@ -26,13 +26,13 @@ pub struct System {
 /// A species at the end of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesSummary {
-    /// Its name.
+    /// Name of the species.
     pub name: String,
-    /// Number of its particles.
+    /// Number of particles of this species.
     pub count: usize,
-    /// Their diameter.
+    /// Diameter of a particle `[length]`.
     pub diameter: f64,
-    /// Their mass; `None` for a static species.
+    /// Mass of a particle; `None` for a static species.
     pub mass: Option<f64>,
 }
 

@@ -10,7 +10,7 @@ use crate::model::{Limit, MotionKind, RunPlan, SurfaceShape, TriangleMesh};
 use crate::run::Run;
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
-/// Two disks of a fluid in a box with a sphere, a box and a plane that is out of sight.
+/// Two particles in a box with a sphere, a cuboid, and a plane outside the box.
 fn scene() -> Scene {
     let mesh = TriangleMesh::cuboid(&Vector::repeat(1.0), &Vector::repeat(2.0));
     let sphere = SurfaceShape::Sphere { centre: Vector::repeat(7.0), radius: 1.0, is_inside: false };
@@ -46,7 +46,7 @@ fn a_run_has_the_surfaces_of_its_scene_as_files() {
     assert!(files.iter().all(|file| Folder::files_of(&target).contains(file)));
     let read = read_mesh("", "stl", &fs::read(&files[0]).unwrap()).unwrap();
     assert_eq!((read.triangles.len(), read.enclosed_volume()), (12, 1.0));
-    // A run that replaces it has its own surfaces, and the user's files stay.
+    // A run that replaces this run writes its own surface files and keeps the user's files.
     let mine = target.join("surfaces/mine.txt");
     fs::write(&mine, "years").unwrap();
     fs::write(&files[0], "changed").unwrap();
@@ -81,7 +81,7 @@ fn a_resumed_run_writes_only_the_files_that_are_missing() {
     assert_eq!(fs::read(&first).unwrap(), b"as it was");
     assert!(fs::read(&second).unwrap() == before);
     drop(folder);
-    // As after a run of a version without such files.
+    // The folder is missing, as after a run of an older version that wrote no surface files.
     fs::remove_dir_all(target.join("surfaces")).unwrap();
     let (_folder, checkpoint) = Folder::resume(&target, None).unwrap();
     assert_eq!(checkpoint.simulation.scene().surfaces().len(), 3);
@@ -128,8 +128,8 @@ fn the_motions_of_surfaces_are_beside_their_triangles() {
         |file: &str, motions: &[SurfaceMotion]| ListedSurface { file: file.to_owned(), motions: motions.to_vec() };
     let expected = [listed("a_box.stl", &[]), listed("sphere.stl", &motions), listed("beyond.stl", &[])];
     assert_eq!(listed_surfaces(&target).unwrap(), expected);
-    // A surface that disappears is listed as well. A run whose surfaces rest has no list, and a damaged list
-    // is named.
+    // A surface that is absent in some stages is listed too. If all surfaces are at rest, there is no list. The error
+    // for a damaged list names its file.
     let mut parts = scene().into_parts();
     parts.surfaces[1].stages = vec!["measurement".to_owned()];
     let going = place.path().join("going");

@@ -1,4 +1,5 @@
-//! A file of VTK XML PolyData: a description in XML, followed by the arrays, each with its length in bytes.
+//! Writes files in the format VTK XML PolyData: a description in XML, followed by binary arrays, each preceded by its
+//! length in bytes.
 
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -7,7 +8,7 @@ use std::path::Path;
 use crate::Vector;
 use crate::io::convert::draft;
 
-/// Points, vertices and lines, with arrays.
+/// Geometry of a VTK PolyData file: points, vertices, lines and triangles, with arrays of data.
 #[derive(Debug, Default)]
 pub(super) struct PolyData {
     fields: String,
@@ -24,20 +25,19 @@ pub(super) struct PolyData {
 }
 
 impl PolyData {
-    /// Adds an array that belongs to the whole frame.
+    /// Adds an array that belongs to the whole frame and not to its points.
     pub fn field(&mut self, name: &str, components: usize, numbers: impl IntoIterator<Item = f64>) {
         let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
         let tuples = bytes.len() / (8 * components.max(1));
         self.fields += &append(&mut self.appended, "Float64", name, components, Some(tuples), &bytes);
     }
 
-    /// Adds small integers that belong to the whole frame.
+    /// Adds three small integers that belong to the whole frame.
     pub fn byte_field(&mut self, name: &str, bytes: [u8; 3]) {
         self.fields += &append(&mut self.appended, "UInt8", name, 1, Some(3), &bytes);
     }
 
-    /// Adds words that belong to the whole frame. VTK stores them as character codes, each word ended by a
-    /// zero.
+    /// Adds words that belong to the whole frame. VTK stores each word as character codes, followed by a zero.
     pub fn words<'a>(&mut self, name: &str, words: impl Iterator<Item = &'a str>) {
         let mut count = 0;
         let mut codes = String::new();
@@ -61,7 +61,7 @@ impl PolyData {
         self.points = append(&mut self.appended, "Float64", "Points", 3, None, &bytes);
     }
 
-    /// Makes every point a vertex, because viewers draw no bare points.
+    /// Adds a vertex at every point, because viewers do not draw points without one.
     pub fn vertices(&mut self) {
         let cells: Vec<[u32; 1]> = (0..).take(self.point_count).map(|point| [point]).collect();
         self.vertex_count = cells.len();
@@ -80,7 +80,8 @@ impl PolyData {
         self.polygons = self.cells(corners);
     }
 
-    /// Adds an array with one or more numbers per point, of a VTK type, little-endian.
+    /// Adds an array with `components` numbers per point. `kind` is the VTK type of the numbers, and `bytes` are
+    /// little-endian.
     pub fn point_array(&mut self, name: &str, kind: &str, components: usize, bytes: impl Iterator<Item = u8>) {
         self.point_data += &append(&mut self.appended, kind, name, components, None, &bytes.collect::<Vec<u8>>());
     }
@@ -116,7 +117,8 @@ impl PolyData {
         )?;
         file.write_all(&self.appended)?;
         file.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
-        // There is one such file per frame. Syncing each would take longer than all other work.
+        // The file is not synced. There is one such file per frame, and syncing them would take longer than all other
+        // work.
         file.flush()
     }
 }
@@ -125,8 +127,8 @@ fn vector_bytes<'a>(vectors: impl Iterator<Item = &'a Vector>) -> Vec<u8> {
     vectors.flat_map(|vector| vector.iter()).flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Appends an array, preceded by its length, and returns its description. Fields include their number of
-/// tuples.
+/// Appends an array, preceded by its length, to `appended`. Returns the XML element that describes it. For a field, the
+/// element includes the number of tuples.
 fn append(
     appended: &mut Vec<u8>,
     kind: &str,

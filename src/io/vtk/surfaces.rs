@@ -1,4 +1,4 @@
-//! The surfaces beside a trajectory, as PolyData of their triangles.
+//! Writes the surfaces beside a trajectory as triangles in VTK PolyData files.
 
 use std::fs;
 use std::io::Write as _;
@@ -13,19 +13,19 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::Timeline;
 use crate::trajectory::Frame;
 
-/// A surface, and its position in time.
+/// A surface with its triangles and its motion.
 #[derive(Debug)]
 struct Placed {
-    /// Name of its files without their ending.
+    /// Name of the surface's VTK files, without frame number and extension.
     name: String,
     mesh: TriangleMesh,
-    /// Index among the surfaces of the scene, if known.
+    /// Index of the surface in the scene, if known.
     number: Option<usize>,
     timeline: Option<Timeline>,
     is_written: bool,
 }
 
-/// All surfaces beside a trajectory, and the list of their files being written.
+/// All surfaces beside a trajectory, and the list of the files that are written for them.
 #[derive(Debug, Default)]
 pub(in crate::io) struct Surfaces {
     all: Vec<Placed>,
@@ -33,7 +33,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Surfaces in the folder of a trajectory; the error names a file and the problem.
+    /// Reads the surfaces beside a trajectory. The error contains the path of a file and a description of its problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;
@@ -51,7 +51,7 @@ impl Surfaces {
         Ok(Self { all, list: None })
     }
 
-    /// Writes the surfaces of a frame at their poses. A surface at rest has one file for all frames.
+    /// Writes the surfaces in their positions at the time of a frame. A surface at rest has one file for all frames.
     pub fn write(&mut self, folder: &Path, index: u64, frame: &Frame) -> Result<(), FrameError> {
         if self.all.is_empty() {
             return Ok(());
@@ -102,7 +102,7 @@ impl Surfaces {
     }
 }
 
-/// Characters permitted in a list and on every disk.
+/// Replaces a character by `_` if some file system or the PVD file does not permit it.
 fn plain(letter: char) -> char {
     if letter.is_ascii_alphanumeric() || "_-+.".contains(letter) { letter } else { '_' }
 }

@@ -1,4 +1,4 @@
-//! The files are read back by an independent reader.
+//! Reads VTK files back with an independent reader.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::io::convert::tests::{chain, trajectory};
 use crate::model::Format;
 use crate::trajectory::Frame;
 
-/// The value of an attribute in a piece of XML.
+/// Returns the value of an XML attribute.
 fn attribute<'a>(text: &'a str, name: &str) -> &'a str {
     let start = text.find(&format!("{name}=\"")).unwrap() + name.len() + 2;
     &text[start..start + text[start..].find('"').unwrap()]
@@ -32,7 +32,7 @@ impl File {
         Self { text: String::from_utf8(bytes[..at].to_vec()).unwrap(), appended }
     }
 
-    /// The elements of a kind of cell, or of the whole frame.
+    /// Returns the XML elements inside a tag.
     fn section(&self, tag: &str) -> &str {
         let (open, close) = (format!("<{tag}>"), format!("</{tag}>"));
         &self.text[self.text.find(&open).unwrap()..self.text.find(&close).unwrap()]
@@ -92,7 +92,7 @@ fn a_frame_read_back() {
         (file.cells("Verts", "connectivity"), file.cells("Verts", "offsets")),
         (vec![0, 1, 2, 3], vec![1, 2, 3, 4])
     );
-    // The bond from 3 to 0 leaves through the side.
+    // The bond from particle 3 to particle 0 crosses a periodic side and is not drawn.
     assert_eq!(file.cells("Lines", "connectivity"), [0, 1, 2, 1, 2, 3]);
     assert_eq!(file.cells("Lines", "offsets"), [2, 4, 6]);
 }
@@ -191,7 +191,7 @@ fn surfaces_are_where_they_are_at_the_time_of_each_frame() {
     };
     let ends: Vec<(f64, f64)> = files.iter().map(|[_, file]| ends(file)).collect();
     assert_eq!(ends, [(0.0, 1.0), (0.0, 1.0), (1.0, 2.0)]);
-    // A file that is not a mesh is named.
+    // The error names a surface file that is not a mesh.
     fs::write(surfaces.join("gate.stl"), "solid\nfacet").unwrap();
     let error = convert(&source, Format::Vtk, &folder.path().join("other"), &Default::default()).unwrap_err();
     assert!(error.to_string().contains("gate.stl") && !folder.path().join("other").exists(), "{error}");

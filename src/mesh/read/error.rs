@@ -1,4 +1,4 @@
-//! Errors of mesh files.
+//! Errors of reading mesh files.
 
 use std::fmt;
 
@@ -7,22 +7,22 @@ use thiserror::Error;
 use super::polygon::PolygonProblem;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES};
 
-/// Error of reading a mesh: the file and its fault.
+/// Error of reading a mesh file: the file and the problem.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}: {problem}")]
 pub struct MeshFileError {
-    /// The file, as named by the caller.
+    /// Name of the file, as given by the caller.
     pub name: String,
-    /// The error in the file.
+    /// The problem with the file.
     pub problem: MeshFileProblem,
 }
 
-/// Position in a file.
+/// Position of an error in a mesh file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// Line of a text, from 1.
+    /// Number of a line in a text file, from 1.
     Line(usize),
-    /// Triangle of a binary file, from 0.
+    /// Index of a triangle in a binary file, from 0.
     Triangle(usize),
 }
 
@@ -35,11 +35,11 @@ impl fmt::Display for Place {
     }
 }
 
-/// An error in a mesh file.
+/// Problem with a mesh file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFileProblem {
-    /// The extension belongs to no supported format.
+    /// The extension of the file belongs to no supported format.
     #[error(
         "`{extension}` is no format of meshes that is read: expected `stl` or `obj`; export the mesh as one of them"
     )]
@@ -47,19 +47,19 @@ pub enum MeshFileProblem {
         /// The extension.
         extension: String,
     },
-    /// No bytes, or only blanks.
+    /// The file is empty or contains only blanks.
     #[error("the file is empty: expected a mesh; export it again")]
     Empty,
-    /// Text with two bytes per character.
+    /// The file is text in UTF-16.
     #[error("the file is text in UTF-16: expected UTF-8 or ASCII; save it in that encoding")]
     Utf16,
-    /// A complete file without triangles.
+    /// The file is complete, but contains no triangle.
     #[error("the file has no triangle: expected at least one {expected}; export a surface, not points or lines")]
     NoTriangle {
-        /// The part of the format that holds a triangle.
+        /// Name of a triangle in this format, such as `facet`.
         expected: &'static str,
     },
-    /// The file is not text STL, and too short for binary STL.
+    /// The file is neither text STL nor binary STL.
     #[error(
         "the file is no STL: expected text that begins with `solid`, or 84 bytes and 50 for each triangle, found {found} other bytes; export it again"
     )]
@@ -67,69 +67,69 @@ pub enum MeshFileProblem {
         /// Length of the file `[bytes]`.
         found: usize,
     },
-    /// The number of triangles in the header of a binary STL file does not fit the length of the file.
+    /// The number of triangles in the header of a binary STL file does not agree with the length of the file.
     #[error(
         "the header announces {triangles} triangles: expected {expected} bytes, found {found}, enough for {}; the file is damaged or cut off, copy or export it again",
         found.saturating_sub(84) / 50
     )]
     Length {
-        /// Number of triangles in the header.
+        /// Number of triangles according to the header.
         triangles: u32,
-        /// Length for that number `[bytes]`.
+        /// Length of a file with this number of triangles `[bytes]`.
         expected: u64,
         /// Length of the file `[bytes]`.
         found: u64,
     },
-    /// More triangles than a mesh can have.
+    /// The file has more triangles than a mesh can have.
     #[error("{place}: expected {MOST_TRIANGLES} triangles at most; export a coarser mesh")]
     TooManyTriangles {
-        /// The first triangle above the limit.
+        /// Position of the first triangle above the limit.
         place: Place,
     },
-    /// A coordinate that is NaN, infinite or too large.
+    /// A coordinate is NaN, infinite or too large.
     #[error(
         "{place}: coordinate is `{found}`, expected a finite number of magnitude {LARGEST_COORDINATE:e} at most; repair the mesh, or export it again"
     )]
     Coordinate {
-        /// The position.
+        /// Position of the coordinate in the file.
         place: Place,
         /// The coordinate.
         found: String,
     },
-    /// An unexpected word.
+    /// The file contains an unexpected word.
     #[error("line {line}: found `{found}`, expected {expected}; export the mesh again, or correct the line")]
     Unexpected {
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// The word, shortened.
+        /// The unexpected word, shortened.
         found: String,
         /// The expected words.
         expected: &'static str,
     },
-    /// The text ends too early.
+    /// The text ends before it is complete.
     #[error("line {line}: the file ends, expected {expected}; it is cut off, copy or export it again")]
     Truncated {
-        /// The last line, from 1.
+        /// Number of the last line, from 1.
         line: usize,
         /// The expected words.
         expected: &'static str,
     },
-    /// A face has fewer corners than a triangle.
+    /// A face has fewer than three corners.
     #[error("line {line}: the face has {found} corners, expected 3 or more; export lines as `l`, or correct the line")]
     Corners {
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// The number of corners.
+        /// Number of corners of the face.
         found: usize,
     },
-    /// A face of more than three corners cannot be cut into triangles.
+    /// A face with more than three corners cannot be cut into triangles.
     #[error("line {line}: the face of {corners} corners {problem}; export the mesh in triangles, or repair the face")]
     Polygon {
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// The number of corners.
+        /// Number of corners of the face.
         corners: usize,
-        /// The problem.
+        /// Why the face cannot be cut into triangles.
         problem: PolygonProblem,
     },
     /// A face refers to a vertex that is not in the file.
@@ -137,17 +137,17 @@ pub enum MeshFileProblem {
         "line {line}: the face refers to vertex {found}, expected 1 to {vertices}, or -{vertices} to -1; the file is damaged or cut off, export it again"
     )]
     Index {
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// The number of the vertex.
+        /// Number of the missing vertex, as written in the file.
         found: i64,
-        /// Number of vertices to which a face can refer here.
+        /// Number of vertices to which the face could refer.
         vertices: usize,
     },
 }
 
 impl MeshFileError {
-    /// The position of the error, if it has one.
+    /// Returns the position of the error in the file; `None` if the error concerns the whole file.
     #[must_use]
     pub fn place(&self) -> Option<Place> {
         match self.problem {
@@ -162,7 +162,7 @@ impl MeshFileError {
     }
 }
 
-/// The beginning of a word, for an error message. A malformed word may be long, or not text.
+/// Returns the beginning of a word for an error message, because a malformed word may be very long, or not be text.
 pub(super) fn shorten(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(word.get(..4 * LONGEST).unwrap_or(word));

@@ -1,7 +1,7 @@
-//! Wavefront OBJ: positions `v` and faces `f` that refer to them. Everything else is ignored.
+//! Wavefront OBJ: positions `v`, and faces `f` that refer to them. Everything else is ignored.
 //!
-//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. The format has no end
-//! mark. A file cut off between two lines, or within its last number, cannot be recognized.
+//! Faces of more than three corners are cut into triangles, see [`super::polygon`]. The format has no end mark. A file
+//! that is cut off between two lines, or within its last number, cannot be recognized as incomplete.
 
 use super::error::{MeshFileProblem, Place};
 use super::polygon::triangulate;
@@ -9,27 +9,27 @@ use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Content up to a line. Faces may refer to later vertices, so they are checked at the end.
+/// Vertices and faces up to the present line. Faces may refer to later vertices, so that the references are checked at
+/// the end.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,
     triangles: Vec<[u32; 3]>,
-    /// Faces of more than three corners.
     polygons: Vec<Polygon>,
-    /// The largest vertex number that a face refers to, from 1, and its line.
+    /// Largest vertex number to which a face refers, from 1, and the line of this face.
     farthest: (u32, usize),
 }
 
-/// A face of more than three corners, read as a fan of triangles around its first corner.
+/// A face of more than three corners. At first it is read as a fan of triangles around its first corner.
 #[derive(Debug)]
 struct Polygon {
     line: usize,
-    /// Index of the first triangle of its fan.
+    /// Index of the first triangle of the fan.
     first: usize,
     corners: usize,
 }
 
-/// Reads a whole file.
+/// Reads an OBJ file.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut faces = Faces::default();
@@ -45,7 +45,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Three coordinates, possibly followed by a weight or a colour.
+/// Reads three coordinates. A weight or a colour may follow and is ignored.
 fn position(words: &mut Words<'_>) -> Result<Vector, MeshFileProblem> {
     let mut position = Vector::zeros();
     for coordinate in position.iter_mut() {
@@ -79,7 +79,8 @@ impl Faces {
         if corners < 3 { Err(MeshFileProblem::Corners { line, found: corners }) } else { Ok(()) }
     }
 
-    /// Index, from 0, of the vertex that a corner `v`, `v/vt`, `v//vn` or `v/vt/vn` refers to.
+    /// Returns the index, from 0, of the vertex to which a corner refers. The corner is written as `v`, `v/vt`, `v//vn`
+    /// or `v/vt/vn`.
     fn corner(&mut self, word: &Word<'_>) -> Result<u32, MeshFileProblem> {
         let text = word.text.split(|byte| *byte == b'/').next().unwrap_or_default();
         let text = std::str::from_utf8(text).ok();
@@ -100,7 +101,7 @@ impl Faces {
         }
     }
 
-    /// The mesh, if all faces refer to existing vertices.
+    /// Returns the mesh, after checking that all faces refer to existing vertices.
     fn finish(mut self) -> Result<TriangleMesh, MeshFileProblem> {
         let (farthest, line) = self.farthest;
         let vertices = self.positions.len();
@@ -117,7 +118,7 @@ impl Faces {
         Ok(welder.finish())
     }
 
-    /// Replaces each fan that does not have the shape of its face.
+    /// Triangulates again each face whose fan does not have the shape of the face.
     fn cut_polygons(&mut self) -> Result<(), MeshFileProblem> {
         for &Polygon { line, first, corners } in &self.polygons {
             let Some(fan) = self.triangles.get_mut(first..first + corners - 2) else { continue };

@@ -1,48 +1,49 @@
-//! Triangulation of a face: a plane polygon that does not cross itself.
+//! Triangulation of a face, which must be a plane polygon that does not cross itself.
 //!
-//! A fan around the first corner is right for every polygon that is completely visible from this corner, and
-//! therefore for every convex polygon. Other polygons are cut by the ear clipping of the crate `earcut`,
-//! projected along the axis closest to their normal. Every corner stays a corner of a triangle, so that
-//! neighbouring faces keep their common edges.
+//! If the whole polygon is visible from its first corner, a fan around this corner is correct. This includes every
+//! convex polygon. Other polygons are projected along the axis closest to their normal and cut by ear clipping, with
+//! the crate `earcut`. Every corner remains a corner of some triangle, so that neighbouring faces keep their common
+//! edges.
 
 use thiserror::Error;
 
 use crate::Vector;
 
-/// A corner may be this fraction of its face's extent away from the plane of the face. Files have four digits
-/// or more.
+/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. Coordinates in
+/// files have at least four digits.
 const FLATNESS: f64 = 1e-3;
 
-/// Round-off of an area, relative to the squared extent: about ten operations on differences of coordinates.
+/// Round-off error of an area, relative to the square of the extent. It comes from about ten operations on differences
+/// of coordinates.
 const ROUNDING: f64 = 1e-13;
 
 /// Why a face cannot be cut into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PolygonProblem {
-    /// The corners are not in a plane, so that the face is not well defined.
+    /// The corners do not lie in a plane, so that the shape of the face is ambiguous.
     #[error("is not flat: a corner is {distance:.3e} away from its plane, expected at most {allowed:.3e}")]
     NotFlat {
-        /// The largest distance of a corner from the plane `[length]`.
+        /// Largest distance of a corner from the plane `[length]`.
         distance: f64,
-        /// The largest accepted distance `[length]`.
+        /// Largest accepted distance of a corner from the plane `[length]`.
         allowed: f64,
     },
-    /// The outline crosses or touches itself.
+    /// The outline of the face crosses or touches itself.
     #[error("has an outline that crosses itself, expected a simple polygon")]
     CrossesItself,
 }
 
-/// Cuts a polygon of `n` corners into `n - 2` triangles with its orientation, as indices of corners; `None`
-/// if these are the fan around the first corner.
+/// Cuts a polygon of `n` corners into `n - 2` triangles with the same orientation. A triangle consists of three indices
+/// of corners. Returns `None` if the triangles are the fan around the first corner.
 pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>, PolygonProblem> {
     let Some((&origin, rest)) = polygon.split_first() else { return Ok(None) };
     let extent = rest.iter().map(|corner| (corner - origin).amax()).fold(0.0, f64::max);
     let rounding = ROUNDING * extent * extent;
-    // By Newell's method. Its length is twice the enclosed area.
+    // The normal by Newell's method. Its length is twice the enclosed area.
     let fan: Vec<Vector> = rest.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin))).collect();
     let normal: Vector = fan.iter().sum();
     if normal.norm() <= rounding {
-        // If all corners are on a line, the face and its fan have no area.
+        // If all corners are on a line, neither the face nor its fan has an area.
         let is_line = fan.iter().all(|twice_area| twice_area.norm() <= rounding);
         return if is_line { Ok(None) } else { Err(PolygonProblem::CrossesItself) };
     }
@@ -58,7 +59,8 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the fan around the first corner turns in one direction only, and by less than a full turn.
+/// Whether the whole face is visible from its first corner. The fan around this corner then turns in one direction
+/// only, and by less than a full turn.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));
     let cosines = rest.windows(2).map(|pair| (pair[0] - origin).dot(&(pair[1] - origin)));
@@ -66,9 +68,9 @@ fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Ve
     sines().all(|sine| sine >= -rounding) && turned < std::f64::consts::TAU
 }
 
-/// Cuts by ear clipping.
+/// Cuts a polygon into triangles by ear clipping.
 fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, PolygonProblem> {
-    // Seen from the tip of the normal, in two of the three coordinates.
+    // Projects the polygon onto two axes, as seen from the tip of its normal.
     let across = normal.iamax();
     let (mut u, mut v) = ((across + 1) % 3, (across + 2) % 3);
     if normal[across] < 0.0 {
@@ -91,7 +93,8 @@ fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, Pol
     if is_whole { Ok(triangles) } else { Err(PolygonProblem::CrossesItself) }
 }
 
-/// Divides triangles at corners of the polygon that lie on their edges, which ear clipping leaves out.
+/// Inserts the corners that ear clipping leaves out because they lie on an edge of a triangle. The triangle is divided
+/// at these corners.
 fn keep_corners(triangles: &mut Vec<[usize; 3]>, corners: usize) {
     let mut is_used = vec![false; corners];
     triangles.iter().flatten().for_each(|&corner| is_used[corner] = true);
@@ -133,14 +136,14 @@ mod tests {
 
     const L: [[f64; 2]; 6] = [[10.0, 0.0], [10.0, 4.0], [4.0, 4.0], [4.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
 
-    /// Corners in a tilted plane far from the origin.
+    /// Maps corners of a plane figure to a tilted plane away from the origin.
     fn tilted(corners: &[[f64; 2]]) -> Vec<Vector> {
         let along = Vector::new(0.48, 0.6, -0.64);
         let up = Vector::new(0.8, 0.0, 0.6);
         corners.iter().map(|[x, y]| Vector::new(3.0, -7.0, 11.0) + along * *x + up * *y).collect()
     }
 
-    /// Triangles of a polygon, as vectors of twice their area.
+    /// Returns twice the area of each triangle of a polygon, as vectors along the normals.
     fn areas(polygon: &[Vector]) -> Result<Vec<Vector>, PolygonProblem> {
         let fan = || (2..polygon.len()).map(|k| [0, k - 1, k]).collect();
         let triangles = triangulate(polygon)?.unwrap_or_else(fan);
@@ -173,10 +176,10 @@ mod tests {
     fn a_face_that_is_seen_from_its_first_corner_stays_a_fan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         assert_eq!(triangulate(&tilted(&square)), Ok(None));
-        // Concave, but completely visible from the inner corner.
+        // A concave face whose area is completely visible from its first corner.
         let dart = [[0.0, 0.0], [2.0, -1.0], [0.0, 3.0], [-2.0, -1.0]];
         assert_eq!(triangulate(&tilted(&dart)), Ok(None));
-        // Two corners at one place, and all corners on a line.
+        // Degenerate faces: two equal corners, and all corners on one line.
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]])), Ok(None));
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])), Ok(None));
     }

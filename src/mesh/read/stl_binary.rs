@@ -1,51 +1,51 @@
-//! Binary STL: 80 bytes, the number of triangles, and 50 bytes for each. Some programs append a few bytes,
-//! which are ignored if they are fewer than a triangle needs.
+//! Binary STL: a header of 80 bytes, the number of triangles, and 50 bytes per triangle. Some programs append a few
+//! bytes. Fewer than 50 additional bytes are ignored.
 
 use super::error::{MeshFileProblem, Place};
 use crate::Vector;
 use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Length of the part before the triangles `[bytes]`.
+/// Length of the header, including the number of triangles `[bytes]`.
 const HEADER: usize = 84;
 
-/// Length of a triangle `[bytes]`: normal, corners, attributes.
+/// Length of a triangle in the file `[bytes]`: normal, corners and attributes.
 const TRIANGLE: usize = 50;
 
-/// Number of bytes at the beginning of a file that are searched for bytes that never occur in text.
+/// Length of the beginning of a file that is searched for zero bytes `[bytes]`.
 const PROBED: usize = 1024;
 
-/// Whether a file is binary STL, or has no other known format.
+/// Whether to read a file as binary STL. This is the case if it contains zero bytes or does not begin with `solid`.
 ///
-/// Many programs begin the header of binary files with `solid`. Zero bytes distinguish these from text, even
-/// in truncated files: attributes are zero, and so is the last byte of a number of triangles below 2^24.
+/// Many programs write `solid` at the beginning of binary files too. Zero bytes distinguish such files from text, even
+/// if they are truncated: attributes are usually zero, and so is the highest byte of a triangle count below 2^24.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     has_zeros(content) || !is_solid
 }
 
-/// Whether the beginning contains zero bytes. Every binary file has some there, and text has none.
+/// Whether the beginning of a file contains a zero byte. Binary STL files contain one there, text files do not.
 fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
 
-/// Number of triangles according to the header.
+/// Number of triangles according to the header; `None` if the file is too short.
 fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// Length of a file with a number of triangles `[bytes]`.
+/// Length of a binary STL file with this number of triangles `[bytes]`.
 fn length(triangles: u32) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
 }
 
-/// Number of bytes after the triangles of a complete file.
+/// Number of bytes after the last triangle of a file.
 pub(super) fn extra(content: &[u8]) -> usize {
     let expected = announced(content).map_or(0, length);
     content.len().saturating_sub(usize::try_from(expected).unwrap_or(usize::MAX))
 }
 
-/// Reads a whole file.
+/// Reads a binary STL file.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let Some(triangles) = announced(content) else {
         return Err(MeshFileProblem::NoStl { found: content.len() });
@@ -72,11 +72,11 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     Ok(welder.finish())
 }
 
-/// Corners of a triangle.
+/// Returns the corners of a triangle from its bytes in the file.
 fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
     let mut corners = [Vector::zeros(); 3];
     let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());
-    // The normal, twelve bytes, precedes the corners.
+    // The normal precedes the corners. Its three numbers are skipped.
     let (numbers, _) = record.as_chunks::<4>();
     for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
         *coordinate = f64::from(f32::from_le_bytes(*bytes));

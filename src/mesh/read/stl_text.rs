@@ -1,11 +1,12 @@
-//! Text STL: solids made of facets with one loop of three vertices, on separate lines or all on one.
+//! Text STL: solids made of facets, each with one loop of three vertices. Words may be on separate lines or all on one
+//! line.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Reads a whole file, which may contain several solids. Their names are ignored, in any encoding.
+/// Reads a text STL file, which may contain several solids. Their names are ignored and may have any encoding.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut welder = Welder::default();
@@ -32,8 +33,8 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Skips a name, up to the end of the line, or to the first facet if the whole file is one line. Returns
-/// whether there is a facet.
+/// Skips the name of a solid, up to the end of the line or to the first facet on the same line. Returns whether such a
+/// facet follows.
 fn skip_name(words: &mut Words<'_>) -> bool {
     let mut ahead = words.clone();
     while let Some(word) = ahead.next_on_line() {
@@ -46,7 +47,7 @@ fn skip_name(words: &mut Words<'_>) -> bool {
     false
 }
 
-/// Whether a word ends a part, written as one word `endloop` or two, `end loop`.
+/// Whether a word ends a part of the file. The end may be one word such as `endloop`, or two such as `end loop`.
 fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
     if let Some((end, rest)) = word.text.split_at_checked(3)
@@ -62,11 +63,11 @@ fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     false
 }
 
-/// Reads the rest of a facet.
+/// Reads a facet after its first keyword.
 fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     keyword(words, "normal", "`normal`")?;
     for _ in 0..3 {
-        // In many files, the normal of a facet with zero area is NaN.
+        // The normal is not parsed, because in many files it is NaN for a facet of zero area.
         next(words, "a component of the normal")?;
     }
     keyword(words, "outer", "`outer` after the three components of the normal")?;
@@ -94,7 +95,7 @@ fn keyword(words: &mut Words<'_>, keyword: &str, expected: &'static str) -> Resu
     if word.is(keyword) { Ok(()) } else { Err(word.unexpected(expected)) }
 }
 
-/// Skips the end of a part.
+/// Skips the words that end a part of a facet, such as `endloop`.
 fn end(words: &mut Words<'_>, part: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if is_end(&word, words, part) { Ok(()) } else { Err(word.unexpected(expected)) }

@@ -1,4 +1,4 @@
-//! Files that are read back, rejected files, and randomly damaged files.
+//! Tests of readers: files that are read back, rejected files, and randomly damaged files.
 
 mod damaged;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::Vector;
 use crate::mesh::write_stl::write_stl;
 
-/// A grid of squares of two triangles each, with a corner at each integer. Every format can represent it.
+/// Returns a sheet over a grid of squares, each of two triangles. Its coordinates are exact in every format.
 fn sheet(side: u32) -> TriangleMesh {
     let corner = |x: u32, y: u32| Vector::new(f64::from(x) - 1.0, f64::from(y), 0.5 * f64::from((x * y) % 3));
     let square = |k: u32| {
@@ -41,14 +41,14 @@ fn obj(mesh: &TriangleMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The message for a rejected file.
+/// Returns the error message for a file that must be rejected.
 fn refused(extension: &str, content: impl AsRef<[u8]>) -> String {
     let error = read_mesh("part", extension, content.as_ref()).unwrap_err();
     let message = error.to_string();
     message.strip_prefix("part: ").unwrap_or_else(|| panic!("{message}")).to_owned()
 }
 
-/// A facet of text STL.
+/// Returns a facet of text STL with the given vertices.
 fn facet(vertices: &str) -> String {
     format!("facet normal 0 0 1\nouter loop\n{vertices}\nendloop\nendfacet\n")
 }
@@ -109,12 +109,12 @@ fn a_header_of_ten_gigabytes_is_checked_against_the_length() {
 fn binary_coordinates_must_be_finite() {
     for (bytes, shown) in [(f32::NAN, "NaN"), (f32::NEG_INFINITY, "-inf")] {
         let mut content = binary(&sheet(2));
-        // The second corner of triangle 3.
+        // Overwrites a coordinate of the second corner of triangle 3.
         content[84 + 3 * 50 + 24..][..4].copy_from_slice(&bytes.to_le_bytes());
         let message = refused("stl", &content);
         assert!(message.starts_with(&format!("triangle 3 (from 0): coordinate is `{shown}`, expected a finite")));
     }
-    // A normal may have any value.
+    // A normal is ignored, and may have any value.
     let mut content = binary(&sheet(2));
     content[84..96].fill(0xff);
     assert!(read_mesh("a", "stl", &content).is_ok());
@@ -141,7 +141,7 @@ fn text_stl_is_read_with_any_name_case_and_layout() {
         bytes(&[b"\xef\xbb\xbfSolid\r\n", body.to_uppercase().replace('\n', "\r\n").as_bytes(), b"EndSolid"]),
         bytes(&[b"solid\n", body.replace('\n', " ").as_bytes(), b"endsolid\n\n \n"]),
         bytes(&[b"\n solid a\nendsolid a\nsolid b\n", body.as_bytes(), b"endsolid b\n"]),
-        // Ends in two words, lines that end with CR, and everything on one line.
+        // The remaining files have ends in two words, lines that end with CR, or everything on one line.
         bytes(&[
             b"solid a\n",
             body.replace("endloop", "end loop").replace("endf", "End F").as_bytes(),
@@ -160,7 +160,7 @@ fn solids_on_one_line_are_all_read() {
     let other = facet("vertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1");
     let content = format!("solid a {} endsolid a solid b {} endsolid b", facet(CORNERS), other).replace('\n', " ");
     assert_eq!(read_mesh("a", "stl", content.as_bytes()).unwrap().triangles, [[0, 1, 2], [0, 1, 3]]);
-    // Lines are counted with any line ends.
+    // LF, CR LF and CR each end a line.
     let message = refused("stl", "solid a\rfacet normal 0 0 1\r\nouter loop\nvertex 0 x 0\r");
     assert!(message.starts_with("line 4: found `x`"), "{message}");
 }
@@ -173,7 +173,7 @@ fn bytes_behind_the_triangles_of_a_binary_file_are_passed_over_and_counted() {
     content.extend_from_slice(b"made by a scanner");
     assert_eq!(read_mesh("a", "STL", &content).unwrap(), mesh);
     assert_eq!(unread_bytes("STL", &content), 17);
-    // As many bytes as another triangle has: the number in the header is too small.
+    // The added bytes now have the length of a triangle, so that the number of triangles in the header is too small.
     content.extend_from_slice(&[7; 33]);
     assert!(refused("stl", &content).starts_with("the header announces 8 triangles: expected 484 bytes, found 534"));
     assert_eq!(unread_bytes("obj", b"f"), 0);
@@ -205,7 +205,7 @@ fn text_stl_is_refused_with_the_line() {
     }
     let long = solid(&facet(&format!("vertex {}", "9x".repeat(5_000_000))));
     assert!(long.len() < 200 && long.contains("..."), "{long}");
-    // Truncated after every byte: never complete before `endsolid`.
+    // A file that is cut off is never complete, because it lacks `endsolid`.
     let content = format!("solid a\n{whole}endsolid");
     for end in 0..content.len() {
         assert!(read_mesh("a", "stl", &content.as_bytes()[..end]).is_err());
@@ -222,15 +222,15 @@ fn obj_faces_are_read_in_all_notations() {
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]], "{faces}");
         assert_eq!(mesh.area(), 1.0);
     }
-    // Faces before vertices, names that are not UTF-8, vertices that are listed twice or unused.
+    // Faces may precede their vertices, names need not be UTF-8, and vertices may be repeated or unused.
     let mesh =
         read_mesh("a", "obj", b"o \xff\xfe\n# c:\\\nf 2 3 4\nv 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nf 2 4 5")
             .unwrap();
     assert_eq!((mesh.vertices.len(), mesh.triangles), (3, vec![[0, 1, 2], [0, 2, 1]]));
-    // Negative numbers count backwards from the line of the face.
+    // Negative vertex numbers count backwards from the last vertex before the face.
     let mesh = read_mesh("a", "obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -3 -1").unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3]]);
-    // Collapsed triangles are kept.
+    // A triangle with two equal corners is kept.
     assert_eq!(read_mesh("a", "obj", b"v 0 0 0\nv 1 0 0\nf 1 1 2").unwrap().triangles, [[0, 0, 1]]);
 }
 

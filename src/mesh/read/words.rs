@@ -1,9 +1,9 @@
-//! Words of a text, with their lines.
+//! Splits the text of a mesh file into words with line numbers.
 
 use super::error::{MeshFileProblem, Place, shorten};
 use crate::model::triangle_mesh::LARGEST_COORDINATE;
 
-/// A word and the line on which it stands, from 1.
+/// A word and the number of its line, from 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Word<'a> {
     pub text: &'a [u8],
@@ -11,17 +11,17 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// Whether the word is a keyword, in any case.
+    /// Whether the word is this keyword, ignoring case.
     pub fn is(&self, keyword: &str) -> bool {
         self.text.eq_ignore_ascii_case(keyword.as_bytes())
     }
 
-    /// The error for an unexpected word.
+    /// Returns the error that this word was found instead of `expected`.
     pub fn unexpected(&self, expected: &'static str) -> MeshFileProblem {
         MeshFileProblem::Unexpected { line: self.line, found: shorten(self.text), expected }
     }
 
-    /// The word as a coordinate.
+    /// Parses the word as a coordinate.
     pub fn coordinate(&self) -> Result<f64, MeshFileProblem> {
         let text = std::str::from_utf8(self.text).ok();
         let Some(x) = text.and_then(|text| text.parse::<f64>().ok()) else {
@@ -34,7 +34,7 @@ impl Word<'_> {
     }
 }
 
-/// Text split into words.
+/// Reader that splits a text into words and counts its lines.
 #[derive(Debug, Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
@@ -42,17 +42,17 @@ pub(super) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// From the beginning of a file, without a byte order mark.
+    /// Starts at the beginning of a file and skips its byte order mark.
     pub fn of(content: &'a [u8]) -> Self {
         Self { rest: content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content), line: 1 }
     }
 
-    /// The line up to which the text has been read, from 1.
+    /// Number of the line up to which the text has been read, from 1.
     pub fn line(&self) -> usize {
         self.line
     }
 
-    /// The next word of the text, or `None` at its end.
+    /// Returns the next word of the text; `None` at the end of the text.
     pub fn next(&mut self) -> Option<Word<'a>> {
         let blanks = self.rest.iter().position(|byte| !is_blank(*byte)).unwrap_or(self.rest.len());
         let (before, rest) = self.rest.split_at(blanks);
@@ -63,7 +63,8 @@ impl<'a> Words<'a> {
         (length > 0).then_some(Word { text, line: self.line })
     }
 
-    /// The next word of the same line, or `None` at its end. A backslash before the end of a line continues it.
+    /// Returns the next word of the same line; `None` at the end of the line. A line that ends with a backslash
+    /// continues on the next line.
     pub fn next_on_line(&mut self) -> Option<Word<'a>> {
         loop {
             let blanks =
@@ -86,8 +87,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Skips the rest of the line; false at the end of the text. Paths in comments may end with a backslash,
-    /// which does not continue the line.
+    /// Skips the rest of the line. Returns false at the end of the text. A backslash at the end does not continue the
+    /// line here, because a comment may end with a path such as `c:\`.
     pub fn skip_line(&mut self) -> bool {
         let end = self.rest.iter().position(|byte| is_line_end(*byte));
         let rest = end.map_or(&[][..], |end| self.rest.split_at(end).1);
@@ -97,12 +98,12 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Whether a byte ends a line: LF, CR LF, or CR alone.
+/// Whether a byte is a line end, LF or CR.
 fn is_line_end(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
 
-/// Number of line ends.
+/// Counts the line ends: LF, CR LF, or CR alone.
 fn line_ends(text: &[u8]) -> usize {
     let is_end = |at: usize| text[at] == b'\n' || (text[at] == b'\r' && text.get(at + 1) != Some(&b'\n'));
     (0..text.len()).filter(|&at| is_end(at)).count()

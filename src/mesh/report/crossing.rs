@@ -1,20 +1,20 @@
-//! Whether two triangles meet outside a common corner, decided by exact signs only.
+//! Tests whether two triangles intersect outside a common corner. Only exact signs of determinants decide.
 //!
-//! The intersection of two triangles ends where an edge of one meets the other, so edges are tested against
-//! triangles. With a common corner, only the edges opposite to it are tested: an intersection that continues
-//! from the corner leaves one of the triangles there. Triangles with a common edge meet elsewhere only if
-//! they are folded onto each other.
+//! The intersection of two triangles ends where an edge of one triangle meets the other triangle, so each edge is
+//! tested against the other triangle. With a common corner, only the edges opposite to the corner are tested, because
+//! an intersection that continues from the corner crosses one of them. Triangles with a common edge intersect elsewhere
+//! only if one triangle is folded onto the other.
 
 use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
 use crate::Vector;
 
-/// Corner of a triangle: its position, and its side of the plane of the other triangle; `None` if both
-/// triangles share the corner.
+/// Corner of a triangle: its position, and the side of the other triangle's plane on which it lies. The side is `None`
+/// if both triangles share the corner.
 type Corner = (Vector, Option<Sign>);
 
-/// Whether two triangles meet outside the corners that they share, judged by coordinates. Triangles whose
-/// corners are on a line, and triangles that share all corners, do not meet.
+/// Whether two triangles intersect outside the corners that they share. Corners are shared if their coordinates are
+/// equal. The answer is no for triangles whose corners are on a line, and for triangles that share all corners.
 pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     if is_clear(one, two) && is_clear(two, one) {
         return false;
@@ -33,13 +33,13 @@ pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
             crosses([a, b, c], two) || crosses([d, e, f], one)
         }
         1 => edge_meets([a, b], two) || edge_meets([d, e], one),
-        // Both lie in a plane.
+        // The triangles share an edge and lie in one plane.
         _ => is_folded([a, b, c].map(|(corner, _)| *corner), &d.0),
     }
 }
 
-/// Whether the edge opposite to the only common corner is outside the box around the other triangle. This
-/// test separates most pairs of a fan.
+/// Whether the triangles share one corner only, and the edge opposite to it is outside the box around the other
+/// triangle. This quick test separates most pairs of triangles around a common vertex.
 fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     let (p, q) = match one.map(|corner| two.contains(&corner)) {
         [true, false, false] => (one[1], one[2]),
@@ -50,8 +50,8 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Corners of a triangle, unshared ones first; `None` if all unshared ones are on the same side of the plane
-/// of the other triangle.
+/// Returns the corners of a triangle. Corners that are not shared with the other triangle come first. Returns `None` if
+/// all of these lie on one side of the plane of the other triangle.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -73,20 +73,21 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment meets a triangle or its rim. The sides of the triangle's plane on which the ends of the
-/// segment lie are known.
+/// Whether a segment intersects a triangle, including its rim. For each end, the caller gives the side of the
+/// triangle's plane on which it lies.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);
     }
-    // The line crosses the plane once. The crossing is inside the triangle if it is on the same side of all
-    // edges.
+    // The line through the segment crosses the plane at one point. This point is inside the triangle if the line passes
+    // all edges on the same side.
     let [a, b, c] = triangle;
     let around = [(a, b), (b, c), (c, a)].map(|(from, to)| side(&[*from, *to, *p], q));
     !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
 }
 
-/// Whether a segment in the plane of a triangle meets it: no line along an edge of either separates them.
+/// Whether a segment in the plane of a triangle intersects it. It does if neither a line along the segment nor a line
+/// along an edge separates the two.
 fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
     let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
     let [a, b, c] = triangle;

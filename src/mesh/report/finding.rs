@@ -5,11 +5,11 @@ use std::fmt;
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh, with a suggestion for its repair. Its text names the first position.
+/// Fault of a mesh, with a suggestion for its repair. The text names the first place with this fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
-    /// There are no triangles.
+    /// The mesh has no triangles.
     NoTriangle,
     /// A vertex is missing, not finite or too far away.
     Unusable(TriangleFault),
@@ -17,15 +17,15 @@ pub enum Finding {
     Open(EdgeFault),
     /// More than two triangles meet at an edge.
     Crowded(EdgeFault),
-    /// Normals of neighbours point to different sides.
+    /// Normals of adjacent triangles point to different sides.
     NotOriented(EdgeFault),
     /// Triangles have no area and therefore no normal.
     Degenerate(TriangleFault),
     /// Triangles are duplicated.
     Duplicates(PairFault),
-    /// The surface passes through itself.
+    /// The surface intersects itself.
     SelfIntersections(PairFault),
-    /// There are too many pairs of triangles to test them all.
+    /// Too many pairs of triangles are near each other to test them all.
     NotSearched,
 }
 
@@ -47,7 +47,7 @@ pub(super) fn of(report: &MeshReport) -> Vec<Finding> {
 }
 
 impl Finding {
-    /// How to repair the mesh.
+    /// Returns advice on how to repair the mesh.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {
@@ -99,7 +99,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Edges with a fault, and the position of the first one.
+/// Writes the number of edges with a fault, and the position of the first edge.
 fn edges(f: &mut fmt::Formatter<'_>, fault: &EdgeFault, what: &str) -> fmt::Result {
     write!(f, "{} {} {what}", plural(fault.count, "edge"), is_or_are(fault.count))?;
     let Some([from, to]) = fault.first else { return Ok(()) };

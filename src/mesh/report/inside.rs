@@ -8,13 +8,14 @@ use super::tree::Tree;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Whether a closed mesh contains a point. The sum of the solid angles of its triangles is `4 pi` times the
-/// winding number, which is not zero inside.
+/// Whether a closed mesh contains a point. The sum of the solid angles of its triangles is `4 pi` times the winding
+/// number, which is not zero inside.
 ///
-/// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` for corners
-/// relative to the point (A. van Oosterom and J. Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans.
-/// Biomed. Eng. 30, 125, 1983). The time is proportional to the number of triangles; for many points see
-/// [`Inside`]. Points on the mesh itself are on either side.
+/// The solid angle `omega` of a triangle with the corners `a`, `b` and `c` relative to the point follows from
+/// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` (A. van Oosterom and J.
+/// Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans. Biomed. Eng. 30, 125, 1983). The time is proportional
+/// to the number of triangles; for many points see [`Inside`]. Points on the mesh itself may count as inside or
+/// outside.
 #[must_use]
 pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
     let half_angle = |corners: [Vector; 3]| {
@@ -23,17 +24,16 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // An integer within round-off; a half on the surface.
+    // The sum is an integer within round-off, or about a half for a point on the surface.
     winding.abs() > 0.5
 }
 
-/// Search for points inside a closed mesh, by exact signs, so that rounding never puts a point on the wrong
-/// side.
+/// Test for points inside a closed mesh. It uses exact signs, so that rounding never puts a point on the wrong side.
 ///
-/// The winding number is the number of triangles through which an upward ray leaves, less the number through
-/// which it enters. A ray through an edge or a vertex is shifted by infinitesimal amounts, first along x and
-/// then, by a smaller one, along y, so that it passes through one of the neighbours. The time is proportional
-/// to the number of triangles above and below the point. The memory holds a tree over all triangles.
+/// The winding number is the number of triangles through which an upward ray leaves, minus the number through which it
+/// enters. A ray through an edge or a vertex is shifted by infinitesimal amounts, first along x and then, by a smaller
+/// one, along y, so that it passes through one of the adjacent triangles. The time is proportional to the number of
+/// triangles above and below the point. The memory holds a tree over all triangles.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,
@@ -53,14 +53,14 @@ impl<'a> Inside<'a> {
         Self { tree: Tree::of(&mesh), mesh: Cow::Owned(mesh) }
     }
 
-    /// Whether the mesh contains a point. Points on the mesh itself are on either side.
+    /// Whether the mesh contains a point. Points on the mesh itself may count as inside or outside.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         self.winding_number(point) != 0
     }
 
-    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with inward normals,
-    /// 2 inside two parts.
+    /// Winding number of the mesh around a point: 1 inside, 0 outside, -1 inside a mesh with inward normals, 2 where
+    /// two parts overlap.
     #[must_use]
     pub fn winding_number(&self, point: &Vector) -> i32 {
         let above = self.tree.entered(|bounds| {
@@ -79,7 +79,7 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     if turn == Sign::Equal || moved_turn(b, c, point) != turn || moved_turn(c, a, point) != turn {
         return 0;
     }
-    // A point below a triangle is behind it if the normal of the triangle points up.
+    // If the normal of the triangle points up, a point below the triangle is behind it.
     match (turn, side(triangle, point)) {
         (Sign::Greater, Sign::Less) => 1,
         (Sign::Less, Sign::Greater) => -1,
@@ -87,8 +87,8 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     }
 }
 
-/// Whether a point is to the left of a line, seen from above, after an infinitesimal shift along x and a much
-/// smaller one along y.
+/// Side of a directed line on which a point lies in a view from above; `Greater` is the left side. The point is first
+/// shifted by an infinitesimal amount along x and a much smaller one along y.
 fn moved_turn(from: &Vector, to: &Vector, point: &Vector) -> Sign {
     let [_, _, along_z] = Projection::ALL;
     let ([x, y], [to_x, to_y]) = (along_z.of(from), along_z.of(to));

@@ -1,4 +1,4 @@
-//! Pairs of triangles that meet.
+//! Self-intersections of a mesh: pairs of triangles that intersect.
 
 use std::cell::Cell;
 
@@ -7,8 +7,8 @@ use super::tree::{Bounds, Tree};
 use super::{MOST_INTERSECTIONS, MOST_PAIRS, PairFault};
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Pairs that meet outside a common vertex or edge, and whether all pairs with overlapping boxes were tested.
-/// The search ends at [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
+/// Returns the pairs of triangles that intersect outside a common vertex or edge, and whether all pairs with
+/// overlapping boxes were tested. The search ends at [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
 pub(super) fn self_intersections(mesh: &TriangleMesh, tree: &Tree) -> (PairFault, bool) {
     let mut fault = PairFault::default();
     let left = Cell::new(MOST_PAIRS);

@@ -10,8 +10,8 @@ use crate::Vector;
 /// Sign of a determinant.
 pub(super) type Sign = Ordering;
 
-/// Coordinates below this count as zero. Products of three differences, with all their digits, then do not
-/// underflow, and do not overflow for coordinates below `1e60`.
+/// Coordinates smaller than this value count as zero. Otherwise, the exact product of three differences could
+/// underflow. It does not overflow for coordinates below `1e60`.
 const SMALLEST: f64 = 1e-90;
 
 fn flushed(x: f64) -> f64 {
@@ -25,11 +25,11 @@ fn sign(determinant: f64) -> Sign {
 /// Side of a triangle's plane on which a point lies: `Greater` for the side to which the normal points.
 pub(super) fn side([a, b, c]: &[Vector; 3], point: &Vector) -> Sign {
     let of = |v: &Vector| Coord3D { x: flushed(v.x), y: flushed(v.y), z: flushed(v.z) };
-    // In the source, the determinant is positive below a counterclockwise triangle.
+    // `orient3d` is positive for a point below a counterclockwise triangle, so the sign is reversed.
     sign(robust::orient3d(of(a), of(b), of(c), of(point))).reverse()
 }
 
-/// Projection along a coordinate axis.
+/// Projection of points along a coordinate axis onto the plane of the other two axes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projection {
     axes: [usize; 2],
@@ -39,7 +39,6 @@ impl Projection {
     /// Projections along x, y and z.
     pub const ALL: [Self; 3] = [Self { axes: [1, 2] }, Self { axes: [2, 0] }, Self { axes: [0, 1] }];
 
-    /// Coordinates of a projected point.
     pub fn of(self, point: &Vector) -> [f64; 2] {
         self.axes.map(|axis| flushed(point[axis]))
     }
@@ -50,8 +49,8 @@ impl Projection {
         sign(robust::orient2d(a, b, c))
     }
 
-    /// A projection in which a triangle has an area, and its direction of turn there; `None` if its corners
-    /// are on a line.
+    /// Returns a projection in which a triangle has an area, and the direction in which its corners turn there. Returns
+    /// `None` if the corners are on a line.
     pub fn for_triangle([a, b, c]: &[Vector; 3]) -> Option<(Self, Sign)> {
         let normal = (b - a).cross(&(c - a));
         let best = normal.iamax();

@@ -71,7 +71,7 @@ fn whole_surfaces_are_clean() {
 fn rough_and_flattened_spheres_are_clean() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for case in 0..20 {
-        // Vertices that move along rays from the middle never meet: spikes, not convex.
+        // Vertices that move along rays from the centre produce spikes, but no self-intersections.
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 3).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.05 + uniform(&mut random));
         assert_clean(&mesh);
@@ -130,7 +130,7 @@ fn spheres_meet_where_they_overlap_only() {
     assert!(matches!(report.findings()[..], [Finding::SelfIntersections(_)]));
     let [first, second] = report.self_intersections.first.unwrap();
     assert!(first < 1280 && second >= 1280);
-    // One inside the other.
+    // A sphere inside another one does not intersect it.
     let nested = both(&one, &one.transformed(0.5, &Rotation3::identity(), &Vector::zeros()));
     assert_eq!(assert_clean(&nested).parts, 2);
 }
@@ -145,7 +145,7 @@ fn triangles_without_area_are_found_and_close_the_surface_all_the_same() {
     assert!(report.is_closed() && matches!(report.findings()[..], [Finding::Degenerate(_)]));
     mesh.triangles.push([7, 7, 7]);
     assert_eq!(MeshReport::of(&mesh).degenerate.count, 2);
-    // On either side of the limit: a height of 2e-12 of the base.
+    // For the base of 8, the area limit of degenerate triangles corresponds to a height of 1.6e-11.
     let triangle = |height: f64| {
         let corners = [Vector::zeros(), Vector::new(8.0, 0.0, 0.0), Vector::new(4.0, 0.0, height)];
         MeshReport::of(&TriangleMesh::welded([corners].into_iter())).degenerate.count
@@ -160,7 +160,7 @@ fn edges_with_three_triangles_and_parts_are_counted() {
     let report = MeshReport::of(&TriangleMesh::welded([0.0, 1.0, 2.0].map(fin).into_iter()));
     assert_eq!((report.crowded_edges.count, report.open_edges.count, report.parts), (1, 6, 1));
     assert_eq!(report.crowded_edges.first, Some([Vector::zeros(), Vector::z()]));
-    // Parts are joined in any order of the triangles. Unused vertices are no part.
+    // The number of parts does not depend on the order of the triangles. Vertices without triangles are not counted.
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for _ in 0..200 {
         let mut mesh = TriangleMesh { vertices: vec![Vector::zeros(); 30], triangles: Vec::new() };

@@ -1,4 +1,5 @@
-//! Thickness of walls and gaps, by rays from the middle of each triangle along its normal.
+//! Thickness of the walls and gaps of a mesh, measured along rays from the middle of each triangle in the direction of
+//! its normal.
 
 use std::cell::Cell;
 
@@ -7,21 +8,22 @@ use super::tree::{Bounds, Tree};
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Two triangles that face each other.
+/// Two triangles of a mesh that face each other at the shortest distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
-    /// Length of the normal through the middle of a triangle, up to the other triangle `[length]`.
+    /// Length of the normal from the middle of one triangle to the other triangle `[length]`.
     pub distance: f64,
-    /// Index of the triangle, from 0.
+    /// Index of the triangle from which the distance is measured, from 0.
     pub triangle: usize,
-    /// Index of the other triangle, from 0.
+    /// Index of the triangle to which the distance is measured, from 0.
     pub other: usize,
 }
 
 /// Cosine of the largest angle, 60 degrees, between normals of triangles that face each other.
 const FACING: f64 = 0.5;
 
-/// Tolerance for rays that miss a triangle, in units of its edges, so that none slips between two triangles.
+/// Tolerance for the test of whether a ray hits a triangle, in units of the edges. It keeps a ray from passing between
+/// two adjacent triangles.
 const SLACK: f64 = 1e-9;
 
 /// Ray with a direction of unit length.
@@ -29,17 +31,17 @@ const SLACK: f64 = 1e-9;
 struct Ray<'a> {
     origin: Vector,
     direction: Vector,
-    /// Number of triangle tests that are left.
+    /// Number of triangles that may still be tested before the search ends.
     left: &'a Cell<usize>,
 }
 
-/// The shortest ray in front of the triangles, on the side to which their normals point, and the shortest ray
-/// behind the triangles.
+/// Returns the shortest ray in front of the triangles, the shortest ray behind them, and whether all rays were
+/// followed. The front of a triangle is the side to which its normal points. The search ends at [`MOST_PAIRS`].
 ///
-/// A ray passes through triangles that share a vertex with its own triangle, and through triangles with a
-/// normal that deviates by more than 60 degrees from the ray. In an oriented mesh, a triangle that faces back
-/// has the opposite normal; otherwise the sign of normals is ignored. Also returns whether all rays were
-/// followed, because the search ends at [`MOST_PAIRS`].
+/// Each ray starts in the middle of a triangle and ends at the first triangle that faces this triangle. Rays pass
+/// through triangles that share a vertex with the first triangle, and through triangles with a normal that deviates by
+/// more than 60 degrees from the ray. In an oriented mesh, triangles that face each other have opposite normals;
+/// otherwise the sign of normals is ignored.
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);
@@ -67,8 +69,8 @@ pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> (
 }
 
 impl Ray<'_> {
-    /// Distance and index of the first triangle within a limit that faces the ray and shares no vertex with
-    /// the triangle where it begins.
+    /// Returns the distance and the index of the first triangle that faces the ray within a limit. Triangles that share
+    /// a vertex with the triangle where the ray begins are skipped.
     fn first(
         &self,
         mesh: &TriangleMesh,
@@ -100,7 +102,7 @@ impl Ray<'_> {
         found
     }
 
-    /// Whether the ray enters a box before a distance.
+    /// Whether the ray enters a box within a distance from its origin.
     fn reaches(&self, bounds: &Bounds, limit: f64) -> bool {
         let (mut enter, mut leave) = (0.0_f64, limit);
         for axis in 0..3 {

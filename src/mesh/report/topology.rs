@@ -1,13 +1,14 @@
-//! Faults of single triangles, duplicate triangles, and the number of connected parts.
+//! Degenerate triangles, duplicate triangles, and the number of connected parts.
 
 use super::{PairFault, TriangleFault};
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Area of a degenerate triangle in units of the square of its longest side. Its height is far below the
-/// seventh digit of `f32`, the precision of most files, and its normal has few significant digits in `f64`.
+/// Largest area of a degenerate triangle, relative to the square of its longest side. The height of such a triangle is
+/// far below the seventh digit of `f32`, the precision of most files, and its normal has few significant digits in
+/// `f64`.
 const SMALLEST_AREA: f64 = 1e-12;
 
-/// Triangles without an area.
+/// Returns the triangles without an area.
 pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
     let mut fault = TriangleFault::default();
     for (number, corners) in mesh.all_corners().enumerate() {
@@ -22,7 +23,7 @@ pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
     fault
 }
 
-/// Triangles with the vertices of an earlier one.
+/// Returns the triangles that have the same vertices as an earlier triangle.
 pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     let key = |(numbers, triangle): (&[u32; 3], u32)| {
         let mut sorted = *numbers;
@@ -42,7 +43,7 @@ pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     fault
 }
 
-/// Number of parts without a common vertex.
+/// Number of connected parts of a mesh. Different parts have no common vertex.
 pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
     let mut is_used = vec![false; mesh.vertices.len()];
@@ -70,7 +71,8 @@ pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     parts
 }
 
-/// The vertex that represents the part of a vertex. The path to it is halved.
+/// Returns the vertex that represents the connected part to which a vertex belongs, and shortens the path to it
+/// (union-find with path halving).
 fn root(parents: &mut [u32], mut number: u32) -> u32 {
     loop {
         let parent = parents.get(number as usize).copied().unwrap_or(number);

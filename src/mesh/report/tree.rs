@@ -1,7 +1,7 @@
 //! Tree of bounding boxes around triangles (bounding volume hierarchy).
 //!
-//! Each triangle is in one leaf, so that the memory does not depend on shapes. In a grid of cells, a long
-//! thin triangle would be in many.
+//! Each triangle is in one leaf, so that the memory does not depend on the shapes of the triangles. In a grid of cells,
+//! a long thin triangle would be in many cells.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ impl Bounds {
         Self { lower: a.inf(b).inf(c), upper: a.sup(b).sup(c) }
     }
 
-    /// Whether two boxes overlap or touch.
+    /// Whether two boxes overlap or touch each other.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|axis| self.lower[axis] <= other.upper[axis] && other.lower[axis] <= self.upper[axis])
     }
@@ -31,25 +31,25 @@ impl Bounds {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Bounds,
-    /// The node after all nodes below this one.
+    /// Index of the next node in the list that is not below this node.
     next: usize,
-    /// Range of its triangles in the order of the tree; empty except in leaves.
+    /// Range of the triangles of a leaf in `Tree::order`; empty for other nodes.
     triangles: Range<usize>,
 }
 
-/// The tree as a list, with each node before all nodes below it.
+/// Tree as a list of nodes. Each node comes before all nodes below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
     order: Vec<u32>,
 }
 
-/// Number of triangles in a leaf.
+/// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Builds the tree by halving. Triangles are ordered by the centres of their boxes along the longest
-    /// edge, and by index if these are equal.
+    /// Builds the tree by repeated halving of the set of triangles. Triangles are ordered by the centres of their boxes
+    /// along the longest edge, and by index if these are equal.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh.all_corners().map(|corners| Bounds::around(&corners)).collect();
         let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
@@ -60,7 +60,8 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// Indices of the triangles in leaves for which `enters` holds, for them and all nodes above.
+    /// Returns the indices of the triangles in all leaves that a search enters. `enters` decides from the box of a node
+    /// whether the search enters the node.
     pub fn entered(&self, mut enters: impl FnMut(&Bounds) -> bool) -> impl Iterator<Item = u32> {
         let mut node = 0;
         let leaves = std::iter::from_fn(move || {
@@ -80,7 +81,7 @@ impl Tree {
     }
 }
 
-/// Adds the node of a range of triangles, and all nodes below it. Halving keeps the depth logarithmic.
+/// Adds a node for a range of triangles, and all nodes below it. Halving keeps the depth of the tree logarithmic.
 fn grow(nodes: &mut Vec<Node>, boxes: &[Bounds], order: &mut [u32], place: usize) {
     let of = |number: &u32| boxes.get(*number as usize).copied();
     let mut all = order.iter().filter_map(of);

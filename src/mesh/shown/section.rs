@@ -1,4 +1,4 @@
-//! Sections of surfaces in a flat scene.
+//! Sections of surfaces in a two-dimensional scene.
 
 use std::f64::consts::TAU;
 
@@ -10,10 +10,10 @@ use crate::model::{SurfaceShape, TriangleMesh};
 /// Number of corners of a circle.
 const CORNERS: u32 = 144;
 
-/// Width of the strip along a section, relative to the diagonal of the region.
+/// Width of the strip that shows a surface, relative to the diagonal of the region.
 const WIDTH: f64 = 4e-3;
 
-/// Strip along the section of a surface with the plane of a flat scene, on the side away from the particles.
+/// Strip along the section of a surface with the plane of a two-dimensional scene, on the side away from the particles.
 pub(super) fn strip(shape: &SurfaceShape, region: &Region, flat: usize) -> TriangleMesh {
     let width = WIDTH * region.diagonal();
     match shape {
@@ -32,7 +32,7 @@ pub(super) fn strip(shape: &SurfaceShape, region: &Region, flat: usize) -> Trian
     }
 }
 
-/// Strip along a line, behind it.
+/// Strip along a line, on the side opposite to its normal.
 fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> TriangleMesh {
     let Some(up) = normal.try_normalize(0.0) else { return TriangleMesh::default() };
     let along = Vector::from_fn(|k, _| if k == flat { 1.0 } else { 0.0 }).cross(&up);
@@ -43,7 +43,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     if (foot - region.centre()).norm() <= region.diagonal() {
         larger.hold(&foot, 0.0);
     }
-    // Also behind a side of the box, if the line is in that side.
+    // The strip lies behind the line, even if the line lies in a side of the box.
     (larger.lower, larger.upper) = (larger.lower.add_scalar(-width), larger.upper.add_scalar(width));
     let reach = larger.diagonal();
     let corners = [(-reach, 0.0), (reach, 0.0), (reach, -width), (-reach, -width)];
@@ -52,7 +52,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     TriangleMesh::welded(fan(&polygon))
 }
 
-/// Ring between two distances from a line between two ends.
+/// Strip between two distances from the segment that connects two points.
 fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     let [x, y] = [(flat + 1) % 3, (flat + 2) % 3];
     let direction = |angle: f64| {
@@ -62,8 +62,8 @@ fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     };
     let span = ends[1] - ends[0];
     let start = libm::atan2(span[y], span[x]);
-    // Half of the corners around the second end, half around the first, with both ends of each straight side
-    // included.
+    // Half of the corners surround the second end, and half the first end. Each arc includes both of its ends, so that
+    // straight sides connect the arcs.
     let half = CORNERS / 2;
     let corners = (0..2_u32).flat_map(|end| (0..=half).map(move |k| (end, end * half + k)));
     let outline: Vec<[Vector; 2]> = corners

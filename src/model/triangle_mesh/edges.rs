@@ -3,15 +3,15 @@
 /// One side of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EdgeUse {
-    /// Indices of the two vertices, the smaller one first.
+    /// Indices of the two vertices of the side, the smaller one first.
     pub ends: [u32; 2],
     /// Index of the triangle.
     pub triangle: u32,
-    /// Whether the triangle runs from the first end to the second.
+    /// Whether the side runs from the first end to the second in the order of the triangle's corners.
     pub is_forward: bool,
 }
 
-/// Sides of all triangles, sorted by ends and then by triangle, so that sides on the same edge are neighbours.
+/// The sides of all triangles, sorted by vertices and then by triangle, so that sides on the same edge are neighbours.
 ///
 /// Triangles with two identical vertices are left out. A surface can be closed without them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,8 +35,8 @@ impl Edges {
         Self { uses }
     }
 
-    /// Iterates over the edges, each with its sides: one side at the rim of the surface, two sides elsewhere.
-    /// A surface is oriented if one of the two sides runs forward.
+    /// Iterates over the edges, each with its sides: one side at the rim of the surface, two sides elsewhere. A surface
+    /// is consistently oriented if exactly one of the two sides runs forward at each edge.
     pub fn iter(&self) -> impl Iterator<Item = &[EdgeUse]> {
         self.uses.chunk_by(|one, other| one.ends == other.ends)
     }

@@ -5,14 +5,15 @@ use std::collections::HashMap;
 use super::TriangleMesh;
 use crate::Vector;
 
-/// Largest number of distinct cells along an axis, counted from the first vertex.
+/// Largest magnitude of a cell index along an axis. A float represents integers up to this limit exactly.
 const MOST_CELLS: f64 = 9e15;
 
 impl TriangleMesh {
-    /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices removed.
+    /// Merges vertices that are at most `tolerance` apart `[length]`. Returns the new mesh and the number of vertices
+    /// removed.
     ///
-    /// Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle
-    /// whose vertices merge keeps its place and has no area.
+    /// Each vertex in order is merged into the nearest vertex kept so far. No triangle is removed: a triangle whose
+    /// vertices merge keeps its place and has no area.
     #[must_use]
     pub fn merged(&self, tolerance: f64) -> (Self, usize) {
         let Some(origin) = self.vertices.first().filter(|_| tolerance > 0.0) else { return (self.clone(), 0) };
@@ -38,7 +39,7 @@ impl TriangleMesh {
             }
             numbers.push(nearest.map_or_else(
                 || {
-                    // There are at most as many vertices as before.
+                    // The number fits, because there are at most as many vertices as before.
                     let number = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
                     vertices.push(*vertex);
                     cells.entry(at).or_default().push(number);
@@ -75,18 +76,18 @@ mod tests {
         assert_eq!((mesh.vertices.len(), merged, mesh.triangles.len()), (8, 28, 12));
         assert!(mesh.edges().iter().all(|uses| uses.len() == 2));
         assert!((mesh.enclosed_volume() / 8.0 - 1.0).abs() < 1e-6);
-        // Each corner is taken from the first triangle that has it.
+        // A merged vertex has the position of the first of its vertices.
         assert_eq!(mesh.vertices[0], soup(1e-7).vertices[0]);
     }
 
     #[test]
     fn what_is_farther_apart_stays_and_so_does_all_without_a_tolerance() {
-        // Displacements are equal or 5e-8 apart.
+        // Displacements of different vertices are equal or at least 5e-8 apart.
         let alike = soup(1e-7).merged(1e-12).1;
         assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");
         assert_eq!(soup(0.0).merged(0.0), (soup(0.0), 0));
         assert_eq!(TriangleMesh::default().merged(1.0), (TriangleMesh::default(), 0));
-        // Across the faces of cells, on both sides of the first vertex.
+        // Vertices in adjacent cells are merged, on both sides of the first vertex.
         let line = |places: &[f64]| TriangleMesh {
             vertices: places.iter().map(|x| Vector::new(*x, 0.0, 0.0)).collect(),
             triangles: Vec::new(),

@@ -21,7 +21,7 @@ fn vertices_are_numbered_as_they_appear_and_zeros_have_no_sign() {
     let mesh = TriangleMesh::welded([[a, b, Vector::x()]].into_iter());
     assert_eq!(mesh.triangles, [[0, 0, 1]]);
     assert!(mesh.vertices[0].iter().all(|x| x.is_sign_positive()));
-    // The next float is another vertex.
+    // A vertex that differs by a single float is not merged.
     let c = Vector::new(0.0, 1.0_f64.next_up(), 0.0);
     assert_eq!(TriangleMesh::welded([[a, c, b]].into_iter()).triangles, [[0, 1, 0]]);
 }
@@ -53,7 +53,7 @@ fn measures_of_a_tetrahedron_are_exact() {
     assert_eq!(mesh.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(mesh.area(), 1.5 + 3.0_f64.sqrt() / 2.0);
     assert_eq!(mesh.bounds(), [Vector::zeros(), Vector::repeat(1.0)]);
-    // Far away, where squares of coordinates would lose the digits of the volume.
+    // So far from the origin, products of absolute coordinates would lose all digits of the volume.
     let far = mesh.transformed(1.0, &Rotation3::identity(), &Vector::repeat(1e9));
     assert_eq!(far.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(far.bounds(), [Vector::repeat(1e9), Vector::repeat(1e9 + 1.0)]);
@@ -85,7 +85,7 @@ fn edges_list_the_triangles_on_them() {
             assert!((0..3).any(|k| corners[k] == from && corners[(k + 1) % 3] == to));
         }
     }
-    // A collapsed triangle neither closes nor opens a surface.
+    // A triangle with two identical vertices does not change the edges.
     let mut collapsed = mesh.clone();
     collapsed.triangles.push([0, 0, 1]);
     assert_eq!(collapsed.edges(), mesh.edges());

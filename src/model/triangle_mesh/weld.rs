@@ -5,14 +5,14 @@ use std::hash::{BuildHasher, RandomState};
 use super::TriangleMesh;
 use crate::Vector;
 
-/// Marks an empty slot of the table.
+/// Marks an empty slot of the hash table.
 const FREE: u32 = u32::MAX;
 
-/// A mesh under construction, from triangles with unnumbered vertices.
+/// A mesh under construction, from triangles whose vertices have no indices yet.
 ///
-/// A table of 4-byte indices finds vertices by their coordinates. A map with coordinates as keys would need
-/// more memory than the file that is read. The keys of the hash are random, so that no file can be crafted
-/// whose vertices all collide; indices do not depend on them.
+/// A hash table of 4-byte indices finds vertices by their coordinates. A map with coordinates as keys would need more
+/// memory than the file that is read. The hash function has random keys, so that no file can be crafted whose vertices
+/// all fall into one slot. The indices of the vertices do not depend on these keys.
 #[derive(Debug, Default)]
 pub(crate) struct Welder {
     mesh: TriangleMesh,
@@ -41,9 +41,9 @@ impl Welder {
         mesh
     }
 
-    /// The index of the vertex at a point.
+    /// Returns the index of the vertex at a point, and adds the vertex if it is new.
     pub fn number(&mut self, point: Vector) -> u32 {
-        // Turns -0.0 into 0.0, which compares equal but has other bits.
+        // Turns -0.0 into 0.0. The two compare equal but have different bits.
         let point = point.add_scalar(0.0);
         if 10 * (self.mesh.vertices.len() + 1) > 9 * self.table.len() {
             self.enlarge();
@@ -61,7 +61,7 @@ impl Welder {
         }
     }
 
-    /// The slot of a vertex in the table, or an empty slot for it.
+    /// Returns the slot of a vertex in the hash table, or the empty slot where it belongs.
     fn place(&self, point: &Vector) -> usize {
         let bits = [point.x, point.y, point.z].map(f64::to_bits);
         let is_same = |number: u32| {
@@ -74,7 +74,8 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// Enlarges the table by a fifth without copying it. It is filled again from the vertices.
+    /// Enlarges the hash table by a fifth. The old table is freed before the new one is filled from the vertices, to
+    /// save memory.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();
@@ -89,7 +90,7 @@ impl Welder {
     }
 }
 
-/// Reserves more memory without doubling it. Memory counts more than copies here.
+/// Reserves memory in small steps instead of doubling it. Saving memory matters more here than avoiding copies.
 fn grow_by_a_little<T>(list: &mut Vec<T>) {
     if list.len() == list.capacity() {
         list.reserve_exact(list.len() / 16 + 16);

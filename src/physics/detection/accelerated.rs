@@ -73,7 +73,7 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
     let step = if step.is_normal() { step } else { 1.0 };
-    // A step below the round-off of the start would have no effect.
+    // A step below the round-off of `from` would have no effect.
     let step = step.max(from * f64::EPSILON);
     let beyond = grow(from, step, |t| f.value(t) > 0.0)?;
     Some(bracketed(|t| -f.value(t), from, beyond))
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn figure_5a_a_bonded_bead_that_falls_reaches_the_end_of_its_bond() {
         close(next_event(&line(0.0, 0.0, -0.5), Side::Negative), 2.0);
-        // The initial state of the pendulum: v = 0 with r perpendicular to a.
+        // The initial state of a pendulum: the bead is at rest, and its position is perpendicular to the acceleration.
         let start = plane(Vector::new(0.5, 0.0, 0.0), Vector::zeros(), Vector::new(0.0, 0.0, -1.0));
         close(next_event(&start, Side::Negative), 3.0_f64.sqrt().sqrt());
     }
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn figure_5c_a_bead_thrown_through_the_bond_leaves_on_the_far_side() {
-        // From the lower end upwards with speed 3 under g = 1: reaches +1 at t = 3 - sqrt 5.
+        // The bead starts at -1 with velocity 3 and acceleration -1. It reaches +1 at t = 3 - sqrt(5).
         close(next_event(&line(-1.0, 3.0, -1.0), Side::Negative), 3.0 - 5.0_f64.sqrt());
     }
 
@@ -173,8 +173,8 @@ mod tests {
 
     #[test]
     fn the_correction_of_algorithm_6_starts_its_bracket_after_the_turning_point() {
-        // `r = 20 t - 4.905 t^2` first crosses +1, but a bead on the descending part of its flight leaves
-        // only at the last root.
+        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. From t = 4.0775 on, it leaves
+        // only at the last root, where r = -1.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

@@ -1,14 +1,15 @@
 //! A sphere and a fixed feature of a surface: a point, a line or a face, unbounded or bounded.
 //!
-//! The overlap function of a feature depends only on the motion perpendicular to it: three components for a
-//! point, two for a line, one for a face. If the feature has ends, the rule of [`crate::physics::detection`]
-//! applies while the foot of the perpendicular is on the feature, ends included:
+//! The overlap function of a feature depends only on the motion perpendicular to it: three components for a point, two
+//! for a line, one for a face. If the feature has ends, an extent `b_k` is the distance of the foot of the
+//! perpendicular from the end `k`, positive on the feature. The rule of [`crate::physics::detection`] then applies
+//! while the foot is on the feature, ends included:
 //!
 //! > The first time at which `f <= 0`, `df/dt < 0`, and no extent `b_k < 0`.
 //!
-//! The method need not decide which of two features with a common end has the contact. If the foot misses a
-//! face because of rounding, the line along the edge of this face still has the contact. Feet move along
-//! parabolas, so extents are `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
+//! The method need not decide which of two features with a common end has the contact. If the foot misses a face
+//! because of rounding, the line along the edge of this face still has the contact. The foot moves along a parabola, so
+//! that extents are `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
 
 use super::stretch::Parabola;
 use super::{accelerated, inertial, plane};
@@ -16,7 +17,8 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// The next contact with a point at the origin, from outside or inside the distance `s`.
+/// Returns the time of the next contact with a point at the origin, from outside or inside the distance `s`. The
+/// argument `squared` is `s^2`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -34,7 +36,7 @@ pub fn across(direction: &Vector, vector: &Vector) -> Vector {
     vector - direction * direction.dot(vector)
 }
 
-/// The next contact with an infinite line through the origin.
+/// Returns the time of the next contact with an infinite line through the origin.
 #[inline]
 #[must_use]
 pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
@@ -45,15 +47,15 @@ pub fn line(direction: &Vector, state: &RelativeState, acceleration: &Vector, sq
 fn motion_across(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> (RelativeState, Vector) {
     let RelativeState { position, velocity } = state;
     let state = RelativeState { position: across(direction, position), velocity: across(direction, velocity) };
-    // An acceleration along the line counts as zero. Otherwise round-off of its perpendicular part would give
-    // a fall of 1e16 diameters.
+    // If the acceleration is along the line, its perpendicular part is only round-off and is set to zero. Otherwise
+    // this round-off would make a particle fall back from a distance of 1e16 diameters.
     let beside = across(direction, acceleration);
     let is_none = beside.norm() <= 4.0 * f64::EPSILON * acceleration.norm();
     (state, if is_none { Vector::zeros() } else { beside })
 }
 
-/// The next contact, from outside, with a segment that begins at the origin and has a given length along a
-/// direction.
+/// Returns the time of the next contact, from outside, with a segment. The segment begins at the origin and has the
+/// given direction and length.
 #[must_use]
 pub fn segment(
     direction: &Vector,
@@ -72,8 +74,8 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// The next contact with a face through the origin, on either side. At the time of contact, no extent may be
-/// negative.
+/// Returns the time of the next contact with a face through the origin, from either side. No extent may be negative at
+/// this time.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

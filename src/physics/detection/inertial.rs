@@ -35,7 +35,7 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
-    // For a grazing contact, the time of the shortest distance may be rounded to the beginning.
+    // For a grazing contact, the time of the shortest distance may be rounded to `from`.
     Some(Stretch { from, until: (-f.b / f.v2).max(from.next_up()) })
 }
 
@@ -51,12 +51,12 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        // The later root, in the form without cancellation. If both roots are in the past, either root will
-        // do.
+        // The later root, in the form without cancellation. If both roots are in the past, the result is 0 in any case.
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // A pair inside has a future root. Here both products underflow, and the root is out of reach.
+        // A pair inside has a future root. Here both products underflow: the pair is so slow that the root cannot be
+        // computed.
         return None;
     } else {
         -f.b / f.v2
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn figure_3a_a_pair_on_collision_course_meets_at_the_first_root() {
-        // r = 3, v = -1, s = 1: contact at t = 2.
+        // From r = 3 with velocity -1, the pair reaches s = 1 at t = 2.
         assert_eq!(positive(&f(8.0, -3.0, 1.0)), Some(2.0));
     }
 
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn figure_3c_a_captured_pair_leaves_at_the_last_root() {
-        // r = -1/2, v = 1, s = 1: leaves at t = 1.5.
+        // From r = -1/2 with velocity 1, the pair reaches s = 1 at t = 1.5.
         assert_eq!(negative(&f(-0.75, -0.5, 1.0)), Some(1.5));
         assert_eq!(negative(&f(-0.75, 0.5, 1.0)), Some(0.5));
         assert_eq!(negative(&f(-1.0, 0.0, 1.0)), Some(1.0));

@@ -16,7 +16,6 @@ use std::array::from_fn;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Simd(Instructions);
 
-/// The instructions to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Instructions {
     Any,
@@ -44,13 +43,13 @@ impl Simd {
         all
     }
 
-    /// The widest instructions of the processor.
+    /// The widest SIMD instructions of the processor.
     #[must_use]
     pub fn most() -> Self {
         Self::all().pop().unwrap_or(Self(Instructions::Any))
     }
 
-    /// Whether AVX2 is available, for code that uses nothing else.
+    /// Whether AVX2 is available. This serves code that has no version for AVX-512.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline]
     #[must_use]
@@ -58,7 +57,7 @@ impl Simd {
         self.0 != Instructions::Any
     }
 
-    /// Returns instructions with at most four lanes, which are cheaper for a few numbers.
+    /// Returns the same instructions, limited to four lanes, which are cheaper for a few numbers.
     #[inline]
     #[must_use]
     pub fn at_most_four(self) -> Self {
@@ -70,7 +69,7 @@ impl Simd {
         }
     }
 
-    /// Runs a calculation with these instructions.
+    /// Runs a calculation with these SIMD instructions.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
@@ -85,12 +84,13 @@ impl Simd {
     }
 }
 
-/// A calculation in lanes of any instruction set.
+/// A calculation that can run with any SIMD instructions.
 pub trait Work {
     /// Result of the calculation.
     type Output;
 
-    /// Runs the calculation. It must be inlined into code for the instructions of `F`.
+    /// Runs the calculation with lanes of the type `F`. It must be inlined, so that it is compiled for the instructions
+    /// of `F`.
     fn run<F: Lanes>(self) -> Self::Output;
 }
 
@@ -106,18 +106,18 @@ fn in_eights<W: Work>(work: W) -> W::Output {
     work.run::<avx512::Widest>()
 }
 
-/// The largest number of lanes.
+/// The largest number of lanes of any SIMD instructions.
 pub const MOST_LANES: usize = 8;
 
-/// A vector of lanes: numbers, one per pair.
+/// A SIMD vector with one number per lane.
 pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;
-    /// The same number in all lanes.
+    /// Sets all lanes to the same number.
     fn all(x: f64) -> Self;
-    /// A number for each lane.
+    /// Loads one number for each lane.
     fn each(x: &[f64]) -> Self;
-    /// Transposes rows of eight numbers.
+    /// Transposes rows of eight numbers: each vector holds one column.
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8];
     /// Sums.
     fn add(self, other: Self) -> Self;
@@ -129,13 +129,13 @@ pub trait Lanes: Copy {
     fn div(self, other: Self) -> Self;
     /// Square roots.
     fn sqrt(self) -> Self;
-    /// `then` where `self < limit`, `otherwise` elsewhere.
+    /// Selects `then` in lanes where `self < limit`, and `otherwise` in all other lanes.
     fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self;
     /// The lane-wise minimum.
     fn least(self, other: Self) -> Self;
     /// The smallest number.
     fn smallest(self) -> f64;
-    /// Bit mask of the lanes that are at most `limit`.
+    /// Returns a bit mask of the lanes that are at most `limit`.
     fn at_most(self, limit: f64) -> u32;
     /// Writes the numbers.
     fn write(self, to: &mut [f64]);
@@ -222,7 +222,7 @@ pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times to the next events on the negative side.
+/// Algorithm 3: the times to the next events on the negative side, with the same arguments as [`positive`].
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
@@ -230,7 +230,7 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
     let q = b.add(b.if_less(zero, zero.sub(root), root));
-    // A single division for both cases, because a division takes as long as ten additions.
+    // The operands are selected before a single division, because a division takes as long as ten additions.
     let (above, below) = (b.if_less(zero, q, r2), b.if_less(zero, v2, q));
     let (above, below) = (zero.if_less(discriminant, above, b), zero.if_less(discriminant, below, v2));
     let last = zero.sub(above).div(below);
@@ -245,7 +245,7 @@ mod tests {
     use crate::physics::overlap::Quadratic;
     use proptest::prelude::*;
 
-    /// Coefficients for which exact zeros, contact and grazing are frequent.
+    /// Coefficients chosen such that exact zeros, contacts and grazing are frequent.
     fn coefficient() -> impl Strategy<Value = f64> {
         prop_oneof![
             prop::sample::select(vec![
@@ -268,7 +268,7 @@ mod tests {
         ]
     }
 
-    /// Results of the two algorithms for eight pairs, given the columns of their coefficients.
+    /// Results of Algorithms 2 and 3 for eight pairs, given the columns of their coefficients.
     struct Find<'a>(&'a [[f64; 8]; 3]);
 
     impl Work for Find<'_> {
@@ -329,7 +329,7 @@ mod tests {
         }
     }
 
-    /// The smallest number, and the mask of the numbers that are at most 3.
+    /// Finds the smallest of eight numbers, and the bit mask of the numbers that are at most 3.
     struct Compare<'a>(&'a [f64; 8]);
 
     impl Work for Compare<'_> {

@@ -14,10 +14,10 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Rounding error that 50 bisections of a polynomial can accumulate, relative to its coefficients.
 const BISECTED: f64 = 64.0 * f64::EPSILON;
 
-/// Maximum number of pieces of a flight to examine before giving up.
+/// Maximum number of intervals that the bisection of a polynomial examines before it gives up.
 const MOST_PIECES: u32 = 200;
 
-/// Largest deviation of a state from the exact state.
+/// Largest deviation of a relative state from the exact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
     /// `[length]`
@@ -27,7 +27,8 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Returns the bounds for differences of lengths and of speeds, from the sums of their magnitudes.
+    /// Returns the rounding errors of the differences of two positions and of two velocities, from the sums of their
+    /// magnitudes.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
@@ -58,7 +59,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     let (length, speed, push) = (r.norm(), v.norm(), acceleration.norm());
     let squared = distance * distance;
     let (dr, dv) = (doubt.position + ROUNDING * length, doubt.velocity + ROUNDING * speed);
-    // A lower bound of the overlap function. No coefficient of the exact overlap function is smaller.
+    // Coefficients of a lower bound of the overlap function. No coefficient of the exact function is smaller.
     let lowest = [
         r.norm_squared() - squared - 2.0 * dr * (length + dr) - ROUNDING * squared,
         2.0 * (v.dot(r) - speed * dr - length * dv - dr * dv),
@@ -74,7 +75,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
 #[must_use]
 pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bool {
     if acceleration == 0.0 {
-        // Velocities change only at events.
+        // Without acceleration, the velocity is constant between events and has no rounding error.
         return velocity >= 0.0;
     }
     let (lowest, fastest) = (height - doubt.position, doubt.velocity - velocity);
@@ -113,8 +114,8 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         if piece[0] <= least || piece[4] <= least {
             return false;
         }
-        // The algorithm of de Casteljau gives the halves: the first coefficients of all rounds, and the last
-        // coefficients of all rounds.
+        // De Casteljau's algorithm halves the interval. The first coefficients of all rounds belong to the left half,
+        // the last coefficients to the right half.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {
@@ -181,8 +182,8 @@ mod tests {
                 "{position:?} {velocity:?}"
             );
         }
-        // The particle climbs for a time of 10^9 and returns. The last digit of the square of this time
-        // exceeds the size of the sphere.
+        // The particle rises for a time of 10^9 and returns. The rounding error of its squared height exceeds the
+        // squared radius of the sphere.
         let slow = Vector::new(0.0, 0.0, -1e-9);
         assert!(!accelerated(&state([0.0, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
         assert!(!accelerated(&state([1e-3, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));

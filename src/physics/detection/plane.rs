@@ -36,12 +36,12 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
     let until = next_event(height, velocity, acceleration).unwrap_or_else(|| {
-        // The particle turns before it reaches the plane.
+        // The particle turns before it reaches the plane. The interval ends at the turning point.
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // A particle that comes from beyond the distance is on the upper side for a while. Floats may be unable
-    // to resolve this interval.
+    // A particle that comes from farther away than `distance` is on the upper side for a while. If floats cannot
+    // resolve this time, the interval is one float long.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })
 }
@@ -89,14 +89,14 @@ mod tests {
         assert_eq!(stretch(3.0, -2.5, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(2.5, -2.0, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));
         assert_eq!(stretch(0.5, 0.25, -1.0).map(|stretch| stretch.from), Some(0.25));
-        // The particle is already on the other side, so the interval is empty.
+        // The particle is already on the other side of the plane, so the interval is empty.
         assert_eq!(stretch(-1.0, -1.0, 0.0), Some(Stretch { from: 0.0, until: 0.0 }));
         assert_eq!(stretch(-2.0, 1.0, -1.0), Some(Stretch { from: 1.0, until: 1.0 }));
     }
 
     #[test]
     fn a_stretch_shorter_than_floats_resolve_is_not_empty() {
-        // The particle is back at the plane at t = 1; the interval is short.
+        // Each particle reaches the plane at t = 1. The interval is shorter than floats resolve.
         for (height, velocity, acceleration) in
             [(0.0, 1.0, -2.0), (1.0, -1.0, 0.0), (2.0, 0.0, -4.0), (0.75, -0.5, -0.5)]
         {

@@ -1,22 +1,23 @@
 //! Roots of polynomials by bracketing: closed forms locate them, a safeguarded iteration refines them.
 
-/// The sign changes of a cubic at positive arguments.
+/// Sign changes of a cubic at positive arguments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SignChanges {
     /// Positive arguments of the sign changes, ascending. Only the first `count` are valid.
     pub at: [f64; 3],
     /// Number of sign changes.
     pub count: usize,
-    /// Whether the cubic is negative just after zero.
+    /// Whether the cubic is negative just after the argument 0.
     pub starts_negative: bool,
 }
 
-/// Where `c[0] + c[1] t + c[2] t^2 + c[3] t^3` with `c[3] > 0` changes sign at `t > 0`.
+/// Returns the arguments `t > 0` at which `c[0] + c[1] t + c[2] t^2 + c[3] t^3` changes sign. The coefficient `c[3]`
+/// must be positive.
 ///
-/// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ
-/// in sign holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so that near roots
-/// stay accurate as `c[3] -> 0`. At a double root the sign does not change, so it is not reported. At `t = 0`
-/// the first coefficient that is not zero decides the sign.
+/// The turning points of the cubic divide the positive axis into monotone pieces. A piece whose ends differ in sign
+/// holds one root, which [`bracketed`] refines. There is no division by `c[3]`, so that near roots stay accurate as
+/// `c[3] -> 0`. At a double root the sign does not change, so it is not reported. At `t = 0` the first coefficient that
+/// is not zero decides the sign.
 #[must_use]
 pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
     let value = |t: f64| ((c[3] * t + c[2]) * t + c[1]) * t + c[0];
@@ -51,15 +52,15 @@ fn turning_points(c: &[f64; 4]) -> [f64; 2] {
     if first <= second { [first, second] } else { [second, first] }
 }
 
-/// A first step comparable to the cubic's largest root: the sum of the bounds from single coefficients.
+/// Returns an initial step comparable to the largest root of the cubic: the largest of the bounds that follow from
+/// single coefficients.
 fn initial_step(c: &[f64; 4]) -> f64 {
     let step = libm::cbrt((c[0] / c[3]).abs()).max((c[1] / c[3]).abs().sqrt()).max((c[2] / c[3]).abs());
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
 }
 
-/// The first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`.
-///
-/// `None` if this number exceeds the largest float.
+/// Returns the first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`; `None` if this
+/// number exceeds the largest float.
 pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut to, mut step) = (from + step, step);
     while to < f64::MAX {
@@ -83,7 +84,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut fraction = 0.5;
-    // a is the newest end, b the other end (opposite sign), c the point before a.
+    // The root is between `a`, the newest point, and `b`. The point `c` was removed from the bracket last.
     for _ in 0..MOST_ITERATIONS {
         let mut x = a + fraction * (b - a);
         if x == a || x == b {
@@ -104,7 +105,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
             last
         };
         (a, fa) = (x, fx);
-        // Below this, a step is smaller than the spacing of floats.
+        // A step below this resolution would be lost in rounding.
         let resolution = f64::EPSILON * a.abs().max(b.abs());
         let width = (b - a).abs();
         if width <= resolution {
@@ -179,7 +180,7 @@ mod tests {
     #[test]
     fn near_roots_stay_accurate_as_the_leading_coefficient_vanishes() {
         for leading in [1e-3, 1e-8, 1e-16, 1e-40, 1e-300] {
-            // 2 - 3 t + leading t^3: the near root is 2/3 (1 + leading 4/27 ...).
+            // The near root of `-2 + 3 t + leading t^3` is about `2/3 (1 - 4/27 leading)`.
             let found = sign_changes_of_cubic(&[-2.0, 3.0, 0.0, leading]);
             let exact = 2.0 / 3.0 - leading * 8.0 / 81.0;
             assert!((found.at[0] - exact).abs() < 1e-15 + leading * leading, "{leading}: {found:?}");

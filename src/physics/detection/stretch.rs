@@ -1,5 +1,5 @@
-//! Intervals of time in which an overlap function requires an event, and the extents of a feature within
-//! which the foot must be.
+//! Intervals of time in which an overlap function requires an event, and the first time in such an interval at which
+//! the foot of the perpendicular is on a feature.
 
 use super::plane;
 use crate::Vector;
@@ -15,7 +15,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// The first time in the interval at which no extent is negative.
+    /// Returns the first time in the interval at which no extent is negative, so that the foot is on the feature.
     #[must_use]
     pub fn first_on(&self, extents: &[Parabola]) -> Option<f64> {
         if self.from >= self.until {
@@ -24,11 +24,12 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature during the interval. This happens only if rounding, or a bend due to
-        // rounding, hid the contact with an edge. The code compares times instead of values, because at a
-        // corner rounding may leave either extent negative at the time when the other rises.
+        // The foot reaches the feature during the interval. This happens only if the contact with an edge was hidden by
+        // rounding, or by a curvature due to rounding. At a corner, rounding may leave one extent negative when the
+        // other becomes positive. The code therefore compares times instead of values.
         let mut at = self.from;
-        // Each extent rises at most once. It may have to be tested again after each of the other extents.
+        // Each extent becomes positive at most once. If one extent leads to a later time, the others have to be tested
+        // again at that time.
         for _ in 0..=extents.len() {
             for extent in extents {
                 at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;
@@ -43,29 +44,30 @@ impl Stretch {
 pub struct Parabola(pub [f64; 3]);
 
 impl Parabola {
-    /// The component of a motion along a direction, relative to the origin of the motion's position.
+    /// Returns the component of a motion along a direction, as a function of time.
     #[inline]
     #[must_use]
     pub fn along(direction: &Vector, state: &RelativeState, acceleration: &Vector) -> Self {
         Self([direction.dot(&state.position), direction.dot(&state.velocity), 0.5 * direction.dot(acceleration)])
     }
 
-    /// The value of the polynomial at a time.
+    /// Returns the value of the polynomial at a time.
     #[inline]
     #[must_use]
     pub fn value(&self, t: f64) -> f64 {
         (self.0[2] * t + self.0[1]) * t + self.0[0]
     }
 
-    /// The polynomial `constant - b(t)`.
+    /// Returns the polynomial `constant - b(t)`. For an extent, this is the distance from the other end of a feature of
+    /// length `constant`.
     #[inline]
     #[must_use]
     pub fn from_end(&self, constant: f64) -> Self {
         Self([constant - self.0[0], -self.0[1], -self.0[2]])
     }
 
-    /// The first time from `at` on at which the polynomial is not negative; `None` if it stays negative. The
-    /// motion is considered from `from` on.
+    /// Returns the first time, at or after `at`, at which the polynomial is not negative; `None` if it stays negative.
+    /// Only the motion after `from` counts.
     fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);
@@ -76,7 +78,7 @@ impl Parabola {
             let is_on = c >= 0.0 || at <= from + (rate + root()) / (-2.0 * c);
             return is_on.then_some(at.max(rises));
         }
-        // If the polynomial is curved upwards, it may fall below zero and return.
+        // If the polynomial is curved upwards, it may fall below zero and become positive again.
         let ends = plane::next_event(value, rate, 2.0 * c).map(|after| from + after);
         match ends {
             Some(ends) if at > ends => (c > 0.0).then(|| at.max(from + (root() - rate) / (2.0 * c))),

@@ -7,11 +7,11 @@ use crate::model::space::Space;
 use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
 
-/// Factor by which the number of sites in the box around a region grows with each attempt.
+/// Factor by which the number of sites in the bounding box grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// Largest ratio of the number of sites to the number that the region's volume requires. At this ratio,
-/// some sites are inside any region that has room.
+/// Largest number of sites to try, relative to the number that the region's volume requires. With so many sites, some
+/// lie inside any region that has room for a particle.
 const MOST_SITES: f64 = 20.0;
 
 /// Number of lattice sites over the box around a region such that about `count` sites are inside the
@@ -20,11 +20,11 @@ pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> 
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
 
-/// The sites of a lattice over the bounding box that lie inside a region, one site for each particle. The
+/// Returns the sites of a lattice over the bounding box that lie inside a region, one site for each particle. The
 /// widest lattice with enough inside sites is used.
 ///
 /// # Errors
-/// [`NoPlace::TooTight`] if enough sites require distances below contact.
+/// [`NoPlace::TooTight`] if sites would have to be closer together than the contact distance.
 pub(crate) fn sites_inside(
     lattice: Lattice,
     space: &Space,
@@ -45,7 +45,7 @@ pub(crate) fn sites_inside(
         fit.count = fit.all();
         let inside: Vec<Vector> = fit.sites().into_iter().filter(|site| region.holds(site, 0.5 * diameter)).collect();
         if inside.len() >= count {
-            // Excess sites are left empty at even spacing.
+            // If there are more sites than particles, the empty sites are evenly spaced.
             let site = |particle: usize| inside[particle * inside.len() / count];
             return Ok((0..count).map(site).collect());
         }
@@ -53,7 +53,6 @@ pub(crate) fn sites_inside(
     }
 }
 
-/// The smallest distance between two sites.
 #[cfg(test)]
 pub(super) fn least_distance(sites: &[Vector], space: &Space) -> f64 {
     let mut least = f64::INFINITY;
@@ -93,8 +92,7 @@ mod tests {
             assert!(count == 1 || least_distance(&sites, &cube) >= 1.0 - 1e-12, "{region:?}");
             assert!(count == 1 || matches!(fill(Some(2.0)), Err(NoPlace::TooTight { .. })), "{region:?}");
         }
-        // A lattice in half of the sphere has no holes. Neighbours are at least 0.86 of the mean spacing
-        // apart.
+        // The sites are spread over the whole sphere. If they filled only half of it, neighbours would be closer.
         let sphere = FillRegion::Sphere { centre: Vector::repeat(10.0), radius: 5.0 };
         let sites =
             sites_inside(Lattice::FaceCentredCubic, &cube, &sphere, Sites { count: 350, diameter: 1.0, contact: None });

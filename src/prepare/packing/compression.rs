@@ -25,8 +25,8 @@ use crate::prepare::velocity::maxwell;
 /// fraction of random insertion.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 
-/// Packing fractions above which random insertion is not tried: far above its jamming fraction in a large box
-/// (0.75, 0.55 and 0.38), because it may succeed in a small box.
+/// Packing fractions in one, two and three dimensions above which random insertion is not tried. They are far above the
+/// jamming fractions in a large box (0.75, 0.55 and 0.38), because insertion may reach more in a small box.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
 /// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large
@@ -37,10 +37,10 @@ const RANDOM_CLOSE: f64 = 0.66;
 /// At still lower speeds, equal spheres would crystallize.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Up to this fraction of the target, spheres may grow faster, because a fluid relaxes quickly.
+/// Fraction of the target packing fraction up to which spheres may grow faster, because a fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
-/// Growth speed in a fluid.
+/// Growth speed up to the fraction [`FLUID`] of the target, in thermal speeds.
 const FAST: f64 = 0.1;
 
 /// The compressibility factor at which a packing counts as jammed. By `Z = D / (1 - phi / phi_J)`, the
@@ -50,27 +50,28 @@ const JAMMED: f64 = 1000.0;
 /// From this compressibility factor on, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// Uncertainty, as a factor, of the limit estimated from `Z` over a short time of growth.
+/// Uncertainty, as a factor, of the limit `phi_J` that is estimated from the compressibility factor over a short time
+/// of growth.
 const TOLERANCE: f64 = 1.01;
 
-/// Slower growth raises the jamming fraction by less than this fraction.
+/// Slower growth raises the jamming fraction by less than this relative amount.
 const GAIN: f64 = 0.06;
 
-/// Events per particle between two samples of temperature and pressure.
+/// Number of events per particle between two measurements of temperature and pressure.
 const STRETCH: u64 = 5;
 
-/// Maximum number of stretches of one growth. The slowest growth needs far fewer to reach [`JAMMED`].
+/// Maximum number of measurements during one growth. The slowest growth needs far fewer to reach [`JAMMED`].
 const MOST_STRETCHES: u64 = 20_000;
 
-/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap. The factor is the
-/// rounding of a coordinate in a box of 10^5 diameters.
+/// Spheres grow beyond their target by this factor, so that rounding leaves no overlap. The factor covers the rounding
+/// of a coordinate in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
 /// Number of attempts to find a loose start. Each attempt halves the diameters. This is needed for unlike
 /// spheres that keep a larger distance than like spheres.
 const LOOSER: i32 = 6;
 
-/// The particles of a fill with a periodic box to itself.
+/// Compression of a fill that has a periodic box to itself.
 pub(crate) struct Compression<'a> {
     pub fill: &'a RandomFill<'a>,
     /// Packing fraction of the particles, from the diameters of their species.
@@ -78,7 +79,7 @@ pub(crate) struct Compression<'a> {
 }
 
 impl Compression<'_> {
-    /// Fraction of the box filled by the cores.
+    /// Packing fraction computed from contact distances instead of the diameters of species.
     fn core_fraction(&self) -> f64 {
         let core = |kind: &SpeciesId| self.fill.contacts.get(kind.0 as usize, kind.0 as usize);
         let volumes = self.fill.kinds.iter().map(|kind| own_volume(core(kind), self.fill.space.dimensions()));
@@ -89,16 +90,16 @@ impl Compression<'_> {
         values[self.fill.space.dimensions().clamp(1, 3) - 1]
     }
 
-    /// Whether sequential insertion has no chance.
+    /// Whether the packing is far too dense for sequential insertion.
     pub(crate) fn is_too_dense_to_insert(&self) -> bool {
         self.core_fraction() > self.of_dimensions(HOPELESS)
     }
 
-    /// Positions at which no two cores overlap.
+    /// Returns positions at which no two cores overlap.
     ///
     /// # Errors
-    /// [`NoPlace::Jammed`] if spheres of this size find no such positions, [`NoPlace::SmallBox`] if a pair
-    /// would meet in two images.
+    /// [`NoPlace::Jammed`] if the spheres jam before they reach full size, [`NoPlace::SmallBox`] if a pair could
+    /// collide through two images.
     pub(crate) fn positions(&self) -> Result<Vec<Vector>, NoPlace> {
         self.check_room()?;
         let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
@@ -124,7 +125,7 @@ impl Compression<'_> {
         NoPlace::Jammed { wanted: self.packing_fraction, reached }
     }
 
-    /// Rejects a periodic axis along which a pair would meet in two images.
+    /// Rejects a periodic axis along which a pair could collide through two images.
     fn check_room(&self) -> Result<(), NoPlace> {
         let range = self.fill.contacts.largest();
         let periods = self.fill.space.periods();
@@ -134,7 +135,8 @@ impl Compression<'_> {
         }
     }
 
-    /// A scene of hard spheres that are smaller by a factor, at a temperature of 1.
+    /// Creates a scene of hard spheres at a temperature of 1. Their sizes are reduced by the returned factor, at which
+    /// insertion succeeds.
     fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
@@ -145,7 +147,7 @@ impl Compression<'_> {
             let factor = largest * libm::scalbn(1.0, -halvings);
             let contacts = self.fill.contacts.scaled(factor);
             let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
-            // In a periodic box the radius does not matter.
+            // The radius is irrelevant, because a periodic box has no sides to keep away from.
             let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
             let positions = insert(sizes, &region, &mut occupancy, &mut random);
             if positions.len() == self.fill.kinds.len() {
@@ -186,7 +188,8 @@ impl Compression<'_> {
         Ok(positions.into_iter().map(|position| self.fill.space.wrapped(position)).collect())
     }
 
-    /// Grows spheres from `factor` to `size` times their full diameters.
+    /// Grows spheres from `factor` to `size` times their full diameters. On failure, returns the fraction of the target
+    /// at which they jam.
     fn grow_to(&self, size: f64, speed: f64, factor: f64, simulation: &mut Simulation) -> Result<(), f64> {
         let Scene { particles, species, .. } = simulation.scene();
         let count = particles.len() as u64;
@@ -207,7 +210,7 @@ impl Compression<'_> {
                 return Ok(());
             }
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
-            // All particles count in the virial theorem, although the centre of mass is at rest.
+            // The virial theorem uses the degrees of freedom of all particles, although the centre of mass is at rest.
             let all = dimensions * count as f64;
             let exchanged =
                 (simulation.event_counts().virial.total() - before.virial.total()) / (all * 0.5 * (1.0 + temperature));

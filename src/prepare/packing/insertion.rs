@@ -12,7 +12,7 @@ use crate::prepare::region::FillRegion;
 /// in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
-/// A uniformly distributed position in a box, with the particle's surface inside.
+/// Draws a uniformly distributed position in a box, with the particle's surface inside.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {
@@ -22,13 +22,13 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
         let margin = if full && space.boundary[k] == Boundary::Periodic { 0.0 } else { radius };
         let (lower, upper) = (region.lower[k] + margin, region.upper[k] - margin);
         let drawn = lower + (upper - lower).max(0.0) * random.uniform();
-        // Rounding must not put it on the upper side, which is the lower side of the next image.
+        // Rounding must not put the position on the upper side, which belongs to the next image of the box.
         if drawn < upper { drawn } else { lower }
     })
 }
 
-/// Places particles, given by radius and species, one by one without overlaps. Stops at the first particle
-/// that cannot be placed.
+/// Places particles one by one without overlaps, and stops at the first particle that cannot be placed. Particles are
+/// given by radius and species.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,
@@ -47,7 +47,7 @@ pub(crate) fn insert(
     positions
 }
 
-/// The error when only `placed` of `count` particles fit.
+/// Returns the error for a fill of which only `placed` of `count` particles fit.
 pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
     NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }

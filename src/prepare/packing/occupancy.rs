@@ -1,4 +1,4 @@
-//! Overlap search, during insertion and in a complete start. The particles placed so far are stored in
+//! Search for overlaps, while particles are inserted or in a complete initial state. Placed particles are stored in
 //! hashed grids of cells.
 
 mod contacts;
@@ -14,7 +14,7 @@ use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
 
-/// Two particles closer than their cores allow.
+/// An overlap: a particle that is closer than the contact distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Overlapping {
     pub other: u32,
@@ -26,7 +26,7 @@ pub(crate) struct Overlapping {
 /// give a small particle too many candidates. A finer grid would give a large particle too many cells.
 const COARSER: f64 = 8.0;
 
-/// Initial capacity of a grid, if there are several.
+/// Initial capacity of each grid if there are several grids.
 const FIRST: usize = 64;
 
 /// The particles placed so far, in hashed grids of cells: a coarse grid for large particles and finer ones
@@ -37,23 +37,23 @@ const FIRST: usize = 64;
 pub(crate) struct Occupancy<'a> {
     pub space: &'a Space,
     contacts: &'a Contacts,
-    /// The grid of each species, coarsest first; `None` for species without contacts.
+    /// Index of the grid of each species; `None` for species without contacts. The coarsest grid is first.
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<Taken>,
-    /// The farthest side of the box `[length]`.
+    /// Largest magnitude of a coordinate on a periodic side of the box `[length]`.
     side: f64,
     /// Surfaces that particles must not overlap, and the radius of each species; `None` if particles need
     /// to avoid only other particles.
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
-/// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in
-/// the last place, two per axis and separation. The largest coordinate includes the far side of the box: of
-/// two particles near coordinate 0, one may have been wrapped since they met.
+/// Relative tolerance of overlaps. The rounding of coordinates may bring particles in contact closer than the contact
+/// distance, by a few units in the last place, two per axis and separation. The far side of the box counts as a
+/// coordinate: of two particles near coordinate 0, one may have been wrapped since their contact.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Rounding of the distance of two positions `[length]`.
+/// Rounding error of the distance between two positions `[length]`.
 fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
     ROUNDING * (positions[0].amax() + positions[1].amax() + 2.0 * side + contact)
 }
@@ -62,8 +62,8 @@ impl<'a> Occupancy<'a> {
     /// Creates grids with room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact measures a particle's size. The longest contact of a small particle may be
-        // with a large particle.
+        // The shortest contact of a species measures its size. The longest contact does not, because it may be with a
+        // large particle.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -91,7 +91,7 @@ impl<'a> Occupancy<'a> {
         }
         let grids = ranges.into_iter().enumerate().map(|(number, ranges)| {
             let own = (0..species).filter(|&species| grid_of[species] == Some(number)).map(|species| ranges[species]);
-            // If the particles of a grid touch only larger particles, any cell size is suitable.
+            // If no two particles of a grid can touch each other, any cell size is suitable.
             let cell = Some(own.fold(0.0, f64::max)).filter(|cell| *cell > 0.0).unwrap_or(largest);
             Grid::new(space, cell, ranges, capacity)
         });
@@ -120,16 +120,16 @@ impl<'a> Occupancy<'a> {
         let Some((surfaces, radii)) = &self.surfaces else { return false };
         let radius = radii.get(species as usize).copied().unwrap_or(0.0);
         let mut reaches = false;
-        // A scene with more species was rejected.
+        // Scenes with more species than fit in 16 bits were rejected earlier.
         let row = u16::try_from(species).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
-            // Walls are the sides of the filled region.
+            // Walls of the box need no check: positions are always drawn inside the walls.
             reaches |= surface.shape.side().is_none() && surface.shape.gap(position, radius) < 0.0;
         });
         reaches
     }
 
-    /// Places a particle. Its number is the number of particles placed before it.
+    /// Adds a placed particle. Its index is the number of particles placed before it.
     pub(crate) fn take(&mut self, position: Vector, species: u32) {
         let number = id(self.taken.len());
         self.taken.push(Taken::new(position, species));
@@ -163,9 +163,8 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-/// The first particle whose core overlaps an earlier particle, and the earlier particle. Pairs with
-/// interactions of their own are excluded. The next image along y of a sheared box is displaced along x by
-/// `displacement` `[length]`.
+/// Returns the first particle whose core overlaps an earlier particle, and the overlap. Pairs for which `is_bonded`
+/// holds are excluded. In a sheared box, the next image along y is displaced along x by `displacement` `[length]`.
 pub(crate) fn first_overlap(
     particles: &[Particle],
     contacts: &Contacts,
@@ -184,13 +183,15 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // Which overlap is first matters only if there is one.
+    // The cell list quickly shows that there is no overlap. The search below, in the order of ids, is necessary only if
+    // there is one.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
         return None;
     }
-    // Displaced images above and below are searched for separately.
+    // In a sheared box, the images above and below are displaced along x. They are searched for separately, with open
+    // sides along y.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
         unstacked.boundary[1] = Boundary::OPEN;
@@ -208,11 +209,12 @@ pub(crate) fn first_overlap(
     None
 }
 
-/// If sizes differ by more than this factor, cells of the longest contact hold too many small particles.
+/// If contact distances differ by more than this factor, cells as large as the longest contact hold too many small
+/// particles.
 const ALIKE: f64 = 2.0;
 
-/// All particles with contacts, in cells of the longest contact; `None` if sizes differ much, or if the box
-/// is too small for a single image of each pair.
+/// Creates a cell list of all particles with contacts, with cells as large as the longest contact. `None` if sizes
+/// differ too much, or if a pair could meet through several images in a small box.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

@@ -10,7 +10,7 @@ use super::{BoxSide, Layout, intervals};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// The two axes of a plane; `None` in one or three dimensions.
+/// The two axes of a two-dimensional space that are not flat; `None` in one or three dimensions.
 pub(crate) fn plane_axes(space: &Space) -> Option<[usize; 2]> {
     let mut axes = (0..3).filter(|&axis| space.boundary[axis] != Boundary::Flat);
     match (axes.next(), axes.next(), axes.next()) {
@@ -27,9 +27,9 @@ pub(super) fn line(ends: &[Vector; 2], spacing: f64) -> Layout {
     Layout { points, hole: Some(0.5 * along.norm() / steps as f64), rims: vec![vec![0], vec![steps]] }
 }
 
-/// A closed circle in a plane, with chords of at most the spacing.
+/// A closed circle of disks. Neighbours are at most `spacing` apart.
 pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f64) -> Layout {
-    // Chords are shorter than arcs, and three make a triangle.
+    // Chords are shorter than arcs, so dividing the arc suffices. A closed curve needs at least three disks.
     let count = intervals(2.0 * PI * radius, spacing).max(3);
     let point = |k: usize| {
         let angle = 2.0 * PI * k as f64 / count as f64;
@@ -48,7 +48,7 @@ pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: 
     let steps = size.map(|edge| intervals(edge, spacing));
     let is_open = |k: usize, is_upper: bool| open.contains(&BoxSide { axis: axes[k], is_upper });
     let mut layout = Layout::default();
-    // From the lower corner on, row by row, so that ids follow the second axis.
+    // Disks are placed row by row from the lower corner, so that ids increase along the second axis.
     for j in 0..=steps[1] {
         for i in 0..=steps[0] {
             let site = [i, j];
@@ -58,7 +58,7 @@ pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: 
             if !sides().any(|(k, end)| !is_open(k, end)) {
                 continue;
             }
-            // At an open side, each of the two adjacent disks is a separate end.
+            // An open side leaves two ends of the curve. Each end is a rim of a single disk.
             layout.rims.extend(sides().filter(|&(k, end)| is_open(k, end)).map(|_| vec![layout.points.len()]));
             let mut point = *lower;
             for (k, &axis) in axes.iter().enumerate() {
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
     use crate::prepare::surface::{Surface, default_spacing};
 
-    /// The plane of x and z.
+    /// A two-dimensional space with the axes x and z.
     fn plane() -> Space {
         let mut space = Space::periodic_cube(20.0);
         space.boundary[1] = Boundary::Flat;
@@ -88,8 +88,7 @@ mod tests {
         Vector::new(x, 0.0, z)
     }
 
-    /// Compares distances from points on a curve to the nearest disk with the claimed hole, which should
-    /// be the largest of these distances.
+    /// Checks that the claimed hole is the largest distance from points on the curve to the nearest disk.
     fn check(shape: &Surface, spacing: f64, count: usize, along: &dyn Fn(f64) -> Vector) -> Layout {
         let layout = shape.layout(spacing, &plane());
         assert_eq!(layout.points.len(), count, "{shape:?}");
@@ -98,8 +97,7 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // Distances are measured from 10,000 points on the curve. On a ring, these points are not on the
-        // chords.
+        // On a ring, the points lie off the chords, so that distances may slightly exceed the claimed hole.
         assert!(widest >= 0.99 * hole && widest <= 1.05 * hole, "{shape:?}: a hole of {widest}, claimed {hole}");
         layout
     }
@@ -116,7 +114,7 @@ mod tests {
         });
         let (lower, upper) = (at(0.0, 0.0), at(4.0, 2.0));
         let top = BoxSide { axis: 2, is_upper: true };
-        // Four steps along x and two along z: 12 in all, three less without the top.
+        // Four steps along x and two along z make 12 disks. Without the top, there are three disks less.
         let closed = Surface::Rectangle { lower, upper, open: Vec::new() };
         assert!(check(&closed, 1.0, 12, &|part| at(4.0 * part, 0.0)).rims.is_empty());
         let cup = Surface::Rectangle { lower, upper, open: vec![top] };

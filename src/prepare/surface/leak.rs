@@ -31,10 +31,10 @@ impl StaticSurface {
 /// A leak: a static-sphere surface with holes that a species can pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
-    /// The surface, by name.
+    /// Name of the surface that leaks.
     #[serde(rename = "mesh")]
     pub surface: String,
-    /// The species, by name.
+    /// Name of the species that can pass.
     pub species: String,
     /// Circumradius of the largest hole `[length]`.
     pub hole: f64,
@@ -71,7 +71,7 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                // Particles that do not collide with the surface need not be held by it.
+                // A species that does not collide with the surface need not be held by it.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
@@ -109,7 +109,7 @@ impl Scene {
         gaps
     }
 
-    /// The surface to which an open end has a leaky joint, and the width of the gap.
+    /// Returns the surface to which an open end has a leaky joint, and the width of the gap.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
@@ -136,7 +136,7 @@ impl Scene {
         joint.filter(|(_, width)| 0.5 * libm::hypot(spacing, *width) > contact)
     }
 
-    /// Contact distances of the cores.
+    /// Contact distances of all pairs of species, from the cores of their potentials.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
     }
@@ -146,7 +146,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    /// A box of side 10 without a lid, with a cylinder above its opening.
+    /// Two cylinders on the same axis: one from height 0 to 9, the other from `height` on.
     fn scene(spacing: f64, height: f64) -> Scene {
         Scene::from_toml(
             format!(

@@ -1,4 +1,4 @@
-//! Velocities that are redrawn or scaled during a run.
+//! Redraws or scales velocities during a run.
 
 use std::convert::Infallible;
 
@@ -22,7 +22,7 @@ impl Simulation {
     /// [`ThermostatError::NothingMoves`]. The simulation is unchanged then.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // The heat bath that would give each particle a new velocity in the course of time.
+        // This heat bath is never used. Its check rejects a bad temperature and a system in which nothing moves.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
@@ -42,7 +42,7 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // One velocity for each particle, along the axes on which the particle moves.
+        // This cannot fail: each particle has one velocity, along axes on which it can move.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())

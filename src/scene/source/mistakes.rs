@@ -14,10 +14,10 @@ use crate::scene::file::SceneFile;
 const MOST: usize = 10;
 
 impl Source {
-    /// The errors of a rejected file, as one error with the others attached.
+    /// Collects all errors of a rejected file in one error.
     ///
-    /// Each invalid key or value is removed, and the rest is parsed again. If the removal makes a table or an
-    /// array incomplete, this is not reported as a further error.
+    /// Each invalid key or value is removed, and the rest is parsed again. If the removal makes a table or an array
+    /// incomplete, this is not reported as a further error.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
         let mut errors = vec![(first.span().unwrap_or(0..0), self.refused(first))];
         if let Ok(mut tree) = self.tree() {
@@ -37,7 +37,7 @@ impl Source {
                 last = next;
             }
         }
-        // Overrides follow the file.
+        // Overrides are positioned after the end of the file, so their errors come last.
         errors.sort_by_key(|(range, _)| range.start);
         let mut errors = errors.into_iter().map(|(_, error)| error);
         match errors.next() {
@@ -47,7 +47,8 @@ impl Source {
     }
 }
 
-/// Removes the key or the value at a range. Returns the range of the table or array that it was in; `None` if there is nothing to remove.
+/// Removes the key or value at a range of bytes. Returns the range of the table or array that contained it, or `None`
+/// if nothing was removed.
 fn remove(tree: &mut Spanned<DeTable<'_>>, range: &Range<usize>) -> Option<Range<usize>> {
     let whole = tree.span();
     remove_from_table(tree.get_mut(), &whole, range)
@@ -91,7 +92,7 @@ mod tests {
 
     use crate::model::Scene;
 
-    /// Lines and messages of all errors.
+    /// Returns the line and the message of each error.
     fn mistakes(text: &str, overrides: &[(&str, &str)]) -> Vec<(usize, String)> {
         let error = Scene::from_toml_with(text, Path::new("scene.toml"), overrides).unwrap_err();
         let all = std::iter::once(&error).chain(error.others());
@@ -123,7 +124,7 @@ mod tests {
                 .len(),
             1
         );
-        // The entry of a list, or the list, is incomplete without the invalid value.
+        // Without the invalid value, its table or list is incomplete. This is not reported as a second error.
         assert_eq!(mistakes("[[bond]]\nparticles = [0, -1]\ninteraction = \"a\"\n", &[]).len(), 1);
         assert_eq!(mistakes("[[measure.flow]]\nname = 3\naxis = \"x\"\nat = 1.0\n", &[]).len(), 1);
     }

@@ -1,4 +1,4 @@
-//! Validates barostats: their numbers, and whether the scene has an isothermal-isobaric ensemble.
+//! Validates barostats: their parameters, and whether the scene has an isothermal-isobaric ensemble.
 
 use crate::Vector;
 use crate::base::text::shortest;
@@ -11,25 +11,24 @@ use crate::scene::validate::measure::asked;
 /// Instruments that work in a changing volume.
 const OF_ANY_VOLUME: [&str; 2] = ["speeds", "chains"];
 
-/// Rejects invalid numbers of a barostat.
+/// Rejects invalid parameters of a barostat.
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
     checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
 }
 
-/// Thermostat, barostat and growth of a stage.
+/// Thermostat, barostat and growth of a stage or of the measurement.
 struct Phase<'a> {
-    /// The table of the stage.
     at: ConfigPath,
     thermostat: Option<&'a Thermostat>,
     barostat: Option<&'a Barostat>,
     growth: Option<&'a Growth>,
-    /// Whether some part of it is simulated but not measured.
+    /// Whether part of the stage is simulated but not measured.
     is_prepared: bool,
     is_measured: bool,
 }
 
-/// The stages of a run, the measurement with its equilibration last.
+/// Iterates over the stages of a run. The measurement with its equilibration comes last.
 fn phases(scene: &Scene) -> impl Iterator<Item = Phase<'_>> {
     let plan = &scene.run;
     let listed = plan.stages.iter().enumerate().map(|(index, stage)| Phase {
@@ -80,7 +79,7 @@ pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     check_output(scene)
 }
 
-/// Why the volume of a scene cannot change: the obstacle, and what is expected instead.
+/// Finds a reason why the volume of a scene cannot change. Returns the obstacle, and what is expected instead.
 fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
     let falls = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
     let is_static = |index: usize| scene.species[index].is_static();

@@ -15,7 +15,7 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::validate::measure::asked;
 
 impl SceneParts {
-    /// Validates the plan of an exchange, and rejects features that an exchange does not support.
+    /// Validates the plan of a replica exchange, and rejects features that it does not support.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
         match plan.ensemble {
@@ -30,7 +30,7 @@ impl SceneParts {
         self.check_company()
     }
 
-    /// Requires durations that are whole numbers of intervals.
+    /// Requires that times of the run and of its output are whole numbers of exchange intervals.
     fn check_times(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let (run, output) = (ConfigPath::root().key("run"), ConfigPath::root().key("output"));
         if self.run.limit.time.is_none() {
@@ -89,7 +89,7 @@ impl SceneParts {
         }
     }
 
-    /// Rejects tables and keys that apply to runs only.
+    /// Rejects tables and keys that a replica exchange does not support.
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
@@ -154,11 +154,11 @@ impl SceneParts {
     }
 }
 
-/// Instruments that use states at single times, and no events.
+/// Instruments that use only states at single times, not events.
 const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
-    /// Checks that the system has an equilibrium at each temperature.
+    /// Checks that the system has an equilibrium at each temperature of a replica exchange.
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };
         let root = ConfigPath::root();
@@ -202,7 +202,7 @@ const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 with [exchange]: a system that loses energy in contacts has no equilibrium";
 
-/// Requires energies that change only in steps, for weights.
+/// Checks that multicanonical weights are possible: the potential energy must change, and only in steps.
 fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     if plan.ensemble != ExchangeEnsemble::Multicanonical {
         return Ok(());
@@ -221,7 +221,7 @@ fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Requires several positive temperatures in order, and no windows.
+/// Requires several positive temperatures in ascending or descending order, and no umbrella windows.
 fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = &plan.temperatures;
     if plan.umbrella.is_some() {
@@ -253,14 +253,14 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Checks that the sides of an axis confine particles and conserve energy or have the right temperature.
+/// Checks that the sides of an axis confine particles and conserve their energy. Walls must not have a temperature.
 fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneError> {
     match scene.space.boundary[axis] {
         Boundary::Flat => Ok(()),
         Boundary::Bounded { lower, upper } => {
             let [below, above] = scene.wall_temperatures[axis];
             let sides = [("lower", lower, below), ("upper", upper, above)];
-            // If both walls have the same law, the scene gives it with their axis.
+            // If both walls of an axis have the same law, the scene gives it once for the axis.
             let is_common = scene.space.walls(axis) < 2 || (lower, below) == (upper, above);
             sides.into_iter().try_for_each(|(side, face, temperature)| {
                 let wall = if is_common { at.clone() } else { at.key(side) };
@@ -276,7 +276,7 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
     }
 }
 
-/// Checks that a surface conserves the energy of particles.
+/// Rejects surfaces that move, have a temperature, or take energy from particles.
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
         let expected = "none together with [exchange]: a system that a surface drives has no equilibrium";
@@ -294,8 +294,8 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
     }
 }
 
-/// Checks that one side of an axis confines particles and conserves energy or has the right temperature;
-/// `wall` is the config path of its keys.
+/// Checks that one side of an axis confines particles and conserves their energy. `wall` is the config path of its
+/// keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
         let expected = "none together with [exchange], whose replicas have temperatures of their own";

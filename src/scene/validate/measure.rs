@@ -90,7 +90,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     Ok(())
 }
 
-/// Requires an outlet to which a published law applies: in three dimensions, for all grains together.
+/// Checks that Beverloo's law applies to an outlet: it holds in three dimensions, for all species together.
 fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let key = at.key("outlet");
     if space.dimensions() != 3 {
@@ -111,7 +111,8 @@ fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPat
     }
 }
 
-/// Validates the direction of a tilted plane, which has no images.
+/// Validates the normal of a tilted plane. It must be zero along flat and periodic axes, because tilted planes have no
+/// images.
 fn check_normal(normal: &crate::Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(normal, at)?;
     let refused = |k: usize| matches!(space.boundary[k], Boundary::Flat | Boundary::Periodic) && normal[k] != 0.0;
@@ -169,7 +170,7 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
     Ok(())
 }
 
-/// Validates windows of time, and requires a species that moves.
+/// Validates the number of time windows of speed distributions, and requires a species that moves.
 fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let Some(plan) = &plan.speeds else { return Ok(()) };
     if let Some(count) = plan.windows.filter(|count| !(1..=MOST_WINDOWS).contains(count)) {
@@ -184,7 +185,7 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
     Ok(())
 }
 
-/// Checks the number of times of a correlation.
+/// Limits the number of intervals in the span of a correlation.
 fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
     let spans = [
         ("diffusion", plan.diffusion.as_ref().map(|it| (it.interval, it.span)), MOST_DIFFUSION_STEPS),
@@ -201,8 +202,7 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// A requested instrument: its key, its number of bins, and its numbers that must be positive, each with its
-/// key.
+/// A requested instrument: its key, its numbers that must be positive, each with its key, and its number of bins.
 type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
 
 /// The requested instruments, except profiles and flows.
@@ -243,7 +243,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     named(plan).try_for_each(|it| positive_if_given(it.interval, it.at.key("interval")))
 }
 
-/// The given intervals, spans and windows, with their keys `[time]`.
+/// Returns all times in the measurement plan with their keys: intervals, spans and windows `[time]`.
 pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     let measure = ConfigPath::root().key("measure");
     let is_time = |key: &str| ["interval", "span", "window"].contains(&key);
@@ -256,7 +256,7 @@ pub(crate) fn measurement_times(plan: &MeasurementPlan) -> Vec<(String, f64)> {
     all.into_iter().map(|(at, time)| (at.to_string(), time)).collect()
 }
 
-/// A profile or a flow: its config path, and the common keys.
+/// A profile or a flow: its config path, and the keys that both kinds have.
 pub(in crate::scene) struct Named<'p> {
     pub at: ConfigPath,
     pub name: &'p str,
@@ -264,7 +264,7 @@ pub(in crate::scene) struct Named<'p> {
     interval: Option<f64>,
 }
 
-/// The profiles, then the flows.
+/// Iterates over the profiles, then over the flows.
 pub(in crate::scene) fn named<'p>(plan: &'p MeasurementPlan) -> impl Iterator<Item = Named<'p>> {
     let it = |kind: &'static str, index, name, species: &'p Option<String>, interval| {
         let at = ConfigPath::root().key("measure").key(kind).index(index);

@@ -1,4 +1,4 @@
-//! Validates the motions of surfaces: their times and numbers, and whether they fit the box.
+//! Validates the motions of surfaces: their times and parameters, and whether they suit the box.
 
 use super::surfaces::direction;
 use crate::Vector;
@@ -19,7 +19,7 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
         if from < before {
             return refuse(at.key("from"), from, format!("at least {before}, where the motion before ends"));
         }
-        // NaN is rejected as well.
+        // This comparison also rejects NaN.
         if until.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
             return refuse(at.key("until"), until, format!("more than {from}, where it begins"));
         }
@@ -60,9 +60,9 @@ fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Images of a surface move with it. It must therefore not move along a periodic axis or turn about another
-/// axis; along a flat axis nothing moves. A plane parallel to a periodic axis is its own image wherever it
-/// goes.
+/// Checks that a motion suits the box. A surface may not move along a flat or periodic axis, and may rotate only about
+/// this axis, because its images could not follow. Planes may move along a periodic axis: they are always parallel to
+/// it.
 fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let is_plane = matches!(shape, SurfaceShape::Plane { .. });
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! A scene from its parts, with the same checks as a scene from a file.
+//! Creates a scene from its parts, with the same checks as for a scene from a file.
 
 use std::collections::HashSet;
 use std::mem::take;
@@ -40,7 +40,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] for the first error, as for a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
-        // Particles that may have been modified are an independent start.
+        // The particles may have been modified, so the scene does not continue an earlier run.
         let mut builder = SceneBuilder::of_parts(SceneParts { predecessor: None, ..parts });
         builder.check_header()?;
         let mut species = builder.checked_species()?;
@@ -64,11 +64,11 @@ impl Scene {
         builder.settled(builder.assembled(start))
     }
 
-    /// The scene with another limit of the measurement.
+    /// Returns the scene with another limit of the measurement.
     ///
     /// # Errors
-    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; for replica exchange also for
-    /// a time that is not a whole number of its intervals, and for a number of events.
+    /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange also
+    /// if the time is not a whole number of exchange intervals, or if a number of events is given.
     pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
@@ -100,8 +100,8 @@ fn check_particles(particles: &mut [Particle], species: &[Species], space: &Spac
     Ok(())
 }
 
-/// Requires bonds of two different particles, the lower id first, each once. At least one of the two must
-/// move.
+/// Requires that each bond is listed once and joins two different particles, the lower id first. At least one of the
+/// two must move.
 fn check_bonds(
     bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],
@@ -129,7 +129,7 @@ fn check_bonds(
     Ok(())
 }
 
-/// Requires existing static particles for surfaces.
+/// Requires that surfaces consist of existing static particles.
 fn check_surfaces(surfaces: &[StaticSurface], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
     let count = particles.len();
     for (index, surface) in surfaces.iter().enumerate() {
@@ -153,7 +153,7 @@ mod tests {
     use crate::model::{Bond, InteractionId, Potential, SpeciesId};
     use crate::scene::{Amount, Lattice};
 
-    /// A fluid of 108 spheres with wells, two of which are bonded.
+    /// A fluid of 108 square-well spheres, two of which are bonded.
     fn fluid() -> Scene {
         SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)

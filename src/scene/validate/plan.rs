@@ -20,19 +20,20 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
 
-/// Largest relative round-off of a time of the run after the start time is added.
+/// Largest allowed round-off when the start time is added to a time of the run, relative to that time.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks that the times of a run can be resolved when added to the start time. Given intervals must be
-/// resolved to a thousandth. In the smallest time step, the fastest particle must move by less than a
-/// diameter.
+/// Checks that the start time does not spoil the times of the run by round-off. The round-off may be at most a
+/// thousandth of each given duration and interval. During a time as long as the round-off, the fastest particle must
+/// move by less than the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    // Events have their own times since the start. Rows have the digits that remain.
+    // The engine counts event times from the start of the run, so the start time does not spoil them. Only the times in
+    // the output lose digits.
     let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
     let times = stages.chain(given.into_iter().flatten());
     let shortest = times.fold(crossing, f64::min);
@@ -52,7 +53,7 @@ pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) ->
     Ok(())
 }
 
-/// Whether the name of a measured stage can be the name of a folder on every system.
+/// Whether the name of a measured stage is a valid name of a folder on every operating system.
 fn is_file_name(name: &str) -> bool {
     let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
@@ -90,7 +91,8 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Checks that a measured stage has an end, a unique name, which becomes a folder, and no growth.
+    /// Checks that a measured stage has an end and no growth. Its name must be unique, and valid as the name of a
+    /// folder.
     fn check_measured_stage(&self, index: usize) -> Result<(), SceneError> {
         let stage = &self.run.stages[index];
         let at = ConfigPath::entry("stage", index);
@@ -109,7 +111,7 @@ impl SceneParts {
                 "letters, digits, `_`, `-` and `.` only, not beginning with a dot: it names the folder of its tables";
             return refuse(at.key("name"), format!("{name:?} of a measured stage"), expected);
         }
-        // The name of its equilibration contains a space, which no measured stage has.
+        // The equilibration of a measured stage has a name as well, which must also be unique.
         let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");
         let others = self.run.stages.iter().enumerate().filter(|(other, _)| *other != index);
         if let Some((other, _)) = others.into_iter().find(|(_, other)| is_same(other)) {
@@ -121,7 +123,7 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Checks that the system can grow and be sheared as planned.
+    /// Checks that the box and the particles permit the planned growth and shear.
     pub(in crate::scene) fn check_drive(
         &self,
         space: &Space,
@@ -158,7 +160,7 @@ fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<
     thermostat.map_or(Ok(()), |thermostat| thermostat.check().or_else(|error| refuse_thermostat(error, at)))
 }
 
-/// Error for a thermostat, at the key that has to be changed.
+/// Returns the error for an invalid thermostat, at the key that must be changed.
 fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), SceneError> {
     match error {
         ThermostatError::Number { name, value } => positive(value, at.key(name)).map(drop),
@@ -175,7 +177,7 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// Sets the gravity of every stage, if some stages have their own. The gravity of the species becomes the
+/// If any stage has its own gravity, gives all other stages the gravity of the species. The species then get the
 /// gravity of the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
@@ -200,7 +202,7 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Resolves thermostats. Flat axes are removed from a heat bath.
+/// Adapts thermostats to the particles and the box. For example, flat axes are removed from a heat bath.
 pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
     let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
     let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
@@ -266,7 +268,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
-            // The final density is unknown, but cannot exceed a filled box.
+            // The final packing fraction is unknown, but cannot exceed 1.
             GrowthTarget::CompressibilityFactor(_) => 1.0,
         };
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);

@@ -15,7 +15,7 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// Relative rounding of a particle's coordinates, by which it may exceed a wall or the end of a bond.
+/// Relative round-off of a particle's coordinates. By this much, a particle may exceed a wall, and a bond its range.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Initial configuration: particles and bonds in their box, with their interactions.
@@ -28,8 +28,8 @@ pub(crate) struct Configuration<'a> {
     pub surfaces: Surfaces,
 }
 
-/// Requires every periodic axis to be at least two ranges long. A particle then never meets two images of
-/// another particle.
+/// Requires every periodic axis to be at least twice as long as the longest range of an interaction. A particle then
+/// never interacts with two images of another particle.
 pub(crate) fn check_ranges(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, .. } = start;
     let counts = groups.counts(interactions.species.len());
@@ -55,7 +55,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
         }
         let (position, radius) = (&particle.position, 0.5 * species.diameter);
         let mut refused = None;
-        // A scene with more species was rejected.
+        // Scenes with more species than `u16` can number have been rejected before.
         let row = u16::try_from(row).unwrap_or(u16::MAX);
         surfaces.for_each_near((position, radius), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
@@ -81,7 +81,7 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
     Ok(())
 }
 
-/// Checks that every bonded pair starts within its bond's range.
+/// Checks that the length of every bond is within its range at the start.
 pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let periods = space.periods();
@@ -125,7 +125,7 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     }
 }
 
-/// Adds the bonds listed in a scene after the bonds of its chains, and checks that each pair can move.
+/// Adds the bonds listed in a scene after the bonds of its chains. At least one particle of each pair must move.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     drafts: &[UnvalidatedBond],
@@ -133,7 +133,7 @@ pub(crate) fn list_bonds(
 ) -> Result<(), SceneError> {
     for draft in drafts {
         let at = &draft.at;
-        // A bond of a coordinate file has no keys of its own.
+        // The bond may come from a coordinate file. Errors then refer to the file instead of to keys of the bond.
         let is_listed = matches!(at.steps().first(), Some(PathStep::Key(table)) if table == "bond");
         let key_at = |key: &'static str| if is_listed { at.key(key) } else { at.clone() };
         let particles = groups.particles.len();

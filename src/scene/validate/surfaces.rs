@@ -15,12 +15,12 @@ use crate::scene::limits::{finite_vector, not_negative, positive, restitution};
 use crate::scene::names::{self, Taken};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// Smallest radius of a sphere, relative to the largest coordinate of a surface. With smaller ones, rounding
-/// would put a sphere on the other side.
+/// Smallest radius of a particle, relative to the largest coordinate of a surface. With a smaller radius, round-off
+/// could put a particle on the wrong side.
 const LEAST_RADIUS: f64 = 1e-9;
 
 impl SceneBuilder {
-    /// The surfaces of the scene: surfaces of its parts first, then drafts.
+    /// Validates all surfaces: first the complete surfaces among the scene's parts, then the drafts.
     pub(in crate::scene) fn checked_surfaces(
         &self,
         species: &[Species],
@@ -73,7 +73,7 @@ impl SceneBuilder {
         if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
     }
 
-    /// A surface with the ids of its species and absolute times of its motions.
+    /// Resolves a draft: species become ids, and times that count from a stage become simulated times.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
         let at = ConfigPath::entry("surface", index);
@@ -108,7 +108,7 @@ impl SceneBuilder {
         Ok(time)
     }
 
-    /// Rejects shear and growth, which surfaces do not support.
+    /// Rejects shear and growth, which a scene with surfaces does not support.
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
         let expected =
             "none together with a [[surface]]: surfaces need particles of constant size in a box without shear";
@@ -127,7 +127,7 @@ fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Rejects NaN and infinite numbers, and shapes without extent.
+/// Rejects shapes without extent, or with NaN or infinite numbers.
 fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> {
     match shape {
         SurfaceShape::Plane { point, normal } => {
@@ -224,7 +224,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
     Ok(())
 }
 
-/// Largest distance or extent of a surface beyond the box in periods. Each image is stored.
+/// How far a surface may extend beyond the box, in periods. This limits the number of images, which are all stored.
 const MOST_PERIODS: f64 = 30.0;
 
 /// Rejects shapes with too many images along a periodic axis.
@@ -232,7 +232,7 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     let (key, ends) = match shape {
         SurfaceShape::Plane { .. } => return Ok(()),
         SurfaceShape::Sphere { centre, radius, .. } => ("centre", [centre[k] - radius, centre[k] + radius]),
-        // It has no ends along its axis.
+        // A cylinder is infinite along its axis, so there are no ends to check.
         SurfaceShape::Cylinder { axis, .. } if axis[k] != 0.0 => return Ok(()),
         SurfaceShape::Cylinder { point, radius, .. } => ("base", [point[k] - radius, point[k] + radius]),
         SurfaceShape::Capsule { ends, radius } => {
@@ -251,7 +251,7 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 
-/// Requires shapes that touch the plane or line of the scene only at their section with it.
+/// Requires shapes that are symmetric about the plane or line of the scene, so that contacts with them lie in it.
 fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (axis, flat) = (AXES[k], space.lower[k]);
     let off = |point: &Vector, key: &'static str| match point[k] == flat {
@@ -276,7 +276,8 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
     }
 }
 
-/// Requires spheres that fit inside and that are large enough to be on one side.
+/// Requires particles that fit inside a hollow sphere or cylinder. Their radius must also be well above the round-off
+/// of the surface's coordinates.
 fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let meeting =
         (0..).zip(species).filter(|(index, species)| surface.meets(SpeciesId(*index)) && !species.is_static());

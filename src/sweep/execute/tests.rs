@@ -22,7 +22,8 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    // Something obstructs only the conversion, from the end of the run on.
+    // The report is made before the conversion. It creates a folder with the name of the converted file, so that only
+    // the conversion fails.
     let blocks = |_: &Finished| {
         fs::create_dir(&converted).unwrap();
         fs::write(converted.join("mine"), "").unwrap();
@@ -33,12 +34,12 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     let once_more = |_: &Finished| -> String { panic!("the run was there already") };
     assert!(matches!(execute(&once_more), Fate::Failed(_)));
     fs::remove_dir_all(&converted).unwrap();
-    // On a full disk, the reason could not be recorded.
+    // Deletes the record of the failure. Without disk space, it would not have been written.
     folder.keep_failure(point, None).unwrap();
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);
     assert_eq!((execute(&once_more), folder.failure(point)), (Fate::Kept, None));
-    // Something else with its name is not a conversion.
+    // A folder with the name of the converted file does not count as a conversion.
     fs::remove_file(&converted).unwrap();
     fs::create_dir(&converted).unwrap();
     fs::write(converted.join("mine"), "").unwrap();

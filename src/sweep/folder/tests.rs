@@ -17,7 +17,7 @@ fn a_folder_is_that_of_one_sweep() {
     let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
     assert_eq!((again.points(), again.set()), (first.points(), first.set()));
     SweepFolder::open(&path, &again).unwrap();
-    // More seeds are the same sweep.
+    // A sweep with more seeds is still the same sweep.
     let more = sweep(&[("run.until_events", "10")], &["seed=1..9", "fill.0.packing_fraction=0.1,0.2"]);
     SweepFolder::open(&path, &more).unwrap();
     assert_eq!(Sweep::from_file(SweepFolder::file_in(&path)).unwrap().points().len(), 18);

@@ -1,4 +1,4 @@
-//! The comment line of a frame: the box, the time, the species, and which column means what.
+//! The comment line of a frame: the box, the time, the species, and the meaning of each column.
 
 use std::ops::Range;
 
@@ -9,29 +9,28 @@ use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// Columns of the data in the lines of a frame, counted from 0.
+/// Positions of the columns in the line of a particle, counted from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
     pub species: Option<usize>,
-    /// All columns that may contain the species. Other programs insert their own column before the column of
-    /// the file.
+    /// All columns that may contain the species. Other programs insert their own column before the original column.
     pub may_be_species: Vec<usize>,
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
     pub image: Option<usize>,
-    /// Column of the momenta, only if there are no velocities.
+    /// Column of the momenta; `None` if there are velocities.
     pub momentum: Option<usize>,
     pub mass: Option<usize>,
     /// Names of columns that are ignored.
     pub unused: Vec<String>,
-    /// Names of scalars, and their columns.
+    /// Name and column of each scalar.
     pub scalars: Vec<(String, usize)>,
 }
 
-/// Known names of columns.
+/// Accepted names of each column.
 const POSITION: &[&str] = &["pos"];
 const SPECIES: &[&str] = &["species", "type", "element"];
 const VELOCITY: &[&str] = &["velo", "vel", "velocity", "velocities"];
@@ -41,28 +40,28 @@ const RADIUS: &[&str] = &["radius"];
 const ID: &[&str] = &["id"];
 const IMAGE: &[&str] = &["map_shift", "images", "image"];
 
-/// Description of the boxes that a frame can have.
+/// Describes valid boxes, for error messages.
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// Largest component of an edge off its own axis in a box aligned with the axes, as a fraction of the longest
-/// edge: the round-off of a rotation.
+/// Largest component of an edge across its own axis that still counts as zero, as a fraction of the longest edge.
+/// Rotating a box leaves such round-off.
 const ALIGNED: f64 = 1e-14;
 
 /// Content of a comment line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Comment {
     pub time: f64,
-    /// Lower corner and edges; `None` without `Lattice`.
+    /// Lower corner and edges of the box; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image along y, without whole periods.
+    /// Displacement along x of the next image of the box along y, less whole periods.
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
     pub bond_names: Vec<String>,
     pub bond_kinds: Vec<u32>,
-    /// Whether each surface of the scene is present.
+    /// For each surface of the scene, whether it is present; empty if all are present.
     pub surfaces: Vec<bool>,
     pub columns: Columns,
 }
@@ -90,7 +89,7 @@ impl Comment {
         if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
             return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
         }
-        // A time with a unit, or in another form, is ignored.
+        // A time that is not a plain number, for example because it has a unit, is ignored.
         let time = value_of("Time").map_or(Some(0.0), |value| finite(value.value));
         let mut species: Vec<FrameSpecies> = Vec::new();
         if let Some(value) = value_of("species_table") {
@@ -116,8 +115,8 @@ impl Comment {
     }
 }
 
-/// The `key=value` pairs of a line, as ASE reads them: values may be quoted or in brackets, spaces may
-/// surround `=`, and words without `=` are ignored.
+/// Splits a line into `key=value` pairs like ASE: values may be quoted or in brackets, spaces may surround `=`, and
+/// words without `=` are ignored.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -136,7 +135,7 @@ fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The value at the beginning of a text, without its quotes or brackets, and the rest of the text.
+/// Splits off the value at the beginning of a text. Returns the value without quotes or brackets, and the rest.
 fn value(text: &str) -> (&str, &str) {
     let inside = text.get(1..).unwrap_or_default();
     match text.chars().next() {
@@ -158,7 +157,7 @@ fn value(text: &str) -> (&str, &str) {
     }
 }
 
-/// A value, with the key and line for an error message about the value.
+/// A value of the comment line, with its key and line number for error messages.
 struct Value<'a> {
     key: &'static str,
     value: &'a str,
@@ -170,7 +169,7 @@ impl<'a> Value<'a> {
         ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
-    /// The words of a list. ASE puts `_JSON` before some kinds of lists.
+    /// Splits a list into words. ASE writes `_JSON` before some lists.
     fn words(&self) -> impl Iterator<Item = &'a str> {
         let list = self.value.trim_start();
         list.strip_prefix("_JSON")
@@ -179,7 +178,7 @@ impl<'a> Value<'a> {
             .filter(|word| !word.is_empty())
     }
 
-    /// Parses each word, if there are exactly `N`.
+    /// Parses each word of a list. Returns an error unless there are exactly `count` words.
     fn as_many<T>(
         &self,
         count: usize,
@@ -195,12 +194,12 @@ impl<'a> Value<'a> {
         Ok(std::array::from_fn(|k| numbers[k]))
     }
 
-    /// The edges of a box that is aligned with the axes, and the displacement of the next image along y.
+    /// Reads the edges of a box that is aligned with the axes, and the displacement of the next image along y.
     fn lattice(&self) -> Result<(Vector, f64), ReadError> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // Images along y may slide along x.
+            // The displacement of images along y is compared with the edge along x, which is its period.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;
@@ -219,7 +218,7 @@ impl<'a> Value<'a> {
         Ok((Vector::new(x, y, z), within))
     }
 
-    /// A flag for each axis, or one flag for all axes.
+    /// Reads a flag for each axis, or one flag for all axes.
     fn periodic(&self) -> Result<[bool; 3], ReadError> {
         flag(self.value.trim()).map_or_else(|| self.three_flags(), |flag| Ok([flag; 3]))
     }
@@ -253,7 +252,7 @@ impl<'a> Value<'a> {
         bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
     }
 
-    /// The names in a table, and an index into it for each bond.
+    /// Reads the names of the interactions in the table, and the index of the interaction of each bond.
     fn kinds_of_bonds(&self, kinds: Option<Value>, bonds: usize) -> Result<(Vec<String>, Vec<u32>), ReadError> {
         let names: Vec<String> = self.value.split_whitespace().map(str::to_owned).collect();
         if bonds == 0 {
@@ -312,7 +311,7 @@ impl<'a> Value<'a> {
             scalars,
         };
         let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
-        // If both are present, velocities are used, because momenta contain the same information.
+        // Momenta are redundant beside velocities, so they do not count as unused columns.
         let used = [&used[..], &[momentum, columns.mass]].concat();
         let is_used = |at: usize| used.contains(&Some(at)) || columns.may_be_species.contains(&at);
         let unused = groups.iter().filter(|(_, range)| !is_used(range.start));
@@ -333,7 +332,7 @@ fn flag(word: &str) -> Option<bool> {
     }
 }
 
-/// A finite number; otherwise `None`.
+/// Parses a finite number; otherwise returns `None`.
 pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|number: &f64| number.is_finite())
 }

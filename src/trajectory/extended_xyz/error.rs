@@ -16,18 +16,18 @@ pub enum ReadError {
     Open {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// The file is compressed, but its frames must be accessed individually.
     #[error("{} is compressed, so that its frames cannot be reached one by one: unpack it first, with `carom convert --to xyz --out plain.xyz`", .0.display())]
     Compressed(PathBuf),
-    /// The operating system failed to read on.
+    /// The operating system could not read any further.
     #[error("line {line}: cannot read on")]
     Io {
         /// The line.
         line: usize,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// The file is empty or blank.
@@ -39,22 +39,22 @@ pub enum ReadError {
         /// The line.
         line: usize,
     },
-    /// A line is longer than many megabytes.
+    /// A line is too long to be part of a trajectory.
     #[error("line {line} is too long to be part of a trajectory")]
     LineTooLong {
         /// The line.
         line: usize,
     },
-    /// The file ends before the frame does.
+    /// The file ends within a frame.
     #[error(
         "the frame that begins on line {line} is cut off: expected {expected} particles, the file ends after {found}"
     )]
     Truncated {
-        /// The first line of the frame.
+        /// Number of the first line of the frame.
         line: usize,
-        /// The number of particles it announces.
+        /// Number of particles according to the first line of the frame.
         expected: usize,
-        /// The number of complete particles.
+        /// Number of particles of the frame that are complete.
         found: usize,
     },
     /// A line does not contain the expected text: a number of particles, a value of a key, all columns, or a
@@ -63,13 +63,13 @@ pub enum ReadError {
     Malformed {
         /// The line.
         line: usize,
-        /// The expected and the found text, shortened.
+        /// Description of the expected text and of the text that was found, shortened.
         problem: String,
     },
 }
 
 impl ReadError {
-    /// A value that does not fit its key or column.
+    /// Creates the error for a value that does not fit its key or column.
     pub(super) fn unexpected(line: usize, name: &str, value: &str, expected: &str) -> Self {
         Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
     }
@@ -87,7 +87,7 @@ impl ReadError {
         }
     }
 
-    /// The message without the line number.
+    /// Error message without the line number.
     #[must_use]
     pub fn problem(&self) -> String {
         let message = self.to_string();
@@ -101,23 +101,23 @@ impl ReadError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// The operating system failed to write.
+    /// The operating system could not write to the output.
     #[error("cannot write the frame")]
     Io(#[from] io::Error),
     /// The name of a species cannot be stored in a column.
     #[error("species name `{0}` cannot be written: expected one word without quotes or backslashes, used once")]
     SpeciesName(String),
-    /// A scalar cannot be stored in a column.
+    /// The name or the values of a scalar cannot be stored in a column.
     #[error(
         "scalar `{0}` cannot be written: expected a word that no other column has as its name, and a finite number for each particle"
     )]
     Scalar(String),
-    /// The interactions of only some bonds are known, or they have no names.
+    /// Only some bonds have a known interaction, or the name of an interaction is not one word.
     #[error(
         "the bonds cannot be written: expected an interaction for each bond or for none, and names of one word without quotes or backslashes"
     )]
     Bonds,
-    /// The images of only some particles are known.
+    /// The images of only some particles are given.
     #[error("the images cannot be written: expected those of all particles or of none")]
     Images,
     /// A mass is zero, negative or NaN.
@@ -129,13 +129,13 @@ pub enum WriteError {
     /// A position, velocity or radius is NaN or infinite, or the radius is negative.
     #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
     Particle(ParticleId),
-    /// The time or the box is NaN or infinite, the box has a negative edge, or its displacement is invalid:
-    /// without periods along x and y, or more than half a period.
+    /// The time or the box is NaN or infinite, an edge of the box is negative, or its displacement is invalid. A
+    /// displacement needs periods along x and y, and is at most half a period.
     #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
 }
 
-/// The beginning of a value, for an error message. Malformed values may be long.
+/// Shortens a value for an error message, because malformed values may be long.
 pub(super) fn shorten(text: &str) -> String {
     const LONGEST: usize = 60;
     let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };

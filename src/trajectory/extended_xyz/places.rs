@@ -8,7 +8,7 @@ use super::{FrameReader, ReadError};
 use crate::trajectory::Frame;
 use crate::trajectory::compressed::is_compressed;
 
-/// Bytes that are read at once.
+/// Size of the read buffer `[bytes]`.
 const BUFFER: usize = 1 << 18;
 
 /// Position at which a frame begins in a trajectory file.
@@ -54,10 +54,10 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             continue;
         }
         let Ok(count) = text.trim().parse::<u32>() else {
-            // The reader reports the error.
+            // Reads the frame to obtain the error message.
             return frame_at(path, at).map(|_| places);
         };
-        // The lines of the particles, and the comment.
+        // Skips the comment and the lines of the particles.
         let mut is_whole = true;
         for _ in 0..=count {
             let skipped = input.skip_until(b'\n').map_err(unreadable)? as u64;
@@ -74,11 +74,11 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
     }
 }
 
-/// The frame of a trajectory file at a position.
+/// Reads the frame at a position in a trajectory file.
 ///
 /// # Errors
-/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or
-/// the file has changed.
+/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or the file has
+/// changed.
 pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
     let mut input = opened(path)?;
     input.seek(SeekFrom::Start(place.byte)).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
@@ -120,7 +120,7 @@ mod tests {
         for at in [3, 0, 4, 1, 2] {
             assert_eq!(frame_at(&path, places[at]).unwrap(), all[at]);
         }
-        // Windows line ends.
+        // Lines may end as on Windows.
         std::fs::write(&path, text.replace('\n', "\r\n")).unwrap();
         let places = frame_places(&path).unwrap();
         assert_eq!(places.iter().map(|place| frame_at(&path, *place).unwrap()).collect::<Vec<_>>(), all);
@@ -146,7 +146,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trajectory.xyz");
         let text = trajectory();
-        // The particle of the third frame.
+        // Damages the line of the particle in the third frame.
         std::fs::write(&path, text.replace("A 2 0 0.5", "A 2 x 0.5")).unwrap();
         let places = frame_places(&path).unwrap();
         assert_eq!(places.len(), 5);

@@ -1,4 +1,4 @@
-//! Text to frames.
+//! Reads frames from extended XYZ.
 
 mod particle;
 
@@ -18,7 +18,7 @@ use crate::trajectory::frame::FrameParticle;
 /// Maximum number of particles for which memory is reserved before they have been read.
 const TRUSTED_COUNT: usize = 1 << 16;
 
-/// Properties of a frame that precede its particles.
+/// The part of a frame before its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
     /// Number of particles.
@@ -49,12 +49,12 @@ pub struct FrameReader<R> {
 }
 
 impl<R: BufRead> FrameReader<R> {
-    /// Reads from the beginning of a frame.
+    /// Creates a reader whose input starts at the beginning of a frame.
     pub fn new(input: R) -> Self {
         Self::behind(input, 0)
     }
 
-    /// Reads from the beginning of a frame that follows the given number of lines.
+    /// Creates a reader whose input starts after this number of lines of a file, at the beginning of a frame.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -92,7 +92,7 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// Further columns of the last frame.
+    /// Takes the data of the last frame that [`Frame`] does not contain.
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }
@@ -106,7 +106,7 @@ impl<R: BufRead> FrameReader<R> {
     /// Skips the next frame without parsing its numbers. Returns false if only blank lines are left.
     ///
     /// # Errors
-    /// As for other frames, except errors within the lines of particles.
+    /// Any error of reading a frame, except errors within the lines of its particles.
     pub fn skip_frame(&mut self) -> Result<bool, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(false) };
         let first = self.line;
@@ -118,16 +118,16 @@ impl<R: BufRead> FrameReader<R> {
         Ok(true)
     }
 
-    /// Position of the next frame: the number of lines read so far, and the source.
+    /// Returns the number of lines read so far, and the input, which is at the beginning of the next frame.
     pub(crate) fn place(&mut self) -> (usize, &mut R) {
         (self.line, &mut self.input)
     }
 
-    /// Reads the beginning of the next frame and skips its particles without parsing them; `None` if only
-    /// blank lines are left. A truncated frame is detected as usual.
+    /// Reads the beginning of the next frame and skips its particles without parsing them; `None` if only blank lines
+    /// are left. A truncated frame is detected as usual.
     ///
     /// # Errors
-    /// As for other frames, except errors within the lines of particles.
+    /// Any error of reading a frame, except errors within the lines of its particles.
     pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
         let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;
@@ -150,7 +150,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
     }
 
-    /// The next line without its end, or `None` at the end of the file.
+    /// Reads the next line without its end; `None` at the end of the file.
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
         self.text.clear();
         self.line += 1;
@@ -161,19 +161,19 @@ impl<R: BufRead> FrameReader<R> {
             return Err(ReadError::LineTooLong { line });
         }
         let text = std::str::from_utf8(&self.text).map_err(|_| ReadError::NotText { line })?;
-        // Some programs begin a text with a byte order mark.
+        // Some programs write a byte order mark at the beginning of a text.
         let text = text.strip_prefix('\u{feff}').filter(|_| line == 1).unwrap_or(text);
         Ok(if length == 0 { None } else { Some(text.trim_end_matches(['\n', '\r'])) })
     }
 
-    /// The number of particles of the next frame; `None` if only blank lines are left.
+    /// Reads the number of particles of the next frame; `None` if only blank lines are left.
     fn next_count(&mut self) -> Result<Option<usize>, ReadError> {
         loop {
             match self.next_line()?.map(str::trim) {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<u32>() {
-                    // An id has the same number of bits.
+                    // Ids of particles are `u32`, so their number must be as well.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let found = shorten(text);
@@ -186,7 +186,7 @@ impl<R: BufRead> FrameReader<R> {
         }
     }
 
-    /// The number of particles and the comment of the next frame; `None` if only blank lines are left.
+    /// Reads the number of particles and the comment of the next frame; `None` if only blank lines are left.
     fn begin_frame(&mut self) -> Result<Option<(usize, Comment)>, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(None) };
         let first = self.line;
@@ -199,7 +199,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some((count, comment?)))
     }
 
-    /// The next frame; `None` if only blank lines are left.
+    /// Reads the next frame; `None` if only blank lines are left.
     fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
         let Some((count, mut comment)) = self.begin_frame()? else { return Ok(None) };
         let first = self.frame_line;

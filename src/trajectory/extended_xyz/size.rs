@@ -1,4 +1,4 @@
-//! Size of the text of a frame.
+//! Estimates the size of the text of a frame.
 
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
@@ -7,8 +7,8 @@ use crate::model::Scene;
 /// Coordinates and velocities have one digit less.
 const DIGITS: usize = 20;
 
-/// Number of bytes of the first two lines without bonds, of a bond in them, and of the periods that a
-/// particle has travelled.
+/// Estimated numbers of bytes: of the first two lines of a frame without its bonds, of a bond, and of the periods that
+/// a particle has travelled.
 const HEADING: usize = 300;
 const BOND: usize = 16;
 const PERIODS: usize = 7;

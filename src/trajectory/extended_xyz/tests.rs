@@ -133,7 +133,7 @@ fn the_column_of_species_is_the_one_with_the_names_of_the_table() {
     let frame = read(text.as_bytes()).pop().unwrap().unwrap();
     assert_eq!(frame.particles.iter().map(|particle| particle.species.0).collect::<Vec<_>>(), [1, 0]);
     assert_eq!(frame.species.iter().map(|species| species.is_static).collect::<Vec<_>>(), [true, false]);
-    // Without a table, the first column of species is used.
+    // Without a species table, the first of the columns for the species is used.
     let text = text.replace("species_table=\"ball Fe\" static=\"_JSON [true, false]\"", "");
     assert_eq!(read(text.as_bytes()).pop().unwrap().unwrap().species[0].name, "X");
 }
@@ -294,7 +294,7 @@ fn frame() -> impl Strategy<Value = Frame> {
         })
 }
 
-/// Bytes that resemble a frame enough to reach every branch of the reader.
+/// Generates damaged frames: some bytes are changed, and the end is cut off.
 fn nearly_a_frame() -> impl Strategy<Value = Vec<u8>> {
     (frame(), prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6), any::<prop::sample::Index>())
         .prop_map(|(frame, changes, end)| {
@@ -313,7 +313,7 @@ proptest! {
     fn a_frame_survives_the_file_bit_for_bit(frames in prop::collection::vec(frame(), 1..3)) {
         let text: String = frames.iter().map(written).collect();
         let back: Vec<Frame> = read(text.as_bytes()).into_iter().map(Result::unwrap).collect();
-        // Unlike `==`, the digits distinguish -0 from 0.
+        // The debug text distinguishes -0 from 0, unlike `==`.
         prop_assert_eq!(format!("{frames:?}"), format!("{back:?}"));
     }
 
@@ -348,7 +348,7 @@ fn passing_over_frames_finds_as_many_as_reading_them_wherever_the_file_ends() {
         let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
         assert_eq!(ended, fault, "{cut}");
     }
-    // Read on after the first frame.
+    // A reader that starts after the first frame finds the same later frames.
     let at: usize = text.split_inclusive('\n').take(4).map(str::len).sum();
     let rest = FrameReader::behind(&text.as_bytes()[at..], 4).collect::<Result<Vec<_>, _>>().unwrap();
     assert_eq!(rest, read(text.as_bytes()).into_iter().skip(1).map(Result::unwrap).collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! Frames to text.
+//! Writes frames as extended XYZ.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -47,18 +47,18 @@ pub(crate) struct Heading {
     pub has_images: bool,
     /// Whether the masses of all particles are known.
     pub has_masses: bool,
-    /// The extent of flat axes.
+    /// Extent of flat axes in the file.
     pub thickness: f64,
 }
 
-/// Writer of a single frame, particle by particle. The text is the same as from [`write_frame`], without
-/// memory for all particles.
+/// Writes a single frame, particle by particle. The text is the same as from [`write_frame`], but the particles need
+/// not be in memory together.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
-    /// Table, box, bonds and scalars.
+    /// Frame from which the table, box, bonds and scalars are written. Its particles are ignored.
     frame: &'a Frame,
     has_masses: bool,
-    /// Number of particles so far.
+    /// Number of particles written so far.
     index: usize,
     text: Vec<u8>,
 }
@@ -114,7 +114,7 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         Ok(())
     }
 
-    /// Writes the rest of the buffer.
+    /// Writes the text that is left in the buffer.
     ///
     /// # Errors
     /// [`WriteError::Io`].
@@ -124,13 +124,14 @@ impl<'a, W: Write> FrameWriter<'a, W> {
     }
 }
 
-/// The mass of the particles of a species, if it is known; 0 for static species, so that sums stay finite.
+/// Mass of the particles of a species, or `None` if it is unknown. It is 0 for static species, so that sums stay
+/// finite.
 fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     let mass = frame.species.get(species.0 as usize)?.mass?;
     Some(if mass.is_finite() { mass } else { 0.0 })
 }
 
-/// The number of particles and the comment line.
+/// Writes the number of particles and the comment line.
 fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Result<()> {
     writeln!(text, "{}", heading.count)?;
     let lattice = (0..9).map(|entry| match (entry / 3, entry % 3) {
@@ -173,7 +174,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() {
         write_list(text, " bond_table", &frame.bond_names)?;
     }
-    // A single name needs no column.
+    // With a single name, the interaction of each bond is known without an index.
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }
@@ -184,7 +185,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     Ok(())
 }
 
-/// Several values of a key, in quotes.
+/// Writes a key with several values in quotes.
 fn write_list(text: &mut Vec<u8>, key: &str, values: impl IntoIterator<Item = impl Display>) -> io::Result<()> {
     write!(text, "{key}=\"")?;
     for (index, value) in values.into_iter().enumerate() {
@@ -209,7 +210,7 @@ fn refuse_scalars(frame: &Frame, count: usize) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Whether a name can be part of a list of names.
+/// Whether a name can be part of a list of names: one word without quotes and backslashes.
 fn is_word(name: &str) -> bool {
     !name.is_empty() && !name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
 }

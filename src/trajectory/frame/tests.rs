@@ -1,4 +1,4 @@
-//! Tests of unwrapping with the contents of files.
+//! Tests that frames read from a file give the same unwrapped positions as following the particles.
 
 use super::*;
 use crate::engine::{Simulation, Until};
@@ -9,14 +9,13 @@ use crate::model::space::Space;
 use crate::scene::{Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Frames of a thin gas that crosses its box, and the positions obtained by following particles along the
-/// shortest way from frame to frame. The frames are so frequent that no particle moves by half of the box
-/// between two frames.
+/// Simulates a thin gas that crosses its box. Returns its frames, and unwrapped positions for comparison. These are
+/// sums of the steps between frames, which are so short that each step is the nearest image.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")
         .species("ball", 0.7, 0.5)
-        // Under shear, restitution removes the heat.
+        // Shear heats the gas. Inelastic contacts remove the heat.
         .interaction("ball", "ball", Potential::hard_sphere(0.5).unwrap(), if shear_rate.is_some() { 0.6 } else { 1.0 })
         .space(Space { lower: Vector::new(-1.0, 2.0, 0.0), ..space })
         .add_fill(Fill::new(Lattice::SimpleCubic, "ball").count(27))
@@ -41,7 +40,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // The images this many boxes up have moved by this amount since the last frame.
+                    // Images of the box `boxes_up` rows higher have slid by this much since the last frame.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)
@@ -67,7 +66,7 @@ fn unwrapped(frames: &[Frame]) -> Vec<Vec<Vector>> {
     frames.iter().map(|frame| (0..frame.particles.len()).map(|place| frame.unwrapped(place)).collect()).collect()
 }
 
-/// The numbers of a table from a column on.
+/// Reads the numbers of a table, from the column with index `first` on.
 fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
     let row = |line: &str| line.split(',').skip(first).map(|word| word.parse().unwrap()).collect();
     table.lines().skip(1).map(row).collect()
@@ -75,7 +74,7 @@ fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
 
 #[test]
 fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
-    // At a rate of 0.5 the images slide by 60 * 0.5 * 4.5 / 5 = 27 periods.
+    // At a shear rate of 0.5, the images slide by 60 * 0.5 * 4.5 = 135 in a time of 60, or 27 periods of length 5.
     for rate in [None, Some(0.5), Some(-0.3)] {
         let (frames, followed) = flown(rate);
         let most = [0, 1, 2].map(|axis| frames[599].images.iter().map(|image| image[axis].abs()).max());
@@ -100,7 +99,7 @@ fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
             .collect();
         for (name, positions) in [("extended XYZ", unwrapped(&read)), ("CSV", table)] {
             for (k, (found, expected)) in squares(&positions).iter().zip(squares(&followed)).enumerate() {
-                // Sums of about 600 steps, each rounded at the size of the coordinates.
+                // The expected positions are sums of about 600 steps, each of which is rounded.
                 let allowed = 1e-11 * expected.amax().max(1.0);
                 assert!((found - expected).amax() <= allowed, "{name}, {rate:?}, frame {k}: {found} {expected}");
             }

@@ -1,9 +1,9 @@
-//! Barostats and their volume moves.
+//! Descriptions of barostats and their volume moves.
 
 use crate::base::text::digits;
 use crate::model::{Barostat, VolumeMoves};
 
-/// Description of a barostat.
+/// Describes a barostat.
 #[must_use]
 pub fn barostat(barostat: &Barostat) -> String {
     let (pressure, interval) = (digits(barostat.pressure), digits(barostat.interval));
@@ -14,7 +14,7 @@ pub fn barostat(barostat: &Barostat) -> String {
     format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
 }
 
-/// Volume moves of a measurement: their number, how many were accepted, and their size.
+/// Describes the volume moves of a measurement: their number, how many were accepted, and their size.
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));

@@ -1,10 +1,10 @@
-//! Means and their standard errors in words.
+//! Means and their standard errors as text.
 
 use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
 use crate::base::text::digits;
 
-/// A mean with two digits of its error, rounded to the same place: `1.0432 +- 0.0021`. If the only error is
-/// rounding, the mean stands alone.
+/// Formats a mean with two digits of its standard error, rounded to the same place: `1.0432 +- 0.0021`. If the only
+/// error is round-off, the mean stands alone.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
@@ -15,12 +15,12 @@ pub fn estimate(estimate: &Estimate) -> String {
     }
 }
 
-/// A number without an error; a count with all its digits.
+/// Formats a number without its error. Whole numbers are printed with all their digits.
 fn exact(mean: f64) -> String {
     if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
 }
 
-/// Whole numbers below this, `2^53`, have all their digits.
+/// Whole numbers below `2^53` are printed with all their digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// Describes the mean of an observable over an interval, as in [`estimate`]. A value that never changes is
@@ -38,11 +38,11 @@ pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity
     }
 }
 
-/// Largest number of decimals.
+/// Largest number of decimals before scientific notation is used.
 const DECIMALS: i32 = 8;
 
 fn with_error(mean: f64, error: f64) -> String {
-    // Rounded first: 0.0996 is 0.10, with one decimal less.
+    // The error is rounded first: 0.0996 becomes 0.10, which needs one decimal less.
     let rounded = format!("{error:.1e}");
     let exponent =
         |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
@@ -58,7 +58,7 @@ fn with_error(mean: f64, error: f64) -> String {
         let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
         format!("{mean:.places$e} +- {rounded}")
     };
-    // A value that rounds to zero has no sign.
+    // A mean that rounds to zero is printed without a sign.
     match text.strip_prefix('-') {
         Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
             positive.to_owned()
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(of(-0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
         assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
-        // Exact counts, for example of particles that passed.
+        // Exact whole numbers, for example the number of particles that passed a plane.
         assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
     }
 

@@ -1,9 +1,9 @@
-//! The replicas of a scene in words.
+//! Descriptions of the replicas of a scene.
 
 use crate::base::text::digits;
 use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, UmbrellaPlan};
 
-/// Replicas and the times of swaps.
+/// Describes the replicas of an exchange run and the times of their swaps.
 #[must_use]
 pub fn exchange(plan: &ExchangePlan) -> String {
     let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
@@ -36,7 +36,7 @@ fn in_windows(plan: &ExchangePlan) -> String {
     )
 }
 
-/// A distance between two particles, or between the centres of groups.
+/// Describes the distance between two particles, or between the centres of two groups of particles.
 #[must_use]
 pub fn distance_between(plan: &UmbrellaPlan) -> String {
     let name = |group: &[ParticleId]| match group {

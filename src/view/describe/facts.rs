@@ -7,13 +7,13 @@ use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
 
-/// A fact of a scene: its label and its values, one line each.
+/// A fact of a scene: a label and one or more lines of text.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fact {
     /// Label: `particles`.
     pub label: &'static str,
-    /// The values, at least one.
+    /// Values of the fact, one line each. There is at least one.
     pub values: Vec<String>,
 }
 
@@ -67,10 +67,10 @@ fn shear(rate: f64) -> String {
     format!("along x across y, at a rate of {}", digits(rate))
 }
 
-/// How `auto` chooses the number of threads.
+/// Describes how `auto` chooses the number of threads.
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
-/// The number of threads that the scene asks for, and why only one is used if it asks for several.
+/// Describes the number of threads that the scene requests. If only one is used anyway, the reason is added.
 fn threads(scene: &Scene) -> Option<String> {
     let asked = match scene.run.threads {
         Threads::Number(1) => return None,

@@ -1,4 +1,4 @@
-//! Surfaces in words, with checks of meshes: what an engineer wants to know before a run.
+//! Descriptions of surfaces, with checks of meshes: what an engineer wants to know before a run.
 
 use super::vector;
 use crate::Vector;
@@ -8,10 +8,11 @@ use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
-/// Beyond this ratio to the size of the particles, or of the box, a mesh is probably in other units.
+/// A mesh is probably in other units if its size differs from that of the particles or the box by more than this
+/// factor.
 const OTHER_UNITS: f64 = 100.0;
 
-/// A surface in one line: its shape, its law, and the species that meet it.
+/// Describes a surface in one line: its shape, its law, and the species that can touch it.
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     let side = |is_inside: bool| if is_inside { ", met from inside" } else { "" };
     let shape = match &surface.shape {
@@ -51,7 +52,7 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     format!("{}: {shape}, {law}{who}{when}{moves}", surface.name)
 }
 
-/// A motion in words: `moves with velocity (0, 0, 1) from t = 2 to 4`.
+/// Describes a motion, for example `moves with velocity (0, 0, 1) from t = 2 to 4`.
 fn motion(motion: &SurfaceMotion) -> String {
     let how = match &motion.kind {
         MotionKind::Translation { velocity, acceleration } if *acceleration == Vector::zeros() => {
@@ -71,8 +72,8 @@ fn motion(motion: &SurfaceMotion) -> String {
     format!("{how} from t = {}{until}", digits(motion.from))
 }
 
-/// Lines about the meshes of a scene, and warnings: whether they are closed, their volume, walls, gaps and
-/// faults, and particles that start inside.
+/// Describes the meshes of a scene, and lists warnings about them. Included are their volume, walls, gaps and faults,
+/// and particles that start inside.
 #[must_use]
 pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut warnings) = (Vec::new(), Vec::new());
@@ -82,7 +83,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
         let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
-        // A rim is not a fault: funnels have one.
+        // An open rim is not reported as a fault, because funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
         warnings.extend(nearly_closed(surface, mesh, &report));
@@ -100,10 +101,10 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     (lines, warnings)
 }
 
-/// Vertices closer than this fraction of a mesh's extent are probably the same vertex.
+/// Vertices of a mesh that are closer than this fraction of its size are probably the same vertex.
 const NEARLY: f64 = 1e-6;
 
-/// A mesh whose rims vanish if nearby vertices are merged.
+/// Warns of a mesh that would be closed if nearby vertices were merged.
 fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     let open = report.open_edges.count;
     if open == 0 {
@@ -121,7 +122,7 @@ fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshRepor
     })
 }
 
-/// Surfaces that no particle meets, and motions without effect.
+/// Warns of surfaces that no particle can touch, and of motions that have no effect.
 #[must_use]
 pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -167,7 +168,7 @@ fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     (0..3).find(|&axis| is_beyond(axis)).map(|axis| AXES[axis])
 }
 
-/// Fraction of a direction that is round-off.
+/// Relative tolerance for round-off in the comparison of two directions.
 const ROUNDING: f64 = 1e-12;
 
 /// Whether a motion maps a surface onto itself: a plane that slides along itself, a round shape that turns
@@ -196,7 +197,7 @@ fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     }
 }
 
-/// Measures of a mesh, for particles with a largest diameter.
+/// Describes a mesh. `largest` is the diameter of the largest particle that can touch it.
 fn about(report: &MeshReport, largest: f64) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {
@@ -214,7 +215,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.push(format!("area {}", digits(report.area)));
     let thin = |what: &str, thinnest: &Thinnest| format!("{what} down to {}", digits(thinnest.distance));
     parts.extend(report.wall.iter().map(|wall| thin("walls", wall)));
-    // Particles pass through the other gaps.
+    // Gaps wider than the largest particle are left out, because all particles pass through them.
     let narrow = report.gap.iter().filter(|gap| gap.distance < largest);
     parts.extend(narrow.map(|gap| thin("gaps", gap)));
     if report.wall.is_none() && report.gap.is_none() {
@@ -223,7 +224,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.join(", ")
 }
 
-/// A mesh that is far smaller than the particles, or far larger than the region that they fill.
+/// Warns of a mesh that is far smaller than the smallest particle or far larger than the box.
 fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Option<String> {
     let [lower, upper] = mesh.bounds();
     let size = (upper - lower).amax();
@@ -243,7 +244,7 @@ fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Op
     })
 }
 
-/// Particles on both sides of a closed mesh.
+/// Warns if particles start on both sides of a closed mesh.
 fn started_inside(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     report.volume?;
     let inside = Inside::of(mesh);

@@ -150,7 +150,7 @@ class LiveEditor {
   tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
-    // For a range of several lines only the first line is marked.
+    // An error that spans several lines is marked only in its first line.
     const { column, length } = place && place.line === line && place.length > 0 ? place : {};
     this.editor.mark(error ? line : undefined, column, length);
     this.editor.area.setAttribute("aria-invalid", String(Boolean(error)));
@@ -190,7 +190,8 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A text with other changes that do not run yet must be started as a whole.
+    // A value of the running scene can be changed only if the text differs in nothing else. Otherwise the whole text is
+    // started again.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }
@@ -252,7 +253,7 @@ class LiveEditor {
   }
 
   refused(message) {
-    // If the run cannot continue with another value, the scene is started again with this value.
+    // If the running simulation rejects a new value, the scene is started again with this value.
     if (this.sent?.changes && !this.waiting) {
       this.waiting = { text: this.editor.text };
     } else {

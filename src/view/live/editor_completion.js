@@ -32,7 +32,7 @@ function keyInsertion({ word, type, standard }) {
  */
 function completions(toml, caret, schema) {
   const { text } = toml;
-  // The tables before the caret are taken from the whole text.
+  // Table boundaries come from the whole text, because the text before the caret may end within a table.
   const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
   const part = new Toml(before.slice(table.start));
@@ -83,7 +83,7 @@ function keyCompletions({ place, line, after, caret, toml, schema }) {
     const whole = isOffered && key.type !== "array" ? { insert: `${key.word} = `, caret: key.word.length + 3, isContinued: true } : keyInsertion(key);
     return { word: key.word, about: key.about, detail, ...(hasValue ? plain : whole) };
   });
-  // A word at the start of a line may also become a table.
+  // A word that stands alone on its line may also become a table header.
   if (line.trim() === there && there !== "" && after.trim() === "" && !dotted) {
     offers.push(...headerOffers(toml, schema));
   }
@@ -118,7 +118,7 @@ class CompletionList {
     this.box.append(this.list, this.about);
     editor.overlay.append(this.box);
     editor.area.setAttribute("aria-autocomplete", "list");
-    // The caret stays in place during a click.
+    // A click on the completion list must not move the caret.
     this.box.addEventListener("pointerdown", (event) => event.preventDefault());
     this.list.addEventListener("click", (event) => {
       const item = event.target.closest("li");

@@ -8,7 +8,7 @@ const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // An error here is also reported by the reader.
+  // If writing fails, reading fails too and reports the error.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];

@@ -130,7 +130,7 @@ function derivedSliders(toml) {
   SLIDER_RULES.forEach((rule, order) => {
     for (const { path: steps } of toml.entries.values()) {
       const path = steps.join(".");
-      // The components of a vector get no sliders of their own.
+      // Components of a vector get no sliders.
       if (typeof steps.at(-1) === "number") {
         continue;
       }

@@ -79,7 +79,7 @@ class TextEditor {
       }
     });
     area.addEventListener("keydown", (event) => this.key(event));
-    // The area is as large as its text, so it scrolls only with the window.
+    // The text area is as large as its text, so only the window scrolls.
     area.addEventListener("scroll", () => area.scrollTo(0, 0));
     new ResizeObserver(() => this.remark()).observe(this.colours);
   }
@@ -132,7 +132,7 @@ class TextEditor {
       event.preventDefault();
       this.travel(letter === "z" && !event.shiftKey);
     } else if (event.key === "Escape") {
-      // The next tab key moves the focus out of the text, as everywhere else on the page.
+      // After Escape, the Tab key leaves the editor, as it leaves any other field of the page.
       this.isLeaving = true;
       return;
     } else if (event.key === "Tab" && !isCommand && !event.altKey && !this.isLeaving) {
@@ -192,7 +192,8 @@ class TextEditor {
       tail += 1;
       end += this.lines[tail].words.length + 1;
     }
-    // A change to a header affects the table before it.
+    // Highlighting starts at the previous header, because a change to a header can change how the table before it is
+    // read.
     while (line > 0) {
       line -= 1;
       start -= this.lines[line].words.length + 1;
@@ -224,7 +225,7 @@ class TextEditor {
     }
     this.colours.insertBefore(rows, next);
     this.lines.splice(from, to - from, ...lines);
-    // Rows have no width of their own, so the layout of a row does not depend on the others.
+    // The rows have no width of their own, so the browser can lay out each row without the others.
     const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
     this.colours.style.minWidth = `${widest + 2}ch`;
     if (this.lines.length !== this.numbered) {

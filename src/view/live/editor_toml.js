@@ -91,7 +91,8 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // No pattern matches a string with a backslash at the end of its line, or an unusual space.
+        // An unfinished string that ends in a backslash, or an unusual space, matches no pattern. One character is then
+        // skipped.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
@@ -367,7 +368,7 @@ class Toml {
       const start = end < 0 ? this.text.length : end;
       return { start, end: start, insert: `\n${line}` };
     }
-    // The line follows the comment at the start of the scene.
+    // The new line is placed below the comment at the start of the scene.
     const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
     return { start: lines, end: lines, insert: `${line}\n` };
   }

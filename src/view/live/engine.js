@@ -1,4 +1,4 @@
-// The engine in JavaScript: an instance of the module. The calls have the same names as in
+// The engine in JavaScript: an instance of the WebAssembly module. The calls have the same names as in
 // web/engine/src/lib.rs.
 
 /** Number of values before the positions. */

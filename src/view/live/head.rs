@@ -1,4 +1,4 @@
-//! Description of a simulation for the page that shows it.
+//! Description of a simulation for its live page.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// A simulation as its page shows it.
+/// A simulation in the form that its page shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
     /// Everything that does not change during the simulation, as JSON: species, box, bonds, surfaces, stages,
@@ -23,17 +23,18 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The description of a simulation at its start.
+    /// Returns the description of a simulation at its start.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
-        // Numbers and names, all of which JSON can represent.
+        // Serialization cannot fail, because JSON can represent numbers and names.
         let head = serde_json::to_string(&Head::of(simulation, &surfaces)).unwrap_or_default();
         Self { head, surfaces }
     }
 
-    /// Position of each surface at a time: the columns of `R` and `d` in `R x + d`, or `None` if it is
-    /// absent. Empty if all surfaces are present and at rest.
+    /// Returns the position of each surface at a time, or `None` for an absent surface. A position is a rotation `R`
+    /// and a displacement `d`: point `x` of the surface moves to `R x + d`. The numbers are the columns of `R`, then
+    /// `d`. The list is empty if all surfaces are present and at rest.
     #[must_use]
     pub fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         self.surfaces.poses(time, present)
@@ -46,7 +47,7 @@ impl Shown {
 struct Head {
     /// Name of the scene.
     name: String,
-    /// Seed of its random numbers.
+    /// Seed of the scene's random numbers.
     seed: u64,
     /// Simulated time at the start `[time]`.
     time: f64,
@@ -62,13 +63,13 @@ struct Head {
     periodic: [bool; 3],
     /// Whether the box is flat, by axis.
     flat: [bool; 3],
-    /// Whether the lower and the upper side are walls, by axis.
+    /// Whether the lower and the upper side along each axis are walls.
     walls: [[bool; 2]; 3],
     /// Whether the total momentum along an axis is conserved in the last stage.
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
-    /// Planes across an axis through which the scene counts particles.
+    /// Planes perpendicular to an axis, through which the scene counts passing particles.
     flows: Vec<FlowHead>,
     /// Whether a surface without an opening contains the particles, so that nothing flows out.
     is_contained: bool,
@@ -76,50 +77,50 @@ struct Head {
     view: [[f64; 3]; 2],
     /// Index of the axis that points up in the picture.
     up: usize,
-    /// Whether that axis points down instead.
+    /// Whether the positive direction of the axis `up` points down in the picture.
     is_upside_down: bool,
     /// Bonded pairs of particles.
     bonds: Vec<[u32; 2]>,
     /// Names of the stages, in their order.
     stages: Vec<String>,
-    /// Plan of the scene for its page.
+    /// Settings of the scene for its live page.
     live: LivePlan,
     /// Simulated time at the end of the last stage, if it ends by time `[time]`.
     until_time: Option<f64>,
     /// Number of events of the last stage, if it ends by events.
     until_events: Option<u64>,
-    /// Layout of the surface bytes.
+    /// Layout of the bytes in `surface_data`.
     #[serde(skip_serializing_if = "Option::is_none")]
     surfaces: Option<SurfaceHead>,
-    /// The surface bytes in base64.
+    /// Triangles, edges and vertices of the surfaces as bytes, in base64.
     #[serde(skip_serializing_if = "String::is_empty")]
     surface_data: String,
 }
 
-/// A plane for the page.
+/// A plane through which particles are counted, as the page receives it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
-    /// Name of the flow through it.
+    /// Name of the flow measurement.
     name: String,
-    /// Index of the axis normal to it.
+    /// Index of the axis perpendicular to the plane.
     axis: usize,
-    /// Its coordinate along that axis `[length]`.
+    /// Coordinate of the plane along this axis `[length]`.
     at: f64,
 }
 
-/// A species for the page.
+/// A species, as the page receives it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct SpeciesHead {
     /// Its name.
     name: String,
-    /// Its diameter at the start `[length]`.
+    /// Diameter of the species at the start `[length]`.
     diameter: f64,
-    /// Its mass `[mass]`; `None` if it is static.
+    /// Mass of a particle `[mass]`; `None` for a static species.
     mass: Option<f64>,
-    /// Its acceleration `[length / time^2]`.
+    /// Constant acceleration of the species `[length / time^2]`.
     acceleration: [f64; 3],
-    /// Whether its particles are static.
+    /// Whether the particles of the species are static.
     is_static: bool,
 }
 
@@ -171,7 +172,7 @@ impl Head {
     }
 }
 
-/// Whether the sides along an axis are walls.
+/// Returns whether the lower and the upper side along an axis are walls.
 fn walls(boundary: Boundary) -> [bool; 2] {
     match boundary {
         Boundary::Bounded { lower, upper } => [lower, upper].map(|face| face != Face::Open),
@@ -179,7 +180,7 @@ fn walls(boundary: Boundary) -> [bool; 2] {
     }
 }
 
-/// The flows through planes perpendicular to an axis.
+/// Returns the flow measurements through planes perpendicular to an axis.
 fn flows(scene: &Scene) -> Vec<FlowHead> {
     let of_axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
     let planes = scene.measure().flows.iter().filter_map(|flow| {
@@ -189,8 +190,8 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface contains the particles wherever they fall: a sphere or a horizontal cylinder met from
-/// inside, or a closed mesh in which they start.
+/// Whether a surface keeps the particles in: a sphere or a roughly horizontal cylinder touched from inside, or a closed
+/// mesh around the first particle that can touch it.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -214,7 +215,8 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// The box, or the container if the box is unbounded, and surfaces that are not much larger.
+/// Returns the lower and upper corner of the region to show: the box, or the particle centres if there is no box, and
+/// the surfaces that are not much larger.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -149,7 +149,7 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
-    // Displays beside the picture need fewer updates.
+    // The plots and numbers beside the picture need fewer updates than the picture.
     if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
       this.toldAt = now;
       this.tell("frame", frame);
@@ -288,7 +288,7 @@ class Live {
       this.drawnAt = now;
       this.draw(now);
     }
-    // For tests: whether the picture shows everything requested.
+    // Tests read this attribute. It is present until the picture shows everything that was requested.
     const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
     document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();

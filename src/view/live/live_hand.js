@@ -39,7 +39,7 @@ class Hand {
         }
       });
     }
-    // A finger that holds a particle does not scroll the page.
+    // While a particle is dragged with a finger, the page does not scroll.
     canvas.addEventListener("touchmove", (event) => {
       if (this.index >= 0 && event.cancelable) {
         event.preventDefault();

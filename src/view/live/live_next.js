@@ -103,7 +103,7 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // If no announcement is shown, the next event is announced without these conditions.
+    // If no event is announced, the next event is announced without the conditions above.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }

@@ -46,8 +46,8 @@ class Picture {
   /** Sets up the camera of a scene when its first positions are available. */
   aim(frame) {
     if (!this.isSameView) {
-      // The camera object is kept because pointers steer it. A direction set by the user is also kept if
-      // the upward axis is the same.
+      // The camera object is reused, because the pointer controls hold a reference to it. A direction that the user has
+      // chosen is kept if the upward axis is the same.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -98,7 +98,8 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // With few particles, the two of a contact are a large fraction, but only briefly. The mean is smoothed.
+    // In a small system, the two particles of one collision are a large share of all particles, but only briefly. The
+    // share is therefore averaged over time.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];

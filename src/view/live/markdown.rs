@@ -2,11 +2,11 @@
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 
-/// Allowed schemes of links.
+/// URL schemes of the links that are kept.
 const SCHEMES: [&str; 3] = ["https://", "http://", "mailto:"];
 
-/// HTML for a Markdown text with tables. Markup in it is shown as text, links with other schemes are left
-/// out, and images become their texts, because the page has no network.
+/// Converts a Markdown text with tables to HTML. HTML in the text is shown as text, links with other URL schemes are
+/// removed, and images become their alternative texts, because the page has no network.
 pub(super) fn html(text: &str) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
         Event::Html(markup) | Event::InlineHtml(markup) => Some(Event::Text(markup)),

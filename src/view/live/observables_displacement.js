@@ -26,7 +26,7 @@ class Displacement {
     const present = [...new Set(Array.from(moving, (id) => head.particles[id]))].sort((a, b) => a - b);
     this.names = present.length <= 3 ? present.map((index) => head.species[index].name) : ["all"];
     const stride = Math.ceil(count / MOST_TRACERS);
-    // All particles of rare species are followed. Tracers of a group are contiguous.
+    // In groups of fewer than 200 particles, all are tracers. Tracers of a group are contiguous in the arrays.
     const groups = present.length <= 3 ? present.map((index) => [index]) : [present];
     const members = groups.map((group) => moving.filter((id) => group.includes(head.particles[id])));
     const followed = members.map((ids) => ids.filter((_, n) => ids.length < 200 || n % stride === 0));
@@ -34,12 +34,12 @@ class Displacement {
     this.numbers = followed.map((ids) => ids.length);
     this.axes = freeAxes;
     this.isRelative = freeAxes.map((k) => conserved[k] && count > 1);
-    // By axis, the factor for the motion of the centre of mass.
+    // Displacements relative to the centre of mass are smaller. This factor corrects for that, by group and axis.
     this.factors = followed.map((ids) => {
       const part = ids.reduce((sum, id) => sum + masses[id], 0) / ids.length / totalMass;
       return this.isRelative.map((is) => (is ? 1 / (1 - part) : 1));
     });
-    // Times, their number, then both curves of each group.
+    // For each bin of lag times: number of samples, sum of lag times, then two sums for each group.
     this.columns = 2 + 2 * this.names.length;
     this.sums = new LateSums(LAG_BINS * this.columns);
     this.origins = [];

@@ -77,7 +77,7 @@ class RadialDistribution {
     if (!Number.isFinite(this.cutoff)) {
       this.cutoff = reach;
     }
-    // A bin boundary coincides with the core diameter.
+    // The bin width is a fraction of the smallest diameter, so that one bin starts exactly at contact.
     const core = Math.min(...diameters);
     const perCore = Math.max(8, Math.round((RADIAL_BINS * core) / this.cutoff));
     this.width = width ?? (core > 0 && core < this.cutoff ? core / perCore : this.cutoff / RADIAL_BINS);
@@ -95,7 +95,7 @@ class RadialDistribution {
       classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
     );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
-    // Pairs by bin, then the numbers of centres of each class.
+    // Pair counts by curve and bin, followed by the number of centres in each class of species.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
     this.next = 0;
     this.periods = Float64Array.from([0, 1, 2], (k) => (system.periodic[k] ? system.size[k] : Infinity));
@@ -119,7 +119,7 @@ class RadialDistribution {
       const number = Math.min(Math.floor((2 * system.size[k]) / cutoff), most);
       this.cells[k] = number >= 5 ? number : 1;
     }
-    // Largest distance of a neighbour, in cells.
+    // Number of cells to search on each side of a particle, by axis.
     this.steps = this.cells.map((number, k) =>
       number === 1
         ? 0
@@ -194,7 +194,8 @@ class RadialDistribution {
         if (row < 0 || row >= cells[1]) {
           continue;
         }
-        // The cells of a row are adjacent in memory; the row is periodic.
+        // The cells of a row are adjacent in memory. Along a periodic axis, the search continues at the other end of
+        // the row.
         const first = cells[0] * (row + cells[1] * layer);
         distances += this.count(place, starts[first + Math.max(low, 0)], starts[first + Math.min(high, last) + 1]);
         if (periodic[0] && low < 0) {
@@ -228,7 +229,7 @@ class RadialDistribution {
       let dx = Math.abs(sorted[3 * other] - x);
       let dy = Math.abs(sorted[3 * other + 1] - y);
       let dz = Math.abs(sorted[3 * other + 2] - z);
-      // The nearest image. Without a period the other image is infinitely far away.
+      // The distance is to the nearest periodic image. Along an axis that is not periodic, the period is infinite.
       dx = Math.min(dx, Math.abs(periodX - dx));
       dy = Math.min(dy, Math.abs(periodY - dy));
       dz = Math.min(dz, Math.abs(periodZ - dz));
@@ -247,14 +248,14 @@ class RadialDistribution {
     const { bins, pairs, sums, counts } = this;
     const centres = [0, 1].map((number) => sums.total(pairs.length * bins + number));
     const g = pairs.map(([a, b], pair) => {
-      // Pairs of different species are counted from both sides.
+      // Pairs of different species are counted from centres of either species.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
       return Float64Array.from(
         { length: bins },
         (_, k) => sums.total(pair * bins + k) / (partners * this.probabilities[pair][k]),
       );
     });
-    // A single particle has no pair.
+    // A class with a single particle has no pairs of its own.
     const isThere = (_, pair) => pairs[pair][0] !== pairs[pair][1] || counts[pairs[pair][0]] > 1;
     const r = Float64Array.from({ length: bins }, (_, k) => (k + 0.5) * this.width);
     return { r, g: g.filter(isThere), names: this.names.filter(isThere), since: sums.from };

@@ -103,7 +103,7 @@ class LateSums {
       return false;
     }
     if (this.middle === this.from) {
-      // The initial value is dropped at the second sample.
+      // The second sample starts the newer averaging window. The older window then holds only the initial sample.
       this.middle = time;
       [this.older, this.newer] = [this.newer, this.older.fill(0)];
       return false;

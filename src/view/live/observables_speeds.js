@@ -24,7 +24,7 @@ class Speeds {
   constructor(system) {
     this.system = system;
     this.now = new Float64Array(SPEED_BINS);
-    // For each moving particle, the mass, and the variance divided by the temperature.
+    // Counts by speed bin, followed by the number of all sampled speeds.
     this.sums = new LateSums(SPEED_BINS + 1);
     this.scale = 1;
     this.speeds = new Float64Array(system.count);

@@ -50,9 +50,9 @@ class ObservedSystem {
     this.isOpen ||= isOpen;
     const isEven = !this.hasStatic && !this.hasSurfaces && !this.isHeavy && !this.isSheared;
     this.isHomogeneous = this.isPeriodic && isEven;
-    // Uniform apart from layers at walls: g(r) can be divided by one density.
+    // The density is uniform apart from layers at walls, so g(r) can be divided by a single density.
     this.isUniform = isEven && !this.isOpen && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
-    // Nothing diffuses towards a wall.
+    // Walls and gravity limit displacements. Diffusion is measured only along axes without them.
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
   }
 

@@ -60,7 +60,7 @@ class PlotAxis {
     const room = isLogarithmic ? 0.06 * span : 0;
     const down = isLogarithmic ? least - room : Math.floor(least / step - 0.2) * step;
     const up = isLogarithmic ? most + room : Math.ceil(most / step + 0.2) * step;
-    // A quantity that is never negative starts at zero.
+    // The axis of a quantity that is never negative does not extend below zero.
     this.low = kept[0] ? least : !isLogarithmic && from >= 0 ? Math.max(0, down) : down;
     this.high = kept[1] ? most : grows ? Math.ceil((least + 1.25 * span) / step) * step : up;
   }

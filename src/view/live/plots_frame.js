@@ -31,7 +31,7 @@ function drawPlotFrame(plot) {
   const [x, y] = axes;
   const upright = y.marks(Math.max(3, height / 48));
   const longest = Math.max(1, ...upright.map(({ label }) => label?.length ?? 0));
-  // Label widths are rounded up to ten pixels, so that the plot area does not jitter.
+  // The width for axis labels is rounded up to ten pixels, so that the plot area does not jitter.
   const left = 34 + 10 * Math.ceil((7.2 * longest) / 10);
   plot.edge = { ...PLOT_EDGE, left };
   x.between(left, width - PLOT_EDGE.right);

@@ -25,7 +25,8 @@ const PLOT_KINDS = {
     content({ speeds, time }) {
       const { centres, now, density, speed, maxwell, isReduced, temperature } = speeds;
       const highest = Math.max(...now, ...density);
-      // If all particles start with the same speed, the peak is clipped, because it would dwarf the rest.
+      // If all particles start with the same speed, the peak of the distribution is clipped, because it would dwarf the
+      // rest.
       const peak =
         maxwell.length > 0 ? Math.min(Math.max(highest, 1.15 * Math.max(...maxwell)), 2 * Math.max(...maxwell)) : highest;
       const lines = [
@@ -74,7 +75,7 @@ const PLOT_KINDS = {
       if (potential) {
         lines.push(line(energy.isRelative ? "potential from the start" : "potential", t, potential), line("total", t, total));
       }
-      // A cooling system decays as a power of the time.
+      // The energy of a cooling gas decays as a power of time, so its axis is logarithmic.
       const cools = !potential && kinetic[0] > 0 && kinetic[kinetic.length - 1] < 0.03 * Math.max(...kinetic);
       return { lines, marks, logarithmic: [false, cools] };
     },

@@ -11,20 +11,20 @@ use super::packed;
 use crate::model::Scene;
 use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text};
 
-/// A scene in a page.
+/// The scene that a page contains, with the files that it reads.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
     /// The text of the scene, as written.
     pub(super) text: String,
-    /// Keys, and the values that replace the values in the text.
+    /// Values that replace values in the text, by key.
     pub(super) changes: BTreeMap<String, String>,
     /// The files that the scene reads, under the names used in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 
 impl Source {
-    /// The scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. The run from
-    /// which it starts is left out.
+    /// Reads the scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. If the scene starts
+    /// from another run, the files of that run are not included.
     ///
     /// # Errors
     /// [`SceneError`] if the text or a file named in it cannot be read.
@@ -41,7 +41,7 @@ impl Source {
         Ok(Self { text, changes, files })
     }
 
-    /// Names and contents of the files, in the form that the page reads.
+    /// Returns the names and contents of the files, in the form that the page reads.
     pub(super) fn files(&self) -> Value {
         let file = |(name, content): (&PathBuf, &Vec<u8>)| json!({ "name": name, "content": packed::letters(content) });
         self.files.iter().map(file).collect()

@@ -43,14 +43,14 @@ fn text() -> String {
     TEXT.to_owned()
 }
 
-/// The page of a text, with an engine of the given bytes.
+/// Returns the page for a scene text, with `packed` in place of a compressed engine.
 fn page_of(text: &str, packed: &[u8]) -> Page {
     let file = [format!("carom engine {}\n", env!("CAROM_FINGERPRINT")).as_bytes(), packed].concat();
     let source = Source { text: text.to_owned(), ..Source::default() };
     page(&scene(text), &source, Engine::of(&file).unwrap())
 }
 
-/// The description of the scene in a page.
+/// Returns the description of the scene that a page contains.
 fn told(page: &Page) -> serde_json::Value {
     let json = page.html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     serde_json::from_str(json).unwrap()
@@ -138,7 +138,7 @@ fn a_page_carries_the_text_as_it_was_written_its_changes_and_its_files() {
     assert_eq!(told["text"], text);
     assert_eq!(told["changes"], json!({ "species.disc.mass": "2.0" }));
     assert_eq!(told["files"][0]["name"], "at/start.xyz");
-    // The header of gzip.
+    // A gzip header in base64.
     assert!(told["files"][0]["content"].as_str().unwrap().starts_with("H4sI"), "{}", told["files"][0]["content"]);
     assert_eq!(told["files"].as_array().unwrap().len(), 1);
     std::fs::remove_file(folder.path().join("at/start.xyz")).unwrap();
@@ -196,7 +196,7 @@ fn what_lies_in_a_closed_surface_has_no_outflow() {
         )
     };
     assert!(is_contained(&cylinder("[0.0, 0.0, 1.0]", "inside")));
-    // Grains leave an upright cylinder at its lower end.
+    // Particles can leave an upright cylinder at its lower end.
     assert!(!is_contained(&cylinder("[0.0, 1.0, 0.0]", "inside")));
     assert!(!is_contained("shape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\nrestitution = 1.0"));
     assert!(!is_contained(

@@ -29,7 +29,7 @@ class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
     this.at = at + 5;
-    // Range and code have 32 bits, which a typed array stores without conversion.
+    // The range and the code of the decoder have 32 bits, which a typed array stores without conversion.
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
@@ -130,7 +130,8 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // After a match, the byte that would have continued it serves as a hint up to the first differing bit.
+    // A byte that follows a match is decoded with a hint: the byte that would have continued the match. The hint is
+    // used up to the first bit that differs.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {

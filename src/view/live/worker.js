@@ -78,7 +78,7 @@ class Laboratory {
   }
 
   on_start({ text, changes = {} }) {
-    // A scene with an error leaves the running one unchanged.
+    // A scene with an error leaves the running scene unchanged.
     const checked = this.head ? this.engine.check(text, changes) : {};
     if (checked.error) {
       this.post({ ...checked, kind: "error" });

@@ -87,7 +87,7 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // Events cannot have changed so many velocities, so forces act that the description lacks.
+    // An event changes at most two velocities. If more have changed, unknown forces act, and no collision is marked.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
     }

@@ -16,17 +16,17 @@ const ANIMATION: ChunkType = ChunkType(*b"acTL");
 const CONTROL: ChunkType = ChunkType(*b"fcTL");
 const DATA: ChunkType = ChunkType(*b"fdAT");
 
-/// Size of the length, name and checksum of a chunk, and of the signature of a file `[bytes]`.
+/// Bytes of a chunk besides its data (length, name and checksum), and bytes of the file signature.
 const AROUND: usize = 12;
 const SIGNATURE: usize = 8;
 
-/// An image is drawn over the previous one, which shows through where it is transparent.
+/// Blend operation: an image is drawn over the previous one, which shows through where the image is transparent.
 const OVER: u8 = 1;
 
 /// Compresses images.
 pub(super) struct ApngCodec;
 
-/// A part of an image.
+/// The changed part of an image, compressed.
 pub(super) struct Piece {
     rectangle: Rectangle,
     /// The compressed pixels, as the content of a PNG's data chunks.
@@ -45,7 +45,7 @@ impl Codec for ApngCodec {
     }
 }
 
-/// Content of the data chunks of a PNG.
+/// Returns the content of the data chunks of a PNG.
 fn data_of(file: &[u8]) -> Vec<u8> {
     let mut data = Vec::with_capacity(file.len());
     let mut rest = file.get(SIGNATURE..).unwrap_or_default();
@@ -63,7 +63,8 @@ fn data_of(file: &[u8]) -> Vec<u8> {
 pub(super) struct ApngTrack<W: Write> {
     writer: Writer<W>,
     per_second: u16,
-    /// Number of control and data chunks so far; data chunks of the first image do not count.
+    /// Sequence number of the next chunk. All control and data chunks have one, except the data chunks of the first
+    /// image.
     sequence: u32,
 }
 
@@ -95,7 +96,7 @@ impl<W: Write> Track for ApngTrack<W> {
             control.extend(u32::try_from(pixels).map_err(io::Error::other)?.to_be_bytes());
         }
         control.extend([1_u16.to_be_bytes(), self.per_second.to_be_bytes()].as_flattened());
-        // The canvas is kept for the next image.
+        // Disposal 0 keeps the canvas for the next image.
         control.extend([0, if is_first { 0 } else { OVER }]);
         self.writer.write_chunk(CONTROL, &control).map_err(failed)?;
         if is_first {

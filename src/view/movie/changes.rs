@@ -1,6 +1,6 @@
 //! Differences between two images.
 
-/// A part of an image in pixels, with at least one pixel.
+/// A rectangle of pixels in an image, with at least one pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rectangle {
     pub left: usize,
@@ -28,8 +28,8 @@ impl Rectangle {
         Self { left, top, width: right - left + 1, height: bottom - top + 1 }
     }
 
-    /// The part of an image that differs from the previous one, if there is one, and its pixels; equal pixels
-    /// become `unchanged`.
+    /// Returns the rectangle in which an image differs from the previous one, and its pixels, where equal pixels are
+    /// replaced by `unchanged`. Without a previous image, the rectangle is the whole image.
     pub fn changes<T: PartialEq + Copy>(
         previous: Option<&[T]>,
         image: &[T],

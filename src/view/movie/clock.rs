@@ -3,21 +3,23 @@
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// Larger times, and times that need more digits than this, are written in scientific notation.
+/// Times of at least `LARGEST`, and times that need more than `MOST_DIGITS` decimals, are written in scientific
+/// notation.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 
-/// A number format that shows different times in successive images. All images of a movie share it.
+/// Number format for the simulated time. It has enough digits to show different times in successive images, and is the
+/// same in all images of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// Decimal notation with this number of decimals.
+    /// Decimal notation, with the number of decimals.
     Plain(usize),
-    /// Scientific notation with this number of digits.
+    /// Scientific notation, with the number of decimals.
     Powers(usize),
 }
 
 impl Clock {
-    /// The format for the frames of a movie.
+    /// Returns the time format for the frames of a movie.
     pub fn of(index: &Index) -> Self {
         let times = || index.places.iter().map(|place| place.time);
         let steps = times().zip(times().skip(1)).map(|(a, b)| b - a);
@@ -26,10 +28,10 @@ impl Clock {
         Self::with(mean, times().fold(0.0, |most, time| time.abs().max(most)))
     }
 
-    /// Returns the format for frames with a mean time step `step` and times up to `largest`.
+    /// Returns the time format for frames with a mean time step `step` and times up to `largest`.
     fn with(step: f64, largest: f64) -> Self {
         if !(step > 0.0 && step.is_finite()) {
-            // A single time, or times out of order.
+            // The movie has a single frame, or no frame has a later time than the previous one.
             return if largest == 0.0 || (1e-2..LARGEST).contains(&largest) { Self::Plain(2) } else { Self::Powers(4) };
         }
         let is_enough = |digits: &usize| {
@@ -43,7 +45,7 @@ impl Clock {
         }
     }
 
-    /// A time as text.
+    /// Formats a time.
     pub fn text(self, time: f64) -> String {
         match self {
             Self::Plain(digits) => format!("{time:.digits$}"),

@@ -11,11 +11,11 @@ use super::track::Codec;
 use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
-/// Time without progress after which ffmpeg is stopped. Its longest pause lasts a few seconds, at the end of
-/// a large movie.
+/// Time without progress after which ffmpeg is stopped. While ffmpeg finishes a large movie, it makes no progress for a
+/// few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Compression options by the name of the encoder, good enough for clean edges of grains.
+/// Supported encoders, best first, with compression options that keep the edges of particles clean.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
@@ -57,7 +57,7 @@ impl Ffmpeg {
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players expect this colour standard for large images, so it is used and declared.
+        // Players assume the colour standard BT.709 for large images. It is used and declared for all sizes.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -71,7 +71,7 @@ impl Ffmpeg {
         ]);
         command.args(["-c:v", self.encoder.0]).args(self.encoder.1);
         command.args(["-movflags", "+faststart", "-f", "mp4", "-y"]);
-        // Ensures that the name is neither an option nor an address.
+        // With this prefix, ffmpeg reads the name neither as an option nor as a network address.
         let mut name = OsString::from("file:");
         name.push(file);
         command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -100,7 +100,7 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(300);
 
-    /// Result of a few images with a script as the program.
+    /// Sends three images to a shell script in place of ffmpeg.
     fn with(script: &str, ask: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), TrackError> {
         let folder = tempfile::tempdir().unwrap();
         let (program, file) = (folder.path().join("ffmpeg"), folder.path().join("film.mp4"));
@@ -109,7 +109,7 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // Another test may hold the script open for a program that it starts.
+        // A process that another test is starting may still hold the script open. Starting is then tried again.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn one_that_hangs_is_ended_whatever_it_hangs_at() {
         let mut go_on = || ControlFlow::Continue(());
-        // The last script leaves a child process behind.
+        // The shell of the last script starts a child process, which outlives it.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
             let error = with(script, &mut go_on).unwrap_err();
             assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");

@@ -44,7 +44,7 @@ impl Follow {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
             (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
-            // Nothing moves, so there is no centre to follow.
+            // No particle moves, so there is no centre to follow.
             (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
         };
         let middle = frame.lower + 0.5 * frame.size;
@@ -72,8 +72,8 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // The static particle does not count. Of the moving particles, one has mass 3, and one has crossed a
-        // side.
+        // The static particle does not contribute to the centre of mass. One moving particle has mass 3 and has crossed
+        // a periodic boundary.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

@@ -11,8 +11,8 @@ use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
-/// Largest number of images per second. Players replace the shortest delay, one hundredth of a second, by ten
-/// hundredths.
+/// Largest number of images per second. Each image then lasts 0.02 s. Players show images with a delay of 0.01 s for
+/// 0.1 s instead.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
 /// Compresses images that share a palette.
@@ -45,7 +45,7 @@ impl Codec for GifCodec<'_> {
     }
 }
 
-/// Returns the duration of an image in hundredths of a second. Durations are integers with the right mean.
+/// Returns the duration of an image in hundredths of a second. Durations are whole numbers, and their mean is correct.
 fn delay(place: usize, per_second: u32) -> u16 {
     let end = |images: usize| (images as f64 * 100.0 / f64::from(per_second)).round();
     trunc_to_u16(end(place + 1) - end(place))

@@ -15,12 +15,12 @@ use crate::view::{Surfaces, ViewError};
 /// Number of frames examined for the extent of the particles.
 const PROBES: usize = 8;
 
-/// Which frames of a trajectory a movie shows.
+/// Frames of a trajectory that a movie shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selection {
     pub first: u64,
     pub last: Option<u64>,
-    /// Step from one frame to the next.
+    /// Number of frames from one image of the movie to the next.
     pub every: u64,
 }
 
@@ -34,19 +34,19 @@ impl Selection {
     }
 }
 
-/// Position of a frame.
+/// Position of a frame in the trajectory file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// Index of the frame in the file, from 0.
     pub index: u64,
     /// Simulated time `[time]`.
     pub time: f64,
-    /// Number of bytes and lines before the frame.
+    /// Number of bytes and lines in the file before the frame.
     offset: u64,
     lines: usize,
 }
 
-/// The frames of a movie.
+/// Index of the frames of a movie in their trajectory file.
 #[derive(Debug)]
 pub(super) struct Index {
     pub places: Vec<Place>,
@@ -60,7 +60,8 @@ pub(super) struct Index {
     /// Lower corner and edges of the framed region: it contains the boxes of all frames, or all particles
     /// `[length]`.
     region: Option<(Vector, Vector)>,
-    /// How far particles may extend beyond the framed region `[length]`.
+    /// Largest radius of the particles in the framed region. Particles extend at most this far beyond the region
+    /// `[length]`.
     margin: f64,
     /// Extent of the particles in a few of the frames: lower and upper corner `[length]`.
     reach: Option<[Vector; 2]>,
@@ -100,7 +101,7 @@ impl Index {
             match found {
                 Ok(true) => count += 1,
                 Ok(false) => break,
-                // All frames before the truncated frame are complete.
+                // The frames before a truncated frame are complete.
                 Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;
@@ -141,7 +142,7 @@ impl Index {
         Ok(self)
     }
 
-    /// The camera and the scale for these frames.
+    /// Sets up the camera and the scale of speeds for all frames of the movie.
     pub fn shot(&self, surfaces: &Surfaces, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
         let surfaces = surfaces.clone().around(self.places.iter().map(|place| place.time));
@@ -169,14 +170,14 @@ impl Index {
         }
     }
 
-    /// Evenly spaced frames from the first to the last.
+    /// Returns evenly spaced frames from the first to the last.
     pub fn spread(&self, count: usize) -> impl Iterator<Item = usize> {
         let last = self.places.len() - 1;
         let count = count.min(self.places.len());
         (0..count).map(move |k| k * last / (count - 1).max(1))
     }
 
-    /// The error of a frame that cannot be drawn.
+    /// Adds the path and the index of a frame to the error of drawing it.
     pub fn fault(&self, path: &Path, place: usize, source: ViewError) -> ViewError {
         ViewError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
     }
@@ -186,13 +187,13 @@ fn open(path: &Path) -> Result<File, ViewError> {
     File::open(path).map_err(|source| ViewError::trajectory(path)(ReadError::Open { path: path.into(), source }))
 }
 
-/// Skips a frame that is not in the movie.
+/// Skips the next frame. Returns `false` at the end of the trajectory.
 fn pass(reader: &mut Reader, path: &Path) -> Result<bool, ViewError> {
     let found = reader.next_preamble();
     found.map(|found| found.is_some()).map_err(|source| ViewError::Trajectory { path: path.to_owned(), source })
 }
 
-/// An index under construction.
+/// State of the scan that builds an [`Index`].
 struct Survey<'a> {
     style: &'a Style,
     path: &'a Path,
@@ -202,7 +203,7 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Adds the next frame; `false` if there is none.
+    /// Reads the next frame and adds it to the index. Returns `false` at the end of the trajectory.
     fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, ViewError> {
         let unreadable = |source| ViewError::Trajectory { path: self.path.to_owned(), source };
         let is_first = self.index.is_none();
@@ -230,7 +231,7 @@ impl Survey<'_> {
         Ok(true)
     }
 
-    /// Adds a frame that has been read.
+    /// Adds a frame to the index.
     fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
         let scale = SpeedScale::of(&frame, self.style);
         let region = match framing {
@@ -256,12 +257,12 @@ impl Survey<'_> {
     }
 }
 
-/// Corners of the smallest box that contains two boxes, each given by its lower and upper corner.
+/// Returns the lower and upper corner of the smallest box that contains two boxes, which are given in the same way.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }
 
-/// The smallest box that contains two boxes, each given by its lower corner and its edges.
+/// Returns the smallest box that contains two boxes, each given by its lower corner and its edges.
 fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
     let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));

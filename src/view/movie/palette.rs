@@ -5,32 +5,32 @@ use color_quant::NeuQuant;
 use crate::base::numbers::trunc_to_u32;
 use crate::view::render::{BACKGROUND, INK, Image, Style};
 
-/// Number of images from which the colours are chosen.
+/// Number of trial images from which the colours of a GIF are chosen.
 pub(super) const PILOTS: usize = 8;
 
-/// Largest size of these images along each side, in pixels.
+/// Largest width and height of a trial image, in pixels.
 const PILOT_SIZE: f64 = 320.0;
 
-/// The colour index that leaves a pixel unchanged.
+/// Colour index of a pixel that keeps its previous colour.
 pub(super) const UNCHANGED: u8 = 0;
 
-/// Colours that are kept exactly, after the first.
+/// Colours that the palette contains exactly. They follow the entry for unchanged pixels.
 const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
 
-/// Number of neurons of the network. Each neuron is a colour.
+/// Number of neurons of the neural network that chooses the other colours. Each neuron becomes a palette colour.
 const NEURONS: usize = 256 - 1 - EXACT.len();
 
 /// Bits of each component in the lookup of the nearest colour.
 const BITS: usize = 6;
 
-/// The style for images from which colours are chosen.
+/// Returns the style of the trial images from which the colours are chosen.
 pub(super) fn pilot_style(style: &Style) -> Style {
     let scale = (PILOT_SIZE / f64::from(style.width.max(style.height))).min(1.0);
     let scaled = |size: u32| trunc_to_u32((f64::from(size) * scale).round()).max(16);
     Style { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
 }
 
-/// A palette of 256 colours, with a lookup of the nearest palette colour for any other colour.
+/// A palette of 256 colours, with a lookup table for the palette colour nearest to any other colour.
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     colours: Vec<[u8; 3]>,
@@ -49,18 +49,18 @@ impl Palette {
         let network = NeuQuant::new(1, NEURONS, &pixels);
         let chosen = network.color_map_rgb();
         let chosen = chosen.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
-        // The first palette entry stands for no colour.
+        // The index of the first entry marks unchanged pixels, so its colour is never shown.
         let colours: Vec<[u8; 3]> = [[0; 3]].into_iter().chain(EXACT).chain(chosen).collect();
         let nearest = nearest(&colours);
         Self { colours, nearest }
     }
 
-    /// Red, green and blue of all colours.
+    /// Returns the colours as bytes: red, green and blue of each entry.
     pub fn bytes(&self) -> &[u8] {
         self.colours.as_flattened()
     }
 
-    /// The index of the colour that is nearest to each pixel of an image.
+    /// Returns the index of the nearest palette colour for each pixel of an image.
     pub fn indices(&self, image: &Image) -> Vec<u8> {
         let index = |pixel: &[u8; 4]| {
             let colour = rgb(pixel);
@@ -80,8 +80,8 @@ fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// Finds, for each cell of the lookup table, the index of the colour nearest to the centre of the cell. The
-/// first colour is excluded.
+/// Returns, for each cell of the lookup table, the index of the colour nearest to the centre of the cell. The entry for
+/// unchanged pixels is excluded.
 fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let squares = |component: usize| -> Vec<Vec<i32>> {
         let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));
@@ -93,7 +93,8 @@ fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
     let mut nearest = Vec::with_capacity(1 << (3 * BITS));
     for red in &reds {
         for green in &greens {
-            // The key has the distance before the index, so its minimum gives both.
+            // A key is the squared distance of two colours, shifted by one byte, plus the colour index. The smallest
+            // key gives the nearest colour.
             let keys: Vec<i32> = (1..).zip(red.iter().zip(green)).map(|(index, (r, g))| (r + g) << 8 | index).collect();
             let index = |blue: &Vec<i32>| keys.iter().zip(blue).map(|(key, b)| key + (b << 8)).min();
             nearest.extend(blues.iter().map(|blue| index(blue).map_or(1, |key| key.to_le_bytes()[0])));

@@ -19,13 +19,13 @@ use crate::view::render::Image;
 /// Longest time between two calls of the progress callback.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Draws the image of a place.
+/// Draws an image, given its index in the movie.
 type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
-/// Compresses the image of a place, given the previous image.
+/// Compresses an image, given its index in the movie and the previous image.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
-/// Work on a number of places.
+/// Images of a movie that are drawn and compressed by several workers.
 pub(super) struct Pipeline<'a, P> {
     pub draw: Draw<'a>,
     pub compress: Compress<'a, P>,
@@ -33,14 +33,15 @@ pub(super) struct Pipeline<'a, P> {
     pub count: usize,
     /// Number of workers.
     pub crew: usize,
-    /// Set when the work is to end.
+    /// Flag that stops the workers.
     pub is_stopped: &'a AtomicBool,
 }
 
-/// A place to be processed. Places are taken in order, so the previous image is already in progress.
+/// An image to be drawn and compressed. Tasks are taken in the order of the movie, so the previous image is drawn
+/// already or in progress.
 struct Task {
     place: usize,
-    /// Where the previous image comes from, and where the image of this place goes.
+    /// Channels that receive the previous image and pass this image on.
     before: Option<Receiver<Arc<Image>>>,
     next: Sender<Arc<Image>>,
 }
@@ -48,12 +49,12 @@ struct Task {
 type Piece<P> = (usize, Result<P, ViewError>);
 
 impl<P: Send> Pipeline<'_, P> {
-    /// Does the work. `take` receives the pieces in order; `watch` is called with their number and decides
-    /// whether to continue.
+    /// Draws and compresses all images. `take` receives the compressed images in order. `watch` is called with the
+    /// number of delivered images and decides whether to continue.
     ///
     /// # Errors
-    /// The error of the first failing place, [`ViewError::Interrupted`] if `watch` breaks,
-    /// [`ViewError::Threads`] if no worker can be started.
+    /// The error of the first image that fails, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if
+    /// no worker can be started.
     pub fn run(
         &self,
         take: &mut dyn FnMut(P) -> Result<(), ViewError>,
@@ -70,7 +71,7 @@ impl<P: Send> Pipeline<'_, P> {
             drop(tell);
             let result = self.collect(&issue, &pieces, take, watch);
             self.is_stopped.store(true, Ordering::Relaxed);
-            // No worker waits for another task.
+            // Closing the channel ends the workers that wait for a task.
             drop(issue);
             result
         })
@@ -88,7 +89,7 @@ impl<P: Send> Pipeline<'_, P> {
         while done < self.count {
             while issued < self.count.min(done + 2 * self.crew) {
                 let (next, image) = channel();
-                // If all workers are gone, no piece arrives either.
+                // Sending fails only if all workers have ended. The receiver below reports this.
                 let _ = issue.send(Task { place: issued, before: before.replace(image), next });
                 issued += 1;
             }
@@ -112,16 +113,16 @@ impl<P: Send> Pipeline<'_, P> {
     fn work(&self, tasks: &Mutex<Receiver<Task>>, tell: &Sender<Piece<P>>) {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
         while let Some(task) = next().filter(|_| !self.is_stopped.load(Ordering::Relaxed)) {
-            // The collector is gone when the work is over.
+            // Sending fails only if the results are no longer needed.
             let _ = tell.send((task.place, self.piece(task)));
         }
     }
 
     fn piece(&self, Task { place, before, next }: Task) -> Result<P, ViewError> {
         let image = Arc::new((self.draw)(place)?);
-        // After the last place there is no receiver.
+        // Sending fails if no other image needs this one.
         let _ = next.send(Arc::clone(&image));
-        // If the previous image could not be drawn, its error ends the work.
+        // Receiving fails if the previous image could not be drawn. The error of the previous image is then reported.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
         if self.is_stopped.load(Ordering::Relaxed) {
             return Err(ViewError::Interrupted);
@@ -135,21 +136,22 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// An image of one pixel whose colour is its place.
+    /// Returns an image of one pixel whose colour is the index of the image.
     fn image(place: usize) -> Image {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
 
-    /// A place, the colour of the previous image, and its own colour.
+    /// Index of an image, colour of the previous image, and its own colour.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// The pieces that a crew delivers from 40 places up to the first failure. Some take longer.
+    /// Returns the compressed images of a movie of 40 images. Drawing fails from the image `failing` on, and takes
+    /// longer for some images.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
-                // One more place may have been taken but not yet counted.
+                // At most `2 * crew` images are ahead of the delivered images. The test allows one more.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {

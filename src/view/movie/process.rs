@@ -14,16 +14,17 @@ use std::time::{Duration, SystemTime};
 use super::track::{Ask, Track, TrackError};
 use crate::view::ViewError;
 
-/// Largest part of the program's output that is kept `[bytes]`.
+/// Largest part of the program's error messages that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
 
-/// Bytes sent at a time, so that a part of an image already counts as progress.
+/// Bytes written at a time. Progress is counted in these pieces, so a program that reads slowly is not regarded as
+/// hanging.
 const PIECE: usize = 1 << 14;
 
 /// Interval between two checks for progress.
 const TICK: Duration = Duration::from_millis(20);
 
-/// Time limit for reading the program's output after the program has ended. A child process may keep the pipe
+/// Time limit for reading the messages of a program that has ended. A child process of the program may keep the pipe
 /// open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
@@ -33,17 +34,18 @@ pub(super) struct Process {
     /// Channel to the thread that writes to the program. This thread reports the result for each image.
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Number of bytes that the program has read.
+    /// Number of pieces of at most `PIECE` bytes that the program has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
     patience: Duration,
 }
 
-/// Progress of a program: bytes read, the length of its file, and when that changed.
+/// Progress of a program: pieces read, length of its file, and time of the last change of the file.
 type Done = (u64, Option<(u64, SystemTime)>);
 
-/// Time without progress. It is counted in ticks, so that time in which the machine sleeps does not count.
+/// Detector of a program without progress. Time is counted in ticks, so that time in which the machine sleeps does not
+/// count.
 struct Idleness {
     before: Done,
     waited: Duration,
@@ -51,7 +53,7 @@ struct Idleness {
 }
 
 impl Idleness {
-    /// Counts one more tick. Returns an error after `patience` without progress.
+    /// Registers the progress after one more tick. Returns an error after `patience` without progress.
     fn tick(&mut self, now: Done) -> Result<(), TrackError> {
         let is_something = now != self.before;
         self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
@@ -65,7 +67,7 @@ fn hung(patience: Duration) -> TrackError {
 }
 
 impl Process {
-    /// Starts a program with pipes for input and errors, which writes a file.
+    /// Starts a program that writes a file. Its input and its error messages go through pipes.
     ///
     /// # Errors
     /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Threads`] if no thread can be started.
@@ -90,7 +92,7 @@ impl Process {
             }
         };
         let (tell, message) = channel();
-        // The program would block if nobody read its output.
+        // The program would block on a full pipe if its error messages were not read.
         let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
         let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
         for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
@@ -152,7 +154,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // The program has ended by itself; its output is the reason.
+            // The program has ended early. Its messages tell why.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
@@ -168,7 +170,7 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // If the program has ended already, there is nothing to kill or wait for.
+        // Errors are ignored, because the program may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -197,7 +199,7 @@ pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<St
     printed
 }
 
-/// Whether a program has ended, checked after a tick.
+/// Returns the exit status of a program that has ended. Otherwise sleeps for one tick and returns `None`.
 fn ended(child: &mut Child) -> Result<Option<ExitStatus>, TrackError> {
     let ended = child.try_wait()?;
     if ended.is_none() {
@@ -214,7 +216,7 @@ fn write(input: &mut impl Write, image: &[u8], taken: &AtomicU64) -> io::Result<
     Ok(())
 }
 
-/// Returns the last part of the program's output.
+/// Returns the last part of the program's error messages.
 fn message_of(mut errors: impl Read) -> String {
     let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
     while let Ok(count @ 1..) = errors.read(&mut buffer) {
@@ -232,7 +234,7 @@ mod tests {
     fn what_does_a_little_now_and_then_is_waited_for() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // Progress alternates between bytes read and changes of the file.
+            // The number of read pieces changes every 8 ticks, the file every 4 ticks.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

@@ -34,7 +34,7 @@ impl Place {
         write(&trajectory, &self.path(name), movie, Existing::Keep, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// The images of a movie in order, as displayed, and how long each lasts in seconds.
+    /// Returns the images of a movie in the order in which they are displayed, with their durations in seconds.
     fn seen(&self, name: &str, movie: &Movie) -> Vec<Seen> {
         self.write(name, movie).unwrap();
         let seen = if name.ends_with("gif") { gif_images(&self.path(name)) } else { apng_images(&self.path(name)) };
@@ -52,13 +52,13 @@ struct Seen {
 }
 
 impl Seen {
-    /// The pixels above the text.
+    /// Returns the pixels above the caption.
     fn scene(&self) -> &[[u8; 4]] {
         let rows = self.pixels.len() / self.width * 4 / 5;
         &self.pixels[..rows * self.width]
     }
 
-    /// Whether the upper edge and both sides are empty.
+    /// Whether the first row and the outer columns show only the background.
     fn is_within(&self) -> bool {
         let is_free = |pixel: &[u8; 4]| pixel[..3] == BACKGROUND;
         let mut rows = self.scene().chunks(self.width);
@@ -103,7 +103,7 @@ fn apng_images(path: &Path) -> Vec<Seen> {
     seen
 }
 
-/// Draws everything that is not transparent over an image.
+/// Copies pixels to a canvas, except transparent ones.
 fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], pixels: &[[u8; 4]]) {
     for (row, pixels) in pixels.chunks(columns).enumerate() {
         let line = &mut canvas[(top + row) * width + left..][..columns];
@@ -111,7 +111,8 @@ fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], p
     }
 }
 
-/// A cube of edge 8 with a small ball in each corner and one moving ball; frames at even times.
+/// Returns a frame with a cubic box of edge 8, a small ball in each corner and one moving ball. Its time is a quarter
+/// of its number.
 fn frame(number: u32, speed: f64) -> Frame {
     let ball = |id, species, position: [f64; 3], radius, speed| FrameParticle {
         id: ParticleId(id),
@@ -165,7 +166,7 @@ fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
     for (first, image) in (0..).zip(&apng) {
         assert!(alone(first) == image.pixels, "image {first}");
     }
-    // Each of the 256 colours is a few steps per component from the nearest one.
+    // The colours of a GIF differ on average by less than two steps per component from the exact colours.
     let gif = place.seen("film.gif", &still());
     assert_eq!(gif.len(), 7);
     for (image, exact) in gif.iter().zip(&apng) {
@@ -214,7 +215,7 @@ fn what_rests_looks_the_same_until_the_camera_moves() {
         let seen = place.seen(name, &Movie { turn: 40.0, ..still() });
         assert!(seen.windows(2).all(|pair| pair[0].scene() != pair[1].scene()));
         let round = place.seen(name, &Movie { turn: 360.0, ..still() });
-        // Apart from the rounding of angles.
+        // After a full turn, the first and last image are equal apart from the rounding of angles.
         let off = |k: usize| round[0].scene().iter().zip(round[k].scene()).filter(|(a, b)| a != b).count();
         assert!(off(3) < 50 && off(1) > 200, "{} {}", off(3), off(1));
     }
@@ -230,7 +231,7 @@ fn nothing_leaves_the_image_from_any_direction() {
         let seen = place.seen("film.apng", &Movie { turn, ..still() });
         assert!(seen.iter().all(Seen::is_within), "{turn}");
     }
-    // Far outside of the first frame, without a box.
+    // Without a box, a particle moves far beyond the extent of the first frame.
     let flight = |x: f64| format!("2\n\nball 0 0 0\nball {x} 0 {x}\n");
     let text: String = [1.0, 5.0, 20.0, -30.0].map(flight).concat();
     let place = Place::of(text.as_bytes());
@@ -268,7 +269,7 @@ fn particles_may_come_and_go() {
     for colour_by in [ColourBy::Species, ColourBy::Speed] {
         let style = Style { colour_by, ..still().style };
         let seen = place.seen("film.gif", &Movie { style, ..still() });
-        // The time stands above a scale of speeds, in the lower half.
+        // The caption and the scale of speeds are in the lower half of the image, so only the upper half is compared.
         let above = |image: usize| &seen[image].pixels[..seen[image].pixels.len() / 2];
         assert!(seen.len() == 5 && above(0) == above(3) && above(0) != above(4));
     }

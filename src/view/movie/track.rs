@@ -1,5 +1,5 @@
-//! Conversion of images to the bytes of a movie in two steps. The first step needs only two images and runs
-//! on any core. The second step adds the compressed images in order.
+//! Conversion of images to a movie file in two steps. An image is compressed on any core, and only the previous image
+//! is needed for that. The compressed images are then added to the file in order.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -8,24 +8,24 @@ use thiserror::Error;
 
 use crate::view::render::Image;
 
-/// Compresses images, on any core.
+/// Compressor for the images of a movie format. Several threads can use it at the same time.
 pub(super) trait Codec: Sync {
     /// Compressed image.
     type Piece: Send;
 
-    /// Compresses an image, given its place in the movie and the previous image.
+    /// Compresses an image, given its index in the movie and the previous image.
     ///
     /// # Errors
-    /// If the format cannot store it.
+    /// If the format cannot store the image.
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece>;
 }
 
-/// Callback during a wait, which may stop the work.
+/// Callback that runs during a wait. It can stop the work.
 pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
 /// The file of a movie, to which compressed images are added in order.
 pub(super) trait Track {
-    /// The compressed image that it accepts.
+    /// Compressed image in the format of the file.
     type Piece;
 
     /// Adds an image.
@@ -38,7 +38,7 @@ pub(super) trait Track {
 /// Why a movie could not be written.
 #[derive(Debug, Error)]
 pub(super) enum TrackError {
-    /// An error of the system.
+    /// Error of the operating system or of an encoder.
     #[error(transparent)]
     Output(#[from] io::Error),
     /// An error of ffmpeg, with its output.

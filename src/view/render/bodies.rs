@@ -22,7 +22,7 @@ pub(super) struct Ball {
     pub colour: Colour,
 }
 
-/// A cylinder: half a bond.
+/// A cylinder that shows half of a bond.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rod {
     pub start: Point,
@@ -31,7 +31,7 @@ pub(super) struct Rod {
     pub colour: Colour,
 }
 
-/// All bodies with a surface.
+/// All bodies in a picture: spheres, bonds and surfaces.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bodies {
     /// Opaque spheres.
@@ -86,7 +86,8 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A pivot belongs to the particle that it holds; a static surface must not hide it.
+            // A static particle at the end of a bond is a pivot. It is drawn opaque, so that translucent static
+            // particles do not hide it.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }
@@ -94,7 +95,8 @@ impl Bodies {
     }
 }
 
-/// The palette for moving species, in the order of the table; one pale colour for static ones.
+/// Returns a colour for each species. Moving species take the colours of the palette in order, and all static species
+/// share one pale colour.
 fn species_colours(frame: &Frame, style: &Style) -> Vec<Colour> {
     let mut palette = style.palette.iter().cycle();
     let colour = |is_static: bool| match is_static {

@@ -1,8 +1,8 @@
-//! From positions to image coordinates.
+//! Conversion of positions to image coordinates.
 //!
-//! Everything is drawn in camera space: lengths in units of half the diagonal of the framed region, the
-//! camera at the origin, `x` to the right, `y` up, `z` into the image. The *window* coordinates of a point
-//! are `(x/z, y/z)` in perspective and `(x, y)` otherwise.
+//! Everything is drawn in camera space: lengths in units of half the diagonal of the framed region, the camera at the
+//! origin, `x` to the right, `y` up, `z` into the image. The *window* coordinates of a point are `(x/z, y/z)` in
+//! perspective and `(x, y)` otherwise.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,21 +11,22 @@ use crate::Vector;
 use crate::base::numbers::{single, trunc_to_u32};
 use crate::trajectory::Frame;
 
-/// A point, direction or colour used in drawing.
+/// A position or direction in single precision.
 pub(super) type Point = Vector3<f32>;
 
-/// Half the field of view: 30 degrees along the shorter side of the largest image.
+/// Tangent of half the field of view. The field of view is 30 degrees along the shorter side of the largest image.
 const HALF_VIEW: f32 = 0.267_949_2;
 
 /// Free margin around the framed region, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
-/// Largest angle between two directions at which the framed region is fitted into the image, in degrees.
-/// Between two such directions, the region extends by at most a thousandth of its distance from the axis, far
-/// less than the margin.
+/// For a moving camera, the framed region is fitted into the image in directions at most this angle apart `[degrees]`.
+/// Between two of these directions, the region extends further by at most a thousandth of its distance from the axis of
+/// rotation, far less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
-/// Nothing closer than this is drawn, in half diagonals; the framed region begins well behind it.
+/// Smallest distance from the camera at which anything is drawn, in half diagonals of the framed region. The region
+/// itself begins well beyond it.
 pub(super) const NEAREST: f32 = 0.05;
 
 /// Direction to the sun, relative to the camera of the first image, in components right, up and horizontally
@@ -42,7 +43,7 @@ pub(in crate::view) struct Extent {
 /// Position of the camera, and the part of its view that forms the image.
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
-    /// Rows: right, up, into the image.
+    /// Rotation from the scene to camera space. Its rows are the directions right, up and into the image.
     rotation: Matrix3<f64>,
     /// Upward direction in the scene, and direction to the sun.
     up: Vector,
@@ -50,7 +51,7 @@ pub(super) struct Camera {
     centre: Vector,
     /// Half diagonal of the framed region `[length]`.
     unit: f64,
-    /// The centre in camera space.
+    /// Centre of the framed region in camera space.
     pub offset: Point,
     pub is_perspective: bool,
     /// Window coordinates of the image's upper left corner.
@@ -81,7 +82,7 @@ impl Camera {
     /// `turn` degrees. The image has exactly the size of the style.
     pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
-        // More than a full turn shows nothing new.
+        // Beyond a full turn, the camera passes the same directions again.
         let round = turn.abs().min(360.0);
         let steps = if camera.is_perspective { trunc_to_u32((round / LARGEST_STEP).ceil()) } else { 0 };
         let mut spheres = Vec::new();
@@ -104,7 +105,8 @@ impl Camera {
         self
     }
 
-    /// Returns the same view with the coordinates of `focus` in the middle of the image.
+    /// Returns the same view, but with the middle of the image at the given coordinates. Axes without a coordinate are
+    /// unchanged.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -112,7 +114,7 @@ impl Camera {
         self
     }
 
-    /// The camera in the direction of another style.
+    /// Returns the same camera, turned to the direction of another style.
     pub fn turned(&self, frame: &Frame, style: &Style) -> Self {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
@@ -146,7 +148,7 @@ impl Camera {
         })
     }
 
-    /// The framed spheres, in camera space.
+    /// Returns the framed spheres in camera space.
     fn spheres(&self, framed: &[Extent]) -> Vec<(Point, f32)> {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }
@@ -156,17 +158,18 @@ impl Camera {
         RIM * (self.width as f32).min(self.height as f32)
     }
 
-    /// Chooses offset and scale for spheres in camera space around the centre; returns the window that they
-    /// fill.
+    /// Chooses the position of the camera and the scale so that the given spheres fit the image. Returns the bounds of
+    /// the spheres in window coordinates.
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // The usable area in pixels, and the window coordinates of its border.
+        // Size of the usable area in pixels, and half this size in window coordinates.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
         for axis in 0..2 {
-            // A point is inside the border when x - t z <= t d + x_c and x + t z >= -(t d) + x_c.
+            // The window coordinate of a point is `(x - x_c) / (z + d)`, with the position `x_c` and the distance `d`
+            // of the camera. It is at most `t` if `x - t z <= t d + x_c`, and at least `-t` if `x + t z >= x_c - t d`.
             let t = if self.is_perspective { border[axis] } else { 0.0 };
             let edge = (1.0 + t * t).sqrt();
             let most = spheres.iter().map(|(c, r)| c[axis] - t * c.z + r * edge).fold(f32::MIN, f32::max);
@@ -189,7 +192,7 @@ impl Camera {
         window
     }
 
-    /// Crops the image to a window, with a margin around it.
+    /// Crops the image to a region in window coordinates, with a margin around it.
     fn crop(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let rim = self.rim();
@@ -198,69 +201,69 @@ impl Camera {
         self.height = pixels(high - low + footer / self.scale, self.height);
     }
 
-    /// Moves a window to the middle of the image above the footer.
+    /// Centres the part of the image above the footer on a region in window coordinates.
     fn centre_on(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
         self.corner = [0.5 * (left + right) - half[0], 0.5 * (low + high) + half[1]];
     }
 
-    /// A position, rotated and scaled, relative to the camera.
+    /// Converts a position to camera space.
     pub fn place(&self, position: &Vector) -> Point {
         (self.rotation * ((position - self.centre) / self.unit)).cast::<f32>() + self.offset
     }
 
-    /// A direction in camera space.
+    /// Converts a direction to camera space.
     pub fn turn(&self, direction: &Vector) -> Point {
         (self.rotation * direction).cast::<f32>()
     }
 
-    /// The upward direction in camera space.
+    /// Returns the upward direction in camera space.
     pub fn up(&self) -> Point {
         self.turn(&self.up)
     }
 
-    /// The direction to the sun in camera space.
+    /// Returns the direction to the sun in camera space.
     pub fn sun(&self) -> Point {
         self.turn(&self.sun)
     }
 
-    /// Whether the camera is in front of a plane through a point with a given normal.
+    /// Whether the camera is in front of the plane through `point` with the given normal.
     pub fn is_before(&self, point: &Vector, normal: &Vector) -> bool {
         let normal = self.turn(normal);
         let line = if self.is_perspective { self.place(point) } else { Point::z() };
         normal.dot(&line) < 0.0
     }
 
-    /// A length in units of the half diagonal.
+    /// Converts a length to units of the half diagonal of the framed region.
     pub fn length(&self, length: f64) -> f32 {
         single(length / self.unit)
     }
 
-    /// Pixels per length, at the distance of the camera's focus `[1 / length]`.
+    /// Returns the number of pixels per length, at the distance of the camera's focus `[1 / length]`.
     pub fn pixels_per_length(&self) -> f64 {
         self.pixels_per_unit() / self.unit
     }
 
-    /// Pixels per half diagonal, at the distance of the camera's focus.
+    /// Returns the number of pixels per half diagonal of the framed region, at the distance of the camera's focus.
     pub fn pixels_per_unit(&self) -> f64 {
         let depth = if self.is_perspective { self.offset.z } else { 1.0 };
         f64::from(self.scale / depth)
     }
 
-    /// Window coordinates of an image position, in pixels from the upper left corner.
+    /// Converts an image position, in pixels from the upper left corner, to window coordinates.
     pub fn window(&self, [column, row]: [f32; 2]) -> [f32; 2] {
         [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
-    /// Image position of a point in front of the camera, in pixels from the upper left corner.
+    /// Returns the image position of a point in front of the camera, in pixels from the upper left corner.
     pub fn pixel(&self, point: &Point) -> [f32; 2] {
         let depth = if self.is_perspective { point.z } else { 1.0 };
         [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
     }
 
-    /// The rectangle of pixels around a sphere: first and last column, first and last row. `None` if the
-    /// sphere reaches the camera or is not finite.
+    /// Returns the rectangle of pixels around a sphere: first and last column, first and last row. `None` if the sphere
+    /// reaches the camera or is not finite.
     pub fn rectangle(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let [left, right, low, high] = self.outline(centre, radius)?;
         let columns = [left, right].map(|x| (x - self.corner[0]) * self.scale);
@@ -268,7 +271,8 @@ impl Camera {
         Some([columns[0], columns[1], rows[0], rows[1]])
     }
 
-    /// The extent of a sphere in window coordinates.
+    /// Returns the left, right, lower and upper end of a sphere in window coordinates. `None` if the sphere reaches the
+    /// camera or is not finite.
     fn outline(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let is_in_front = centre.z - radius > NEAREST && centre.iter().all(|x| x.is_finite()) && radius.is_finite();
         if !is_in_front {
@@ -287,7 +291,7 @@ impl Camera {
     }
 }
 
-/// The upward direction in the image: as set in the style, or else against gravity, or else z, or y if z is
+/// Returns the upward direction in the image: as set in the style, or else against gravity, or else z, or y if z is
 /// flat.
 fn upwards(frame: &Frame, style: &Style) -> Vector {
     let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
@@ -295,7 +299,7 @@ fn upwards(frame: &Frame, style: &Style) -> Vector {
     style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
 }
 
-/// Azimuth and elevation of the camera in radians, given the direction that points right if both are 0.
+/// Returns the azimuth and elevation of the camera in radians. `right` points to the right of the image if both are 0.
 fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     let azimuth = style.azimuth.to_radians();
     let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {
@@ -307,8 +311,8 @@ fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
 
-/// Right, up and into the image as rows, and whether the view is in perspective. Flat scenes are seen from
-/// the front.
+/// Returns the rotation to camera space, with the directions right, up and into the image as rows, and whether the view
+/// is in perspective. Flat scenes are seen from the front.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();
@@ -328,7 +332,7 @@ fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
         [flat] => {
             let up = up - axis(flat) * up[flat];
             let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
-            // Look from the side from which the first of the other axes points right.
+            // A flat scene is seen from the side from which the first axis in its plane points right.
             let right = up.cross(&axis(flat));
             let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
             (rows(if is_mirrored { -right } else { right }, up), false)

@@ -8,35 +8,35 @@ use super::stroke::Stroke;
 use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
-/// Smallest height of a row with readable text, in pixels.
+/// Smallest height of a caption row with readable text, in pixels.
 const LEAST_ROW: f32 = 32.0;
 
-/// Largest height of a row, relative to the image.
+/// Largest height of a caption row, relative to the image.
 const LARGEST_ROW: f32 = 0.2;
 
-/// Largest width of the bar, relative to the image.
+/// Largest width of the scale bar, relative to the image.
 const LONGEST_BAR: f64 = 0.16;
 
-/// The rows below an image.
+/// The rows of text below an image: the caption, and the scale of speeds if there is one.
 #[derive(Debug, Clone)]
 pub(super) struct Caption {
-    /// Height of all rows in pixels.
+    /// Height of all rows below the image in pixels.
     pub height: f32,
-    /// Height of one row in pixels. The lowest row is for the scale of speeds, if there is one.
+    /// Height of one caption row in pixels.
     pub row: f32,
-    /// A round length and its size in pixels.
+    /// Scale bar: its length, which is a round number, and its width in pixels.
     bar: Option<(f64, f32)>,
 }
 
 impl Caption {
-    /// The rows for a style, without a bar so far.
+    /// Returns the caption rows that a style needs. The scale bar is set later.
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
         let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the length of the bar. In perspective, the bar is valid at the distance of the middle of the
+    /// Chooses the length of the scale bar. In perspective, the bar is valid at the distance of the middle of the
     /// scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
@@ -44,11 +44,12 @@ impl Caption {
         self.bar = length.map(|length| (length, single(length * scale)));
     }
 
-    /// Writes the time on the left and draws the bar on the right.
+    /// Writes the time on the left and draws the scale bar on the right.
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
-        // With a scale of speeds below, the caption is in the middle between the scale and the framed region.
+        // The text is in the middle of its row if a scale of speeds is below it. Otherwise it is a little higher, to be
+        // farther from the image border.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
         write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);
@@ -65,13 +66,14 @@ impl Caption {
     }
 }
 
-/// The largest length of 1, 2 or 5 times a power of ten that is at most a given length.
+/// Returns the largest length of 1, 2 or 5 times a power of ten that is at most a given length.
 fn round_length(most: f64) -> Option<f64> {
     if !(most.is_normal() && (1e-300..1e300).contains(&most)) {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // The decimal text, read back, is the intended round number. The logarithm may be off by rounding.
+    // Parsing a decimal text gives exactly the round number. The logarithm may be wrong by rounding, so the
+    // neighbouring powers of ten are tried too.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

@@ -23,16 +23,17 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
 /// Static particles.
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
-/// Surfaces that particles can meet.
+/// Colour of the surfaces with which particles collide.
 pub(super) const SURFACE: [u8; 3] = [156, 174, 198];
 
 /// Colour of the background.
 pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
-/// Box edges and letters.
+/// Colour of box edges and letters.
 pub(in crate::view) const INK: [u8; 3] = [70, 76, 86];
 
-/// Viridis (Smith and van der Walt, matplotlib) at even steps, which look equally far apart.
+/// The colour map viridis (Smith and van der Walt, matplotlib) at even intervals. Neighbouring entries look equally
+/// different.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -47,7 +48,7 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// The colour for a value from 0 to 1; values beyond get the colour of the nearest end.
+/// Returns the colour for a value from 0 to 1. Smaller and larger values get the colour of the nearest end.
 pub(super) fn viridis(value: f32) -> Colour {
     let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
     let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
@@ -61,16 +62,16 @@ pub(super) fn linear(colour: [u8; 3]) -> Colour {
     Colour::from(colour.map(|byte| to_linear(f32::from(byte) / 255.0)))
 }
 
-/// To opaque sRGB bytes.
+/// Converts linear light to sRGB bytes of an opaque pixel.
 pub(super) fn encode(colour: &Colour) -> [u8; 4] {
     let steps = &*STEPS;
     let byte = |x: f32| steps.byte(x.clamp(0.0, 1.0));
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 
-/// Lookup table from intensities to byte values. It holds the smallest intensity of each byte value. For even
-/// steps of intensity, it holds the byte value at which each step starts. Computing a power for each pixel
-/// would take as long as the shadows of the pixel.
+/// Lookup table from linear light to sRGB bytes. `least` holds the smallest intensity of each byte value. `begins`
+/// holds the byte value at the start of each of many equal steps of intensity. Without the table, the conversion of a
+/// pixel would take as long as its shadows.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,
@@ -85,7 +86,7 @@ static STEPS: LazyLock<Steps> = LazyLock::new(|| {
     Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
 });
 
-/// Number of steps, large enough that at most a few byte values start within a step.
+/// Number of intensity steps in the lookup table. At most a few byte values begin within a step.
 const STEP_COUNT: usize = 2048;
 
 impl Steps {

@@ -1,4 +1,4 @@
-//! The region that an image must contain, and the edges of the box.
+//! The region of a scene that an image must contain, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};
@@ -6,11 +6,10 @@ use crate::Vector;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// The image leaves out empty parts of the box along an axis only if particles fill at least this fraction of
-/// it.
+/// Empty space in the box is cropped along an axis only if the particles fill at least this fraction of the axis.
 const FILLED: f64 = 0.34;
 
-/// Spheres and corners that must be in the image.
+/// Returns the spheres and box corners that must be in the image.
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -28,7 +27,7 @@ pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<E
     with_surfaces(framed, surfaces)
 }
 
-/// Adds the framed surfaces to what there is.
+/// Adds the surfaces that do not extend far beyond the framed spheres.
 pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
     let reach = |extent: &Extent| Vector::repeat(extent.radius);
     let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
@@ -39,14 +38,14 @@ pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surface
     framed
 }
 
-/// The corners of a box, given its lower corner and its edges; bit `k` of the index selects the side along
-/// axis `k`.
+/// Returns the corners of a box, given its lower corner and its edges. Bit `k` of the index selects the side along axis
+/// `k`.
 pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Lower and upper corner of a box that contains the particles inside the frame's box, and the surfaces that
-/// are not much larger.
+/// Returns the lower and upper corner of a box that contains the particles inside the frame's box, and the surfaces
+/// that are not much larger.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -61,7 +60,7 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
-/// A box, given by its lower corner and its edges, without its empty part.
+/// Returns the part of a box that is not empty. Boxes are given by their lower corner and edges.
 pub(in crate::view) fn fitted(
     (lower, size): (Vector, Vector),
     periodic: [bool; 3],
@@ -70,7 +69,7 @@ pub(in crate::view) fn fitted(
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
     if style.has_box && size.iter().any(|edge| *edge == 0.0) {
-        // A rectangle is shown as a whole.
+        // The drawn rectangle of a flat scene is shown as a whole.
         return (lower, size);
     }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
@@ -79,7 +78,8 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // A heap is shown with its floor, and a drawn box with its sides; the top may be left out.
+        // Along gravity, only the top is cropped, so a heap is shown with its floor. Across gravity, a box that is
+        // drawn is not cropped.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }
@@ -90,8 +90,8 @@ pub(in crate::view) fn fitted(
     (first, last - first)
 }
 
-/// The edges of the box that have a length, each once, with the outward normals of the two adjacent sides;
-/// for a flat box, without normals.
+/// Returns the edges of the box that have a length, each once, with the outward normals of the two adjacent sides. A
+/// flat box has no normals.
 pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
     let corners = corners(&frame.lower, &frame.size);
     let is_solid = (0..3).all(|axis| !frame.is_flat(axis));

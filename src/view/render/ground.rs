@@ -9,8 +9,7 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Fractions of the ground's light that come from the sun and from the sky. In full shadow, the ground keeps
-/// the remaining fraction of the brightness of the background.
+/// Fractions of the ground's light that come from the sun and from the sky. The rest of the light has no shadows.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
@@ -22,18 +21,19 @@ const VEIL: f32 = 1.2;
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
-/// A plane with shadows.
+/// The ground plane and the light on it.
 #[derive(Debug)]
 pub(super) struct Ground {
     /// Upward normal, in camera space.
     normal: Point,
-    /// Offset of the plane along the normal.
+    /// Coordinate of the plane along its normal, in camera space.
     offset: f32,
     lights: GroundLights,
 }
 
 impl Ground {
-    /// The ground below a frame with gravity; `None` without gravity, or if the scene continues below.
+    /// Returns the ground below a frame. `None` without gravity, for flat scenes, for boxes that are periodic along
+    /// gravity, and for styles without ground.
     pub fn of(frame: &Frame, surfaces: &Surfaces, style: &Style, camera: &Camera, bodies: &Bodies) -> Option<Self> {
         let level = level(frame, surfaces, style)?;
         let normal = camera.up();
@@ -49,21 +49,22 @@ impl Ground {
         Some(Self { normal, offset, lights })
     }
 
-    /// Depth of the ground along a ray, seen from above.
+    /// Returns the depth at which a ray from above meets the ground.
     pub fn depth(&self, (origin, direction): (Point, Point)) -> Option<f32> {
         let slope = self.normal.dot(&direction);
         let depth = (self.offset - self.normal.dot(&origin)) / slope;
         (slope < 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// Brightness of the ground at a point, relative to a point without shadow.
+    /// Returns the brightness of the ground at a point, relative to a point without shadow.
     pub fn brightness(&self, point: &Point) -> f32 {
         let [sun, sky] = self.lights.at(point);
         1.0 - SUN * (1.0 - sun) - SKY * (1.0 - sky)
     }
 }
 
-/// A point of the ground: the lowest corner of the box, or the lowest body if there is no box.
+/// Returns a point of the ground: the lowest corner of the box, or the lowest point of particles and surfaces if there
+/// is no box.
 fn level(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Option<Vector> {
     let up = -style.gravity.filter(|_| style.has_ground)?.try_normalize(0.0)?;
     let axis = up.iamax();

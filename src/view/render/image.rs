@@ -1,4 +1,4 @@
-//! The pixels of an image, and its file.
+//! Images as pixels, and their PNG files.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,7 +16,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// An image from its rows; there must be `width * height` pixels.
+    /// Creates an image from its rows. There must be `width * height` pixels.
     pub(in crate::view) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
         debug_assert_eq!(pixels.len(), width as usize * height as usize);
         Self { width, height, pixels }
@@ -34,7 +34,7 @@ impl Image {
         self.height
     }
 
-    /// Number of columns and of rows.
+    /// Returns the number of columns and the number of rows.
     pub(in crate::view) fn size(&self) -> [usize; 2] {
         [self.width as usize, self.height as usize]
     }
@@ -60,7 +60,7 @@ impl Image {
     /// Writes the bytes of a PNG file.
     ///
     /// # Errors
-    /// Errors of the output.
+    /// If the output cannot be written.
     pub fn encode_png<W: Write>(&self, output: W) -> io::Result<()> {
         let mut writer = png_encoder(output, self.width, self.height).write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;

@@ -4,7 +4,7 @@ use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of the strip for the scale, relative to the shorter side of the largest image.
+/// Height of the scale of speeds and of the caption, relative to the shorter side of the largest image.
 pub(super) const STRIP: f32 = 0.085;
 
 /// Fraction of the sum of squared speeds that may lie above the upper end of the scale.
@@ -27,11 +27,11 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     };
     let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
     let step = 10_f64.powi(trunc_to_i32(speed.log10().floor()) - 1);
-    // The decimal text, read back, is the intended round number.
+    // Parsing a decimal text gives exactly the rounded number.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
 
-/// Draws the scale into the lowest `height` rows: from 0 to `fastest`, with an arrow if there are higher
+/// Draws the scale of speeds into the lowest `height` rows: from 0 to `fastest`, with an arrow if there are higher
 /// speeds.
 pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f64, is_exceeded: bool) {
     let ink = colour::linear(colour::INK);
@@ -67,7 +67,7 @@ mod tests {
             [vec![], vec![0.0; 3], vec![f64::MAX], vec![0.314_15], vec![1e-9]].map(fastest),
             [1.0, 1.0, 1.0, 0.32, 1e-9]
         );
-        // The sum of squares is 916, and the particle at 4 contributes 16.
+        // The sum of squared speeds is 916. The one particle with speed 4 contributes 16, which is less than 5 %.
         assert_eq!(fastest([vec![3.0; 100], vec![4.0]].concat()), 3.0);
         assert_eq!(fastest([vec![0.01; 100], vec![4.0, 4.5]].concat()), 4.5);
     }

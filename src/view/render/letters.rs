@@ -12,27 +12,27 @@ use crate::base::numbers::trunc_to_usize;
 
 static FONT: &[u8] = include_bytes!("letters/letters.ttf");
 
-/// All glyphs, read once; empty if the font is damaged, which a test excludes.
+/// Outlines of all letters, parsed once. The list is empty if the font is damaged, which a test excludes.
 static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 
-/// Straight pieces per curve, and sample rows per row of pixels.
+/// Straight pieces per curve of an outline, and sampled lines per row of pixels.
 const PIECES: u32 = 6;
 const SAMPLES: usize = 5;
 
-/// The first letter of the font, and the number of consecutive letters from there.
+/// The first letter in the font, and the number of letters that follow each other in Unicode.
 const FIRST: char = ' ';
 const COUNT: u32 = 95;
 
-/// A letter, in units of the height of capitals.
+/// Outline of a letter, in units of the height of capitals.
 #[derive(Debug, Default)]
 struct Letter {
-    /// Distance to the next letter.
+    /// Horizontal distance from this letter to the next.
     advance: f32,
-    /// Straight lines around its areas, from point to point; y points up from the base line.
+    /// The outline as straight pieces, each with its start and end. `y` points up from the base line.
     lines: Vec<[[f32; 2]; 2]>,
 }
 
-/// The label of a number beside a scale: without exponent if that is short.
+/// Formats a number beside a scale. Small and large numbers have an exponent.
 pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
@@ -42,7 +42,7 @@ pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
 
-/// Writes text whose capitals have a given height; the position is the middle of its left edge.
+/// Writes text whose capitals have the height `size`. `place` is the middle of the left edge of the text.
 pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
     let (mut x, base) = (place[0], place[1] + 0.5 * size);
     for letter in text.chars().filter_map(of) {
@@ -58,7 +58,7 @@ fn of(letter: char) -> Option<&'static Letter> {
     LETTERS.get(u32::from(letter).checked_sub(u32::from(FIRST))? as usize)
 }
 
-/// Fills the areas enclosed by lines, by the odd-even rule.
+/// Fills the area enclosed by closed outlines, by the nonzero winding rule.
 fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colour) {
     let range = |axis: usize| {
         let ends = || lines.iter().flatten().map(|end| end[axis]);
@@ -87,7 +87,7 @@ fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colou
     }
 }
 
-/// Parts of a row inside of the lines.
+/// Returns the intervals of the horizontal line at height `y` that are inside the outlines.
 fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
     let mut crossings: Vec<(f32, i32)> = Vec::new();
     for [a, b] in lines {
@@ -110,7 +110,7 @@ fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
 fn letters(font: &[u8]) -> Vec<Letter> {
     let Ok(face) = Face::parse(font, 0) else { return Vec::new() };
     let glyph = |letter: char| face.glyph_index(letter);
-    // The font has no table with this value.
+    // The font has no table with the height of capitals, so the letter H is measured.
     let capital =
         glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
     let letter = |code: u32| {
@@ -138,7 +138,7 @@ impl Outline {
         self.last = to;
     }
 
-    /// Follows a curve given as a function from 0 to 1.
+    /// Approximates a curve by straight pieces. The parameter of the curve runs from 0 to 1.
     fn follow(&mut self, curve: impl Fn(f32) -> [f32; 2]) {
         (1..=PIECES).for_each(|piece| self.add(curve(piece as f32 / PIECES as f32)));
     }
@@ -200,12 +200,12 @@ mod tests {
         let ink = |pixels: &[Colour]| pixels.iter().map(|pixel| pixel.x).sum::<f32>();
         let bar = ink(&written("I", 30.0));
         assert!((60.0..300.0).contains(&bar), "{bar}");
-        // An O rotated about its centre is the same, and its centre is empty.
+        // The centre of the letter O is empty, and there are strokes above and below it.
         let ring = written("O", 30.0);
         let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
         assert_eq!(ring[30 * 60 + place].x, 0.0);
         assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
-        // Without space, nothing is written.
+        // Letters that are far larger than the image leave no pixel in it.
         assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
     }
 

@@ -12,12 +12,12 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky, for
-/// which shadows are computed in the same way.
+/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky. The shadows of
+/// both are computed in the same way.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
-/// Largest half-width of the soft edge of a shadow, relative to the radius of the sphere.
+/// Largest half-width of the soft edge of a shadow, relative to the radius of the sphere that casts it.
 const WIDEST_EDGE: f32 = 1.3;
 
 /// Largest distance at which a sphere dims the sky, and distance at which the dimming starts to fade. Both
@@ -25,18 +25,18 @@ const WIDEST_EDGE: f32 = 1.3;
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface. A surface that faces up receives more, and a surface that
-/// faces down receives less, by up to `SLOPE`.
+/// Brightness of the sky on a vertical surface, and how much more a surface that faces up receives. A surface that
+/// faces down receives as much less.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
-/// Fraction of the sky's light that is blocked by objects above a point.
+/// Largest fraction of the sky's light that objects above a point can block.
 const ZENITH_SHARE: f32 = 0.5;
 
-/// A smaller fraction of the light counts as darkness.
+/// Smaller fractions of the light are treated as darkness.
 const DARK: f32 = 0.004;
 
-/// Cell widths relative to the mean radius of the spheres.
+/// Cell widths of the grids for finding shadows and nearby spheres, relative to the mean radius of the spheres.
 const SHADOW_CELL: f32 = 0.7;
 const NEAR_CELL: f32 = 1.6;
 
@@ -45,11 +45,12 @@ pub(super) struct SurfacePoint {
     pub position: Point,
     /// Outward normal.
     pub normal: Point,
-    /// The ball of the point, which casts no shadow on itself.
+    /// Index of the body that contains the point. A sphere casts no shadow on itself.
     pub body: u32,
 }
 
-/// Light that reaches a point. It is 1 for an unobstructed surface that faces up, or faces the sun.
+/// Light that reaches a point. For an unobstructed surface, `sky` is 1 if it faces up, and `sun` is 1 if it faces the
+/// sun.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
@@ -58,7 +59,7 @@ pub(super) struct Received {
     pub sun: f32,
 }
 
-/// All lights on a set of spheres.
+/// Light of the sun and the sky on a set of spheres.
 #[derive(Debug)]
 pub(super) struct Lights {
     up: Point,
@@ -69,7 +70,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    /// Lights on spheres. Spheres further than 1 from the middle of the scene cast no shadow.
+    /// Sets up the lights on a set of spheres. Spheres outside the lookup grid around the framed region cast no shadow.
     pub fn on(balls: &[Ball], camera: &Camera) -> Self {
         let (up, sun_direction) = (camera.up(), camera.sun());
         let occluders: Vec<(Ball, f32)> = balls.iter().map(|ball| (*ball, 1.0)).collect();
@@ -82,13 +83,13 @@ impl Lights {
         }
     }
 
-    /// Light on a surface with an outward normal if nothing obstructs it.
+    /// Returns the light on a surface if nothing obstructs it.
     pub fn in_the_open(&self, normal: &Point) -> Received {
         let sky = LEVEL + SLOPE * normal.dot(&self.up);
         Received { sky, openness: 1.0, sun: normal.dot(&self.sun_direction).max(0.0) }
     }
 
-    /// Light on a point of a surface with an outward normal.
+    /// Returns the light on a point of a surface.
     pub fn at(&self, surface: &SurfacePoint) -> Received {
         let SurfacePoint { position, normal, body } = surface;
         let above = normal.dot(&self.up);
@@ -101,7 +102,7 @@ impl Lights {
     }
 }
 
-/// Light on the ground. Translucent spheres absorb a fraction of the light.
+/// Light on the ground, with the shadows of spheres. Translucent spheres cast lighter shadows.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,
@@ -109,7 +110,7 @@ pub(super) struct GroundLights {
 }
 
 impl GroundLights {
-    /// Spheres with their opacities.
+    /// Sets up the shadows of spheres, each given with its opacity.
     pub fn on(occluders: &[(Ball, f32)], camera: &Camera) -> Self {
         Self {
             sun: Shadows::of(occluders, camera.sun(), SUN_WIDTH, camera),
@@ -117,23 +118,23 @@ impl GroundLights {
         }
     }
 
-    /// Fractions of the sun's and of the sky's light that reach a point.
+    /// Returns the fractions of the sun's and of the sky's light that reach a point.
     pub fn at(&self, point: &Point) -> [f32; 2] {
         [self.sun.passing(point, NOTHING), self.zenith.passing(point, NOTHING)]
     }
 }
 
-/// A sphere as seen from a light.
+/// A sphere projected along the direction to a light.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     place: [f32; 2],
-    /// Distance of its centre towards the light.
+    /// Coordinate of the centre along the direction to the light.
     height: f32,
     radius: f32,
     opacity: f32,
 }
 
-/// Shadows that spheres cast away from a round light.
+/// Shadows that spheres cast in the light of a round source.
 #[derive(Debug)]
 struct Shadows {
     /// Right and up as seen from the light, and the direction towards the light.
@@ -141,10 +142,10 @@ struct Shadows {
     centre: Point,
     /// Tangent of half the angular width of the light.
     width: f32,
-    /// Half the width of the sharpest edge: one pixel.
+    /// Half the width of the sharpest shadow edge. The edge is one pixel wide.
     narrowest: f32,
     discs: Vec<Disc>,
-    /// By position in the plane of the light, from nearest to furthest.
+    /// Spheres by their position in the plane perpendicular to the light. Spheres nearest to the light come first.
     lists: Lists<2>,
 }
 
@@ -171,7 +172,7 @@ impl Shadows {
         Self { axes, centre, width, narrowest, discs, lists }
     }
 
-    /// Fraction of the light that reaches a point of a body, 0 to 1.
+    /// Returns the fraction of the light that reaches a point of a body, 0 to 1.
     fn passing(&self, point: &Point, own: u32) -> f32 {
         let arm = point - self.centre;
         let [x, y, height] = self.axes.map(|axis| arm.dot(&axis));
@@ -191,7 +192,7 @@ impl Shadows {
             if square < rim * rim {
                 let part = ((rim - square.sqrt()) / (2.0 * edge)).min(1.0);
                 let smooth = part * part * (3.0 - 2.0 * part);
-                // The disc of the light may be wider than the sphere.
+                // A sphere that looks smaller than the light covers only a part of it.
                 let most = (disc.radius / edge).min(1.0);
                 left *= 1.0 - disc.opacity * smooth * most * most;
                 if left < DARK {
@@ -222,7 +223,7 @@ impl Near {
         Self { centre, balls: balls.iter().map(|ball| (ball.centre, ball.radius)).collect(), lists }
     }
 
-    /// Visible fraction of the sky above a surface.
+    /// Returns the visible fraction of the sky above a surface.
     fn openness(&self, point: &Point, normal: &Point, own: u32, up: &Point) -> f32 {
         let arm = point - self.centre;
         let mut left = 1.0_f32;
@@ -230,8 +231,7 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Spheres below the horizon of the surface hide nothing. Distant spheres hide too little to
-            // count.
+            // Spheres below the horizon of the surface hide nothing, and the effect of distant spheres is negligible.
             if along <= -radius {
                 continue;
             }

@@ -1,30 +1,30 @@
-//! Which bodies are near a position: for each cell of a grid, the bodies that extend into it.
+//! Lists of the bodies near a position. Each cell of a grid has a list of the bodies that extend into it.
 
 use crate::base::numbers::{id, index, trunc_to_usize};
 
-/// Largest number of bodies in a cell. If there are more, the first bodies in the given order are kept.
+/// Largest number of bodies in a cell. If a cell has more, only the first of them in the given order are kept.
 const MOST_PER_CELL: u32 = 128;
 
-/// Entries of all cells together: per body, and in addition.
+/// Largest number of entries in all cells together: `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// Range of a body along the axes of a grid: from, to.
+/// Extent of a body along each axis of a grid: from, to.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
-/// A grid with the same number of cells along each axis of `[-1, 1]`.
+/// Lists for a grid over `[-1, 1]` along each axis, with the same number of cells along each.
 #[derive(Debug, Default)]
 pub(super) struct Lists<const D: usize> {
     /// Number of cells along each axis.
     size: usize,
-    /// Start of the list of each cell; the last entry is the total length.
+    /// Index of the first entry of each cell in `items`. The last value is the number of all entries.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl<const D: usize> Lists<D> {
-    /// Sorts bodies with their ranges into cells of about the given width. Cells are wider if there would be
-    /// too many entries.
+    /// Lists bodies in all cells that they extend into. Cells have about the given width. They are wider if there would
+    /// be too many entries.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);
@@ -56,7 +56,7 @@ impl<const D: usize> Lists<D> {
         Self { size, starts, items }
     }
 
-    /// The bodies that extend into the cell at a position; empty outside of the grid.
+    /// Returns the bodies that extend into the cell at a position. The list is empty for a position outside the grid.
     pub fn at(&self, place: [f32; D]) -> &[u32] {
         let mut cell = 0;
         for x in place {
@@ -72,7 +72,7 @@ impl<const D: usize> Lists<D> {
         }
     }
 
-    /// Number of entries in a grid, counted up to a bound.
+    /// Counts the entries of all cells. The count stops when it exceeds `bound`.
     fn entries(bodies: &[(u32, Reach<D>)], size: usize, bound: usize) -> usize {
         let mut sum = 0_usize;
         for (_, reach) in bodies {
@@ -100,9 +100,10 @@ impl<const D: usize> Lists<D> {
     }
 }
 
-/// The cells that a range along an axis meets: the first, and one past the last.
+/// Returns the cells that overlap a range along an axis: the first cell, and one past the last.
 fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
-    // Conversions saturate and turn NaN into 0, so ranges outside of the grid meet no cell.
+    // A range outside the grid, or with a NaN, has no cells. Conversions to integers saturate, so a range that begins
+    // below the grid starts at cell 0.
     let place = |x: f32| (x + 1.0) * (0.5 * size as f32);
     if !(place(*to) >= 0.0 && place(*from) < size as f32) {
         return [0, 0];
@@ -110,7 +111,7 @@ fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
     [trunc_to_usize(place(*from)), trunc_to_usize(place(*to)).saturating_add(1).min(size)]
 }
 
-/// Bodies with their indices, in order.
+/// Returns an iterator over bodies with their indices.
 pub(super) fn numbered<T>(bodies: &[T]) -> impl Iterator<Item = (u32, &T)> {
     bodies.iter().enumerate().map(|(place, body)| (id(place), body))
 }

@@ -1,4 +1,4 @@
-//! Parallel work on independent parts of an image. The result does not depend on the number of cores.
+//! Parallel work on independent parts of an image. The image does not depend on the number of cores.
 
 use std::num::NonZero;
 use std::sync::Mutex;
@@ -10,7 +10,7 @@ use std::thread;
 pub(in crate::view) struct Team<'a> {
     /// Number of threads.
     pub threads: usize,
-    /// Set to abandon an image.
+    /// A flag that stops all threads when it is set. The image is then unfinished.
     pub is_stopped: Option<&'a AtomicBool>,
 }
 
@@ -20,7 +20,6 @@ impl Team<'_> {
         Self { threads: cores(), is_stopped: None }
     }
 
-    /// Whether the image is abandoned.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
@@ -31,8 +30,8 @@ pub(in crate::view) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Rows of pixels per band: few enough that the samples fit into the cache and that all cores have work until
-/// the end.
+/// Returns the number of pixel rows per band. Bands are small enough that their samples fit into the cache and that all
+/// cores have work until the end.
 pub(super) fn rows_per_band(rows: usize) -> usize {
     rows.div_ceil(64).clamp(1, 8)
 }

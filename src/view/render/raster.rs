@@ -1,4 +1,4 @@
-//! Which surface each sample of the image sees: a depth buffer, filled body by body.
+//! A depth buffer: for each sample of the image, the surface that it sees.
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
@@ -13,18 +13,19 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// The rays through the centres of the samples.
 #[derive(Debug)]
 pub(super) struct Rays {
-    /// Window coordinates of the columns and rows of samples.
+    /// Window coordinate x of each column of samples, and window coordinate y of each row.
     columns: Vec<f32>,
     rows: Vec<f32>,
-    /// Factors of the window coordinates in the origin and in the direction of a ray.
+    /// The ray through window coordinates `(x, y)` begins at `shift * (x, y, 0)` and has the direction
+    /// `(slope * x, slope * y, 1)`.
     shift: f32,
     slope: f32,
 }
 
-/// Depth and body of the surface that each sample of some rows sees, row by row.
+/// Depth and body that each sample in some rows of the image sees, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    /// Index of the first of these rows in the whole image.
+    /// Index of the first row of the layer in the image.
     pub first: usize,
     pub width: usize,
     pub depth: Vec<f32>,
@@ -32,7 +33,7 @@ pub(super) struct Layer {
     pub body: Vec<u32>,
 }
 
-/// Which surface along a ray a layer keeps.
+/// Which surface a layer keeps if a ray hits several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,
@@ -40,14 +41,13 @@ pub(super) enum Keep {
     Farthest,
 }
 
-/// The ball or rod hit by a ray.
 #[derive(Debug, Clone, Copy)]
 enum Shape<'a> {
     Ball(&'a Ball),
     Rod(&'a Rod),
 }
 
-/// A shape with the rectangle of samples around it.
+/// A shape with the range of sample columns and rows that it may cover.
 struct Stamp<'a> {
     shape: Shape<'a>,
     body: u32,
@@ -55,11 +55,11 @@ struct Stamp<'a> {
     rows: [usize; 2],
 }
 
-/// Shapes to draw, with their positions in the image.
+/// Shapes to draw, with the samples that they may cover.
 pub(super) struct Stamps<'a>(Vec<Stamp<'a>>);
 
 impl<'a> Stamps<'a> {
-    /// The visible shapes.
+    /// Returns the shapes that are visible.
     pub fn of(balls: &'a [Ball], rods: &'a [Rod], camera: &Camera, rays: &Rays) -> Self {
         let size = [rays.columns.len(), rays.rows.len()];
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
@@ -68,7 +68,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// Draws a few rows of samples. With `before`, draws only shapes in front of that layer.
+    /// Draws a few rows of samples. If `before` is given, only what lies in front of that layer is drawn.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -80,14 +80,14 @@ impl Layer {
         layer
     }
 
-    /// Index of a sample in the layer, from its row and column in the image.
+    /// Returns the index of a sample in the layer, given its row and column in the image.
     pub fn place(&self, row: usize, column: usize) -> usize {
         (row - self.first) * self.width + column
     }
 }
 
 impl<'a> Stamp<'a> {
-    /// `None` if nothing of the shape is visible.
+    /// Returns a shape with its rectangle of samples. `None` if nothing of the shape is visible.
     fn of(shape: Shape<'a>, body: u32, camera: &Camera, size: [usize; 2]) -> Option<Self> {
         let bounds = match shape {
             Shape::Ball(ball) => camera.rectangle(&ball.centre, ball.radius)?,
@@ -96,7 +96,7 @@ impl<'a> Stamp<'a> {
                 [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
             }
         };
-        // Conversions saturate, so a shape far outside has an empty range.
+        // Conversions to integers saturate, so a shape far outside the image has an empty range.
         let range = |low: f32, high: f32, size: usize| {
             let (low, high) = (low * SAMPLES as f32 - 1.0, high * SAMPLES as f32 + 2.0);
             [trunc_to_usize(low).min(size), trunc_to_usize(high).min(size)]
@@ -106,7 +106,7 @@ impl<'a> Stamp<'a> {
     }
 }
 
-/// Some rows of a layer.
+/// Some rows of a layer, into which bodies are drawn.
 struct Band<'a> {
     first: usize,
     width: usize,
@@ -163,32 +163,32 @@ impl Rays {
         }
     }
 
-    /// Window coordinates of a sample.
+    /// Returns the window coordinates of a sample.
     pub fn window(&self, row: usize, column: usize) -> [f32; 2] {
         [self.columns[column], self.rows[row]]
     }
 
-    /// Columns whose window coordinate may be in a range: the first, and one past the last.
+    /// Returns the columns whose window coordinate may be in a range: the first column, and one past the last.
     pub fn columns_between(&self, [low, high]: [f64; 2]) -> [usize; 2] {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else { return [0, 0] };
         let (first, last) = (f64::from(*first), f64::from(*last));
         let step = (last - first) / (self.columns.len() - 1).max(1) as f64;
         let place = |x: f64| (x - first) / step;
-        // Conversions saturate, so a range far outside is empty.
+        // Conversions to integers saturate, so a range far outside the image contains no columns.
         [trunc_to_usize(place(low) - 1.0), trunc_to_usize(place(high) + 2.0).min(self.columns.len())]
     }
 
-    /// Origin and direction of the ray through a sample. The direction has `z = 1`, so the distance along the
-    /// ray is the depth.
+    /// Returns the origin and the direction of the ray through a sample. The direction has `z = 1`, so the distance
+    /// along the ray is the depth.
     pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
         let (x, y) = (self.columns[column], self.rows[row]);
         (Point::new(self.shift * x, self.shift * y, 0.0), Point::new(self.slope * x, self.slope * y, 1.0))
     }
 }
 
-/// Computes the distances along the rays of a row, starting at column `left`, at which the rays enter a
-/// sphere; NaN for a ray that misses it. The distances are measured from the point nearest to the centre,
-/// which avoids cancellation. The loop has no branches, so that several rays are computed at once.
+/// Computes the distances at which the rays of a row enter a sphere, starting with the ray at column `left`. The
+/// distance is NaN for a ray that misses the sphere. Each distance is computed from the point of the ray nearest to the
+/// centre, which avoids cancellation. The loop has no branches, so the compiler can vectorise it.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
@@ -202,8 +202,8 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// Distance along a ray at which it enters the curved side of a cylinder, or NaN. The flat ends are inside
-/// spheres.
+/// Returns the distance along a ray at which it enters the curved side of a cylinder, or NaN if it misses. The flat
+/// ends need no test, because they are inside spheres.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

@@ -1,6 +1,6 @@
-//! From surfaces and lights to colours.
+//! Shading: computes colours from surfaces and lights.
 //!
-//! An image is drawn in bands of a few rows. Each pixel is the mean of its samples. Samples of the same body
+//! An image is drawn in bands of a few rows. Each pixel is the mean of its samples. Samples that see the same body
 //! share one colour, so the light is computed once for each body in a pixel.
 
 mod memory;
@@ -18,7 +18,7 @@ use super::sheets::{Fragment, Fragments};
 use super::stroke::{Edge, draw_edges, draw_outline};
 use memory::{Memory, Seen};
 
-/// Fractions of the light from the sky and from the sun.
+/// Brightness of the light from the sky and of the light from the sun.
 const SKY: f32 = 0.62;
 const SUN: f32 = 0.62;
 
@@ -26,20 +26,20 @@ const SUN: f32 = 0.62;
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
-/// Opacity of a static surface with only the background behind it, relative to a static surface in front of
-/// other bodies.
+/// Factor on the opacity of static spheres that have only the background behind them.
 const LAST_SIDE: f32 = 2.2;
 
-/// Increase of opacity at the rim of a translucent sphere.
+/// Largest additional opacity of a translucent surface, at its rim.
 const RIM: f32 = 0.35;
 
-/// Fraction of the light from the far end of the scene that fades into the background.
+/// Opacity of the haze at the far end of the scene. The haze has the colour of the background.
 const HAZE: f32 = 0.2;
 
-/// Samples of a pixel from its centre outwards. The first one that sees a body represents it.
+/// Order of the samples of a pixel, from its centre outwards. The first sample that sees a body determines the colour
+/// of the body.
 const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
-/// Everything needed to colour a sample.
+/// Everything needed to compute the colour of a sample.
 pub(super) struct Scenery<'a> {
     pub bodies: &'a Bodies,
     pub camera: &'a Camera,
@@ -47,24 +47,24 @@ pub(super) struct Scenery<'a> {
     pub lights: Lights,
     pub ground: Option<Ground>,
     pub background: Colour,
-    /// Opacity of the veil seen straight on.
+    /// Opacity of static spheres seen straight on.
     pub opacity: f32,
-    /// Edges of surfaces and of the box.
+    /// Edges of surfaces (`outline`) and of the box (`edges`).
     pub outline: Vec<Edge>,
     pub edges: Vec<Edge>,
 }
 
-/// Bodies seen by the samples of some rows.
+/// Everything that the samples in a band of rows see.
 struct Band<'a> {
     /// Opaque surfaces.
     solid: Layer,
-    /// The nearest and the furthest translucent surface in front of them.
+    /// The nearest and the furthest static sphere in front of the opaque surfaces.
     veil: Option<[Layer; 2]>,
     sheets: Option<Fragments>,
     scenery: &'a Scenery<'a>,
 }
 
-/// One side of a static surface on the ray of a sample.
+/// One side of a static surface on the ray of a sample. The surface consists of static spheres.
 #[derive(Debug, Clone, Copy)]
 struct Film<'a> {
     depth: f32,
@@ -73,19 +73,20 @@ struct Film<'a> {
     opacity: f32,
 }
 
-/// Density of a translucent surface relative to a frontal view: largest at the rim, as in glass.
+/// Returns the additional density of a translucent surface that is seen at an angle. It is largest at the rim, as in
+/// glass.
 fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
     RIM * rim * rim * rim
 }
 
-/// Coverage by a translucent surface.
+/// Returns the fraction of the background that a translucent surface hides.
 fn covered(opacity: f32, density: f32) -> f32 {
     (opacity + (1.0 - opacity) * density).min(1.0)
 }
 
 impl Scenery<'_> {
-    /// The mean of the samples of each pixel.
+    /// Returns the colour of each pixel, which is the mean of its samples.
     pub fn colours(&self, team: &Team) -> Vec<Colour> {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let mut pixels = vec![Colour::zeros(); width * height];
@@ -100,7 +101,7 @@ impl Scenery<'_> {
         pixels
     }
 
-    /// Draws some rows of pixels.
+    /// Draws a band of rows of pixels.
     fn band(&self, pixels: &mut [Colour], rows: Range<usize>, solid: &Stamps, veil: Option<&Stamps>) {
         let samples = [rows.start * SAMPLES, rows.end * SAMPLES];
         let solid = Layer::of(solid, &self.rays, samples, Keep::Nearest, None);
@@ -120,7 +121,7 @@ impl Scenery<'_> {
         draw_edges(pixels, &band.solid, &rows, &self.edges, is_perspective);
     }
 
-    /// Outward normal and colour of an opaque body at a point of its surface.
+    /// Returns the outward normal and the colour of an opaque body at a point of its surface.
     fn solid_surface(&self, body: usize, point: &Point) -> (Point, Colour) {
         if let Some(ball) = self.bodies.balls.get(body) {
             return ((point - ball.centre) / ball.radius, ball.colour);
@@ -133,7 +134,7 @@ impl Scenery<'_> {
 
     fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, received: Received) -> Colour {
         let Received { sky, openness, sun } = received;
-        // Light that stays in a crevice takes the colour of its walls.
+        // Light is reflected repeatedly in a crevice and takes the colour of its walls.
         let bounced = own.map(|albedo| 1.0 / (1.0 - 0.35 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
         if sun > 0.0 {
@@ -149,7 +150,7 @@ impl Scenery<'_> {
         colour
     }
 
-    /// The ground, or the background.
+    /// Returns the colour of the ground or the background for a ray that hits no body.
     fn behind(&self, ray: (Point, Point)) -> Colour {
         let Some(ground) = &self.ground else { return self.background };
         match ground.depth(ray) {
@@ -202,8 +203,8 @@ impl Band<'_> {
         } else {
             memory.recall(Seen::Solid(body), || (self.solid(body, ray, place), 1.0)).0
         };
-        // From furthest to nearest: the two sides of a static surface, with the sheets between and around
-        // them.
+        // Blend from the furthest to the nearest: the sides of a static surface, and the translucent triangles behind,
+        // between and in front of them.
         let mut left = sheets;
         for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
             let farther = left.partition_point(|sheet| sheet.depth > side.depth);
@@ -224,12 +225,13 @@ impl Band<'_> {
         self.scenery.shade(&surface, &-ray.1.normalize(), &own, self.scenery.lights.at(&surface))
     }
 
-    /// The far and the near side of a static surface.
+    /// Returns the far and the near side of a static surface. Only the near side is returned if both sides belong to
+    /// the same wall.
     fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film<'_>>; 2] {
         let scenery = self.scenery;
         let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
         let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Neighbouring particles in one wall overlap and count as one side.
+        // Neighbouring spheres of one wall overlap and count as one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let film =
@@ -240,7 +242,7 @@ impl Band<'_> {
         }
     }
 
-    /// Colour of one side of a static surface, and its density.
+    /// Returns the colour of one side of a static surface, and its density.
     fn film(&self, film: &Film, ray: (Point, Point)) -> (Colour, f32) {
         let view = -ray.1.normalize();
         let position = ray.0 + ray.1 * film.depth;
@@ -250,7 +252,7 @@ impl Band<'_> {
         (self.scenery.shade(&surface, &view, &film.ball.colour, received), density(&normal, &view))
     }
 
-    /// Draws sheets over the colour behind them.
+    /// Draws translucent triangles over the colour behind them.
     fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), memory: &mut Memory) -> Colour {
         let all = &self.scenery.bodies.sheets;
         let mut colour = behind;

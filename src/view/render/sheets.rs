@@ -1,4 +1,4 @@
-//! Translucent triangles, in camera space.
+//! Translucent triangles of surfaces, in camera space.
 
 #[cfg(test)]
 mod tests;
@@ -10,12 +10,12 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Largest number of sheets per sample, nearest first. At the default opacity they transmit less than a
-/// thousandth of the light.
+/// Largest number of triangles drawn per sample. Nearer triangles take precedence. At the default opacity, so many
+/// triangles transmit about a thousandth of the light.
 const MOST_SHEETS: usize = 16;
 
-/// A triangle by its corners, with the rows and columns of samples around it: the first, and one past the
-/// last.
+/// A triangle, given by the indices of its corners, with the rows and columns of samples around it: the first, and one
+/// past the last.
 #[derive(Debug, Clone)]
 struct Triangle {
     corners: [u32; 3],
@@ -23,7 +23,7 @@ struct Triangle {
     columns: [usize; 2],
 }
 
-/// All triangles of surfaces that may be visible.
+/// Translucent triangles that may be visible, with their vertices.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sheets {
     points: Vec<Point>,
@@ -35,20 +35,20 @@ pub(super) struct Sheets {
     is_perspective: bool,
 }
 
-/// A point of a sheet on the ray of a sample.
+/// The point at which the ray of a sample hits a translucent triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fragment {
     pub depth: f32,
     pub triangle: u32,
 }
 
-/// A triangle as linear functions of the window coordinates `w = (x, y, 1)` of a ray. It is hit if `edges[k]
-/// . w` is not negative for all `k`; these are the weights of the corners. The depth is `depth . w / total .
-/// w`.
+/// A triangle, prepared for hits by rays. A ray has window coordinates `w = (x, y, 1)`. It hits the triangle if the
+/// three products `edges[k] . w` are not negative. These products are also the weights of the corners. The depth of the
+/// hit is `(depth . w) / (total . w)`.
 ///
-/// In perspective, the ray `t w` hits the corners `a, b, c` where `t w = (e_a a + e_b b + e_c c) / (a . (b x
-/// c))` with `e_a = w . (b x c)` and so on (Olano and Greer, Triangle scan conversion using 2D homogeneous
-/// coordinates, 1997). No corner needs to be in front of the camera.
+/// In perspective, the ray `t w` hits the corners `a, b, c` where `t w = (e_a a + e_b b + e_c c) / (a . (b x c))`. Here
+/// `e_a = w . (b x c)`, and `e_b` and `e_c` follow by cyclic permutation (Olano and Greer, Triangle scan conversion
+/// using 2D homogeneous coordinates, 1997). No corner needs to be in front of the camera.
 struct Plane {
     edges: [[f64; 3]; 3],
     depth: [f64; 3],
@@ -91,7 +91,7 @@ impl Sheets {
         Some([a?, b?, c?])
     }
 
-    /// Normal at a point of a triangle, towards the camera.
+    /// Returns the normal at a point of a triangle, on the side of the camera.
     pub fn normal(&self, fragment: &Fragment, [x, y]: [f32; 2], view: &Point) -> Point {
         let found = self.triangles.get(fragment.triangle as usize).and_then(|triangle| {
             let plane = Plane::of(&self.points_of(&triangle.corners)?, self.is_perspective)?;
@@ -107,7 +107,7 @@ impl Sheets {
     }
 }
 
-/// Rows and columns of samples around a triangle; `None` if it is not visible.
+/// Returns the rows and columns of samples around a triangle. `None` if it is not visible.
 fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     if points.iter().all(|point| point.z <= NEAREST) || !points.iter().all(|point| point.iter().all(|x| x.is_finite()))
     {
@@ -124,20 +124,20 @@ fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Optio
     (rows[0] < rows[1] && columns[0] < columns[1]).then_some([rows, columns])
 }
 
-/// A linear function of window coordinates.
+/// Evaluates a linear function of the window coordinates.
 fn value(form: &[f64; 3], x: f64, y: f64) -> f64 {
     form[0] * x + form[1] * y + form[2]
 }
 
 impl Plane {
-    /// `None` if it is seen edge-on.
+    /// Prepares a triangle. `None` if it is seen edge-on.
     fn of(points: &[Point; 3], is_perspective: bool) -> Option<Self> {
         let points = points.map(|point| point.cast::<f64>());
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // For a shared edge, neighbouring triangles have the same numbers with opposite sign, so no ray
-        // passes between the two triangles.
+        // Triangles that share an edge compute the same numbers for it, with opposite signs. So no ray passes between
+        // them.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());
@@ -151,11 +151,12 @@ impl Plane {
         is_seen.then(|| Self { edges: edges.map(Into::into), depth: depth.into(), total: total.into() })
     }
 
-    /// Depth along the ray at a window position, if the triangle is hit in front of the camera.
+    /// Returns the depth at which the ray through a window position hits the triangle. `None` if the ray misses it, or
+    /// hits it behind the camera.
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // A ray through an edge belongs to exactly one of its two triangles.
+            // A ray through a shared edge belongs to exactly one of the two triangles.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -166,7 +167,7 @@ impl Plane {
         (total > 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// Range of the window coordinate x along a row in which it may be hit.
+    /// Returns the range of the window coordinate x in which the row at `y` may hit the triangle.
     fn range(&self, y: f64) -> [f64; 2] {
         let mut range = [f64::NEG_INFINITY, f64::INFINITY];
         for [a, b, c] in self.edges {
@@ -183,15 +184,15 @@ impl Plane {
     }
 }
 
-/// The sheets seen by the samples of some rows; for each sample from furthest to nearest.
+/// Translucent triangles seen by each sample of some rows, from furthest to nearest.
 pub(super) struct Fragments {
-    /// Offset of the fragments of each sample; the last entry is their number.
+    /// Index of the first fragment of each sample. The last entry is the number of all fragments.
     starts: Vec<usize>,
     all: Vec<Fragment>,
 }
 
 impl Fragments {
-    /// Sheets in front of opaque bodies, in some rows of samples.
+    /// Finds the triangles in front of the opaque bodies, for some rows of samples.
     pub fn of(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2]) -> Self {
         let count = (rows[1] - rows[0]) * solid.width;
         let mut starts = vec![0; count + 1];
@@ -209,7 +210,7 @@ impl Fragments {
         for_each_hit(sheets, rays, solid, rows, |place, fragment| {
             let ends = (starts.get(place), starts.get(place + 1));
             let (Some(start), Some(end)) = ends else { return };
-            // Kept sorted. If there are too many, the furthest is dropped.
+            // Keep the fragments sorted. If there are too many, the furthest is dropped.
             let Some(own) = all.get_mut(*start..*end) else { return };
             let nearer = own.partition_point(|other| other.depth > fragment.depth);
             if nearer > 0 {
@@ -220,7 +221,7 @@ impl Fragments {
         Self { starts, all }
     }
 
-    /// The sheets on the ray of a sample.
+    /// Returns the fragments on the ray of a sample.
     pub fn at(&self, place: usize) -> &[Fragment] {
         let ends = (self.starts.get(place), self.starts.get(place + 1));
         let (Some(start), Some(end)) = ends else { return &[] };
@@ -228,8 +229,8 @@ impl Fragments {
     }
 }
 
-/// Calls `visit` for each sample of some rows that sees a triangle, with the index of the sample and the
-/// fragment that it sees.
+/// Calls `visit` for each sample of some rows whose ray hits a triangle in front of the opaque bodies. The arguments
+/// are the index of the sample and the fragment.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

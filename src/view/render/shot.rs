@@ -1,4 +1,4 @@
-//! A view that is the same for many frames.
+//! A view that is the same for all frames of a movie.
 
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
@@ -8,17 +8,17 @@ use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, 
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
 
-/// The scale of speeds for one or more frames.
+/// The colour scale of speeds for one or more frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view) struct SpeedScale {
-    /// The speed at its upper end `[length / time]`.
+    /// Speed at the upper end of the scale `[length / time]`.
     pub fastest: f64,
-    /// The highest speed `[length / time]`.
+    /// Highest speed of a particle `[length / time]`.
     pub highest: f64,
 }
 
 impl SpeedScale {
-    /// The scale for a frame. The style may set its upper end.
+    /// Returns the colour scale for a frame. The style may set its upper end.
     pub fn of(frame: &Frame, style: &Style) -> Self {
         let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
         let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
@@ -26,12 +26,12 @@ impl SpeedScale {
         Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
     }
 
-    /// The scale for the frames of both scales.
+    /// Returns a scale that covers the frames of this scale and of another one.
     pub fn joined(&self, other: &Self) -> Self {
         Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
     }
 
-    /// Whether some speeds are above the scale.
+    /// Whether some particles are faster than the upper end of the scale.
     pub fn is_exceeded(&self) -> bool {
         self.highest > self.fastest
     }
@@ -41,7 +41,7 @@ impl SpeedScale {
 #[derive(Debug, Clone)]
 pub(in crate::view) struct Shot {
     style: Style,
-    /// The box and its flat axes, without particles.
+    /// A frame with the box and its flat axes, but without particles.
     stage: Frame,
     surfaces: Surfaces,
     camera: Camera,
@@ -50,7 +50,7 @@ pub(in crate::view) struct Shot {
 }
 
 impl Shot {
-    /// Frames everything that must be in all images while the camera moves around it by `turn` degrees.
+    /// Chooses a camera that keeps everything in `framed` visible while the camera moves around it by `turn` degrees.
     ///
     /// # Errors
     /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid,
@@ -70,8 +70,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame with the camera at an azimuth `[degrees]`, with the coordinates of the middle and the
-    /// text of the time below. A stopped team leaves an unfinished image.
+    /// Draws a frame. The camera is at an azimuth `[degrees]` and has the given coordinates in the middle of the image.
+    /// The time is written below. If the team is stopped, the image is unfinished.
     ///
     /// # Errors
     /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.

@@ -7,7 +7,7 @@ use super::colour::Colour;
 use super::raster::{Layer, SAMPLES};
 use crate::base::numbers::trunc_to_usize;
 
-/// A line in pixels.
+/// A straight line in an image, in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stroke {
     pub ends: [[f32; 2]; 2],
@@ -17,7 +17,7 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws over the pixels of an image of this `width`.
+    /// Draws the line over the pixels of an image of this `width`.
     pub fn draw(&self, pixels: &mut [Colour], width: usize) {
         let rows = 0..pixels.len() / width.max(1);
         self.cover(width, rows, |column, row, _, opacity| {
@@ -26,8 +26,8 @@ impl Stroke {
         });
     }
 
-    /// Calls `visit` for each pixel that the stroke covers, with its column and row, its position along the
-    /// stroke from 0 to 1, and the opacity there.
+    /// Calls `visit` for each pixel that the line covers. The arguments are the column, the row, the position along the
+    /// line from 0 to 1, and the opacity there.
     fn cover(&self, width: usize, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32, f32)) {
         let [a, b] = self.ends;
         if width == 0 || !a.iter().chain(&b).all(|x| x.is_finite()) {
@@ -51,7 +51,7 @@ impl Stroke {
         }
     }
 
-    /// Columns or rows around the stroke: the first, and one past the last.
+    /// Returns the columns (for axis 0) or rows (for axis 1) around the line: the first, and one past the last.
     fn reach(&self, axis: usize) -> [usize; 2] {
         let ([a, b], reach) = (self.ends, 0.5 * self.width + 1.0);
         let (low, high) = (a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach);
@@ -59,18 +59,18 @@ impl Stroke {
     }
 }
 
-/// How edges are drawn.
+/// Width, colour and opacity of edges.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pen {
-    /// In pixels.
+    /// Width of the line in pixels.
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether all bodies hide the edge, including bodies behind it.
+    /// Whether all bodies hide the edge, even those behind it.
     pub is_behind: bool,
 }
 
-/// An edge in space, with its stroke in the image.
+/// An edge in space, with the line that represents it in the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     stroke: Stroke,
@@ -79,7 +79,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// `None` if it is behind the camera.
+    /// Returns an edge with its stroke. `None` if the edge is behind the camera.
     pub fn of(camera: &Camera, ends: [Point; 2], pen: Pen) -> Option<Self> {
         let [a, b] = in_front(ends)?;
         let Pen { width, colour, opacity, is_behind } = pen;
@@ -87,15 +87,15 @@ impl Edge {
         Some(Self { stroke, depths: [a.z, b.z], is_behind })
     }
 
-    /// Calls `visit` for each pixel of some rows that the edge covers, counted from the first of these rows,
-    /// with the opacity there.
+    /// Calls `visit` for each pixel that the edge covers in some rows. The arguments are the index of the pixel,
+    /// counted from the first of these rows, and the opacity there.
     fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
         let width = solid.width / SAMPLES;
         let [near, far] = self.depths;
         self.stroke.cover(width, rows.clone(), |column, row, part, opacity| {
             let depth = match is_perspective {
                 _ if self.is_behind => f32::INFINITY,
-                // Quantities that are linear in space are linear in 1/z in the image.
+                // In perspective, `1 / z` is linear along a line in the image.
                 true => ((1.0 - part) / near + part / far).recip(),
                 false => near + part * (far - near),
             };
@@ -125,7 +125,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// Draws edges of one colour over some rows of an image as one line, which is not darker where they meet.
+/// Draws edges of one colour over some rows of an image. The image is not darker where edges meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,
@@ -143,7 +143,7 @@ pub(super) fn draw_outline(
     }
 }
 
-/// The part of a line in front of the camera.
+/// Returns the part of a line in front of the camera. `None` if there is no such part.
 fn in_front(ends: [Point; 2]) -> Option<[Point; 2]> {
     let [a, b] = ends;
     let cut = |from: Point, to: Point| from + (to - from) * ((NEAREST - from.z) / (to.z - from.z));

@@ -14,21 +14,20 @@ const MOST_PIXELS: u32 = 1 << 23;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum ColourBy {
-    /// The species, in the colours of [`Style::palette`]; static species are pale grey.
+    /// The species, in the colours of [`Style::palette`]. Static species are pale grey.
     #[default]
     Species,
-    /// The speed, from dark blue at rest to yellow, with a scale below the image; static particles are pale
-    /// grey.
+    /// The speed, from dark blue at rest to yellow, with a scale below the image. Static particles are pale grey.
     Speed,
 }
 
-/// Framing of the image. Particles outside of it are drawn as far as they are visible.
+/// Region that the image shows. Particles outside the region are drawn as far as they are visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box. Empty parts may be left out along an axis that is not periodic, if particles and surfaces
-    /// fill a third of the box along this axis. With gravity, the part above them is left out; if the box is
-    /// not drawn, the parts at their sides are left out too.
+    /// The box, without some of its empty parts. A part is left out only along an axis that is not periodic, and only
+    /// if particles and surfaces fill a third of the box along this axis. With gravity, the part above them is left
+    /// out. If the box is not drawn, the parts beside them are left out too.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in it.
@@ -46,36 +45,36 @@ pub struct Style {
     pub height: u32,
     /// Whether the image is cropped to the framed region, so that it has no more columns or rows than needed.
     pub is_cut: bool,
-    /// Quantity shown by colours.
+    /// What the colours of particles show.
     pub colour_by: ColourBy,
-    /// Colours of moving species in sRGB, in the order of the table; they repeat if there are more species.
+    /// Colours of moving species in sRGB, in the order of the species. The colours repeat if there are more species.
     pub palette: Vec<[u8; 3]>,
     /// The speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1. Static particles with a bond are always opaque.
     pub static_opacity: f64,
-    /// Opacity of surfaces seen straight on, 0 to 1. At 0 they are not drawn.
+    /// Opacity of surfaces seen straight on, 0 to 1. At 0, surfaces are not drawn.
     pub surface_opacity: f64,
-    /// Framing of the image.
+    /// Region that the image shows.
     pub framing: Framing,
     /// Whether to draw the edges of the box.
     pub has_box: bool,
-    /// The direction that points up in the image. `None` means the direction against gravity. Without
-    /// gravity, it means z, or y if z is flat.
+    /// Direction that points up in the image. `None` means the direction against gravity. Without gravity, up is z, or
+    /// y if z is flat.
     pub up: Option<Vector>,
-    /// Degrees by which the camera has moved around the scene to the right.
+    /// Angle by which the camera has moved around the scene to the right `[degrees]`.
     pub azimuth: f64,
-    /// Elevation of the camera above the horizon, in degrees.
+    /// Elevation of the camera above the horizon `[degrees]`.
     pub elevation: f64,
-    /// The direction of the camera from the middle of the scene, instead of an elevation. The azimuth is then
-    /// measured from this direction. Flat and one-dimensional scenes are seen from the front.
+    /// Direction of the camera from the middle of the scene. It replaces the elevation, and the azimuth is then
+    /// measured from it. Flat and one-dimensional scenes are seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,
     /// The direction of gravity; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it
     /// from the scene beside the trajectory.
     pub gravity: Option<Vector>,
-    /// Whether shadows fall on the ground, if there is gravity and the box has a floor.
+    /// Whether shadows fall on the ground. This needs gravity and a box with a floor.
     pub has_ground: bool,
 }
 
@@ -104,7 +103,7 @@ impl Default for Style {
 }
 
 impl Style {
-    /// The style with the gravity of the scene beside a trajectory, unless it has its own.
+    /// Returns the style with the gravity of the scene beside a trajectory, unless the style has its own gravity.
     pub(in crate::view) fn beside(&self, trajectory: &Path) -> Self {
         Self { gravity: self.gravity.or_else(|| gravity_beside(trajectory)), ..self.clone() }
     }

@@ -7,8 +7,8 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// A box of edge 10 (0 along flat axes) with balls: species, position, radius. Species 0 and 1 move, 2 is
-/// static.
+/// Returns a frame with a box of the given edge lengths (0 along flat axes) and with balls, given by species, position
+/// and radius. Species 0 and 1 move, species 2 is static.
 pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
@@ -37,7 +37,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
     }
 }
 
-/// Red and green balls, seen horizontally from the front: x to the right, y into the image, z up.
+/// Style for red and green balls, seen horizontally from the front: x to the right, y into the image, z up.
 pub(super) fn level() -> Style {
     Style {
         width: 240,
@@ -50,7 +50,7 @@ pub(super) fn level() -> Style {
     }
 }
 
-/// The pixel at a fraction of width and height.
+/// Returns the pixel at a fraction of the width and the height.
 pub(super) fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
     let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
     image.pixels()[row * image.width() as usize + column]
@@ -68,12 +68,12 @@ pub(super) fn is_background(pixel: [u8; 4]) -> bool {
     pixel[..3] == colour::BACKGROUND
 }
 
-/// Area of everything drawn, in pixels.
+/// Number of pixels that are not background.
 fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is the area of a disc, within half of the pixels around the disc.
+/// Checks that an area is that of a disc, up to the circumference of the disc in pixels.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
@@ -239,7 +239,7 @@ fn the_camera_stands_where_it_is_told() {
         pixel(&draw(&frame([10.0; 3], &balls), &style).unwrap(), 0.5, 0.5)
     };
     assert!(is_red(seen_from(Vector::x())) && is_green(seen_from(-2.0 * Vector::x())));
-    // From above, x is to the right and y up, as from the front.
+    // Seen from above, x is to the right and y is up.
     let above = Style { from: Some(Vector::z()), ..level() };
     let image = draw(&frame([10.0; 3], &[(0, [8.0, 8.0, 5.0], 1.0), (1, [2.0, 2.0, 5.0], 1.0)]), &above).unwrap();
     assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)));
@@ -267,11 +267,12 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
     let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
     assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
     assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
-    // Soft: there are many shades between the background and the darkest one.
+    // The shadow is soft: there are many shades between the background and the darkest pixel.
     let shades: std::collections::BTreeSet<u8> =
         with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
     assert!(shades.len() > 20, "{shades:?}");
-    // There is none far above the ground, nor if the scene continues below.
+    // There is hardly a shadow if the ball is far above the ground, and none if the scene is periodic along the
+    // vertical.
     scene.particles[0].position.z = 9.0;
     let above = [&raised, &Style { has_ground: false, ..raised.clone() }].map(|style| area(&drawn(style, &scene)));
     assert!(above[0] < 1.2 * above[1], "{above:?}");
@@ -295,8 +296,8 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
-    // A ball straight above is too far to be a neighbour and not in front of the sun. It still blocks light
-    // from the sky.
+    // The red ball is straight above, too far to be a neighbour and not in front of the sun. It still blocks light from
+    // the sky.
     let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
     assert!(below < alone * 98 / 100, "{below} {alone}");
     let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);
@@ -305,12 +306,12 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
 
 #[test]
 fn the_box_is_behind_what_it_contains() {
-    // Seen from a corner, edges run in front of the ball.
+    // Seen from a corner, some edges of the box run in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
     let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());
     assert!(area(&with) > area(&without));
-    // A pixel at the rim of the ball is slightly mixed with the background.
+    // A pixel at the rim of the ball contains some background, so a small change is allowed.
     let is_like = |before: &[u8; 4], after: &[u8; 4]| (0..3).all(|k| before[k].abs_diff(after[k]) < 24);
     let is_kept = |(before, after): (&[u8; 4], &[u8; 4])| !is_red(*before) || is_like(before, after);
     assert!(without.pixels().iter().zip(with.pixels()).all(is_kept));
@@ -328,12 +329,12 @@ fn the_image_is_fitted_to_what_fills_the_box() {
     assert_eq!(size(&scene, &falls), size(&scene, &boxed), "periodic");
     scene.periodic = [false; 3];
     assert!(size(&scene, &falls).1 < size(&scene, &boxed).1 * 6 / 10);
-    // A single ball does not fill the box.
+    // A single ball fills too little of the box to crop the image.
     scene.particles.truncate(1);
     assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }
 
-/// Coordinates with exact zeros, coincidences and extreme values.
+/// Ordinary coordinates, with some exact zeros, coincidences and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![4 => -2.0..12.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e-300), 1 => Just(1e9)]
 }

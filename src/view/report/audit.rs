@@ -1,4 +1,4 @@
-//! The audit of a run on its page.
+//! The section of a page on the audit of the run.
 
 use super::html::{escape, number, numbers, table};
 use crate::analysis::observables::{Answer, Equilibrium};
@@ -6,7 +6,6 @@ use crate::io::Summary;
 use crate::model::Scene;
 use crate::view::audit::{self, Row};
 
-/// The section of the page.
 pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let verdict = if summary.faults.is_empty() {
         "<p class=\"sound\"><strong>✓ Sound.</strong> Everything that must be conserved was, to within the rounding of its arithmetic, \
@@ -25,7 +24,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     format!("{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n{table}</details>\n")
 }
 
-/// Whether the measurement was in equilibrium, which no audit of single events can show.
+/// Says whether the measurement was in equilibrium. The audit cannot show that, because it checks single events.
 fn state(equilibrium: &Equilibrium) -> String {
     let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
     let reasons = reasons.join(", ");

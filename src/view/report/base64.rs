@@ -1,8 +1,8 @@
-//! Bytes as text, for data in a page (RFC 4648).
+//! Base64 encoding of the data in a page (RFC 4648).
 
 const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-/// Appends bytes as text, with padding.
+/// Appends bytes in base64, with padding.
 pub(in crate::view) fn encode(bytes: &[u8], text: &mut String) {
     text.reserve(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {
@@ -18,7 +18,7 @@ pub(in crate::view) fn encode(bytes: &[u8], text: &mut String) {
 mod tests {
     #[test]
     fn bytes_become_the_text_of_the_standard() {
-        // The test vectors of RFC 4648, section 10, and all bits set.
+        // The test vectors of RFC 4648, section 10, and three bytes with all bits set.
         for (bytes, expected) in [
             (&b""[..], ""),
             (b"f", "Zg=="),

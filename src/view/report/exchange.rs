@@ -1,4 +1,4 @@
-//! The page of a replica exchange: temperatures or windows with their averages and acceptance, energies,
+//! The page of a replica exchange. It shows the averages and the acceptance by temperature or window, energies,
 //! populations, the potential of mean force, and the replica paths.
 
 mod mean_force;
@@ -22,25 +22,25 @@ use crate::exchange::{
 use crate::model::ExchangeEnsemble;
 use paths::{drawn, paths};
 
-/// Largest number of curves in the plot of a family.
+/// Largest number of curves in the plot of populations.
 const MOST_CURVES: usize = 24;
 
-/// Temperatures with a larger ratio get a logarithmic axis.
+/// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Heat capacity, which follows from fluctuations and is listed with the observables.
+/// Name and unit of the heat capacity. It follows from fluctuations and is listed with the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// Caption of curves between the temperatures.
+/// Caption of a plot that contains a curve between the temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
-/// The main quantities of an exchange. All other quantities follow.
+/// Quantities that come first in tables and plots.
 const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of a complete exchange from its files.
 ///
 /// # Errors
-/// [`ExchangeFolderError::Read`] if one of them is missing or damaged.
+/// [`ExchangeFolderError::Read`] if a file is missing or damaged.
 pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let summary = ExchangeFolder::read(folder)?;
     let [every, rows] = drawn(&summary).map(|rows| usize::try_from(rows).unwrap_or(usize::MAX));
@@ -85,17 +85,18 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
-/// Whether replicas are swapped between temperatures or windows, rather than each visiting all energies.
+/// Whether replicas are swapped between temperatures or windows. In a multicanonical ensemble, each replica visits all
+/// energies instead.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
     summary.results.ensemble != ExchangeEnsemble::Multicanonical
 }
 
-/// Word for the place of a replica.
+/// Returns the word for what replicas are swapped between: window or temperature.
 fn place_of(summary: &ExchangeSummary) -> &'static str {
     if summary.umbrella.is_some() { "window" } else { "temperature" }
 }
 
-/// Why the exchange may not be in equilibrium.
+/// Lists reasons why the exchange may not be in equilibrium.
 fn warnings(warnings: &[String]) -> String {
     if warnings.is_empty() {
         return String::new();
@@ -112,7 +113,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Quantities with a mean at some temperature, with their units. The quantities of instruments come last.
+/// Returns all quantities that have a mean at some temperature, with their units. Quantities of instruments come last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES
@@ -144,7 +145,8 @@ fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A table whose first cells are row heads. On a narrow page, each of the other cells names its column.
+/// Returns a table with row heads in the first column. On a narrow page, each of the other cells shows the head of its
+/// column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let classes = std::iter::once("").chain(std::iter::repeat("n"));
     let row = |cells: &Vec<String>| {
@@ -157,17 +159,17 @@ fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)
 }
 
-/// A cell with a mean and its error; empty without a mean.
+/// Returns the content of a cell with a mean and its error. Empty without a mean.
 fn mean(measured: Option<Estimate>) -> String {
     measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
 }
 
-/// The temperature or window of a place.
+/// Returns the temperature or the window of a result, as text.
 fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
 
-/// A given number.
+/// Formats a number that has no error.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
 }
@@ -201,11 +203,12 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         )
 }
 
-/// Which replicas the averages at a temperature include.
+/// Sentences on which replicas contribute to the averages at a temperature: one for exchanges with swaps, one for
+/// reweighting.
 const OVER_REPLICAS: &str = "Averages of a temperature or a window are over all replicas, while they were there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
-/// The sentence on the maximum of the heat capacity; empty if there is none.
+/// Returns a sentence on the maximum of the heat capacity. Empty if there is no maximum.
 fn peak(summary: &ExchangeSummary) -> String {
     summary.heat_capacity_peak.map_or_else(String::new, |peak| {
         let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| mean(Some(it)));
@@ -231,7 +234,7 @@ fn swaps(summary: &ExchangeSummary) -> String {
         )
 }
 
-/// Round trips of the replicas.
+/// Returns the table of the round trips of the replicas.
 fn trips(summary: &ExchangeSummary) -> String {
     let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
     let rows: Vec<Vec<String>> = summary.results.round_trips.iter().zip(1..).map(trips).collect();
@@ -262,7 +265,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
 
-/// Figures of the functions measured by instruments, coloured by temperature.
+/// Returns figures of the functions measured by instruments, coloured by temperature.
 fn functions(summary: &ExchangeSummary, is_logarithmic: bool) -> Vec<String> {
     let parameter = Parameter { title: quantity("temperature", "energy"), is_logarithmic };
     let member = |at: &TemperatureResult| Member {
@@ -280,7 +283,8 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
 
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
-    // A value that is equal at all temperatures, such as the energy of hard spheres, is only in the table.
+    // A value that is equal at all temperatures, such as the energy of hard spheres, is not plotted. The table shows
+    // it.
     let mut all = means().flatten().map(|it| it.mean);
     let first = all.next()?;
     if all.all(|mean| mean == first) {
@@ -300,7 +304,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     curves_figure(&curves.label, &curves, TOGETHER)
 }
 
-/// The points of a curve between the temperatures, for quantities that have one.
+/// Returns the points of the curve between the temperatures. Empty if the quantity has no such curve.
 fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
     let point = |point: &ThermalPoint| {
         let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;
@@ -327,7 +331,6 @@ fn density_of_states(summary: &ExchangeSummary) -> Option<String> {
     curves_figure(&curves.label, &curves, text)
 }
 
-/// A curve against temperature.
 fn measured_curve(label: &str, titles: [String; 2], is_logarithmic: bool, points: Vec<Option<Dot>>) -> Curves {
     let lines = vec![Line { points, ..Line::default() }];
     Curves { label: label.to_owned(), titles, is_logarithmic: [is_logarithmic, false], lines, ..Curves::default() }

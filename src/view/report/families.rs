@@ -1,4 +1,4 @@
-//! Families of curves: functions measured by several runs or stages, with one curve for each value of a
+//! Families of curves. A family is a function measured by several runs or stages, with one curve for each value of a
 //! parameter.
 
 use super::figures::curves_figure;
@@ -7,13 +7,13 @@ use super::plot::{Curves, Key, Line, Point, extent};
 use crate::analysis::instruments::{Curve, Series};
 use crate::base::text::digits;
 
-/// Largest number of curves with distinguishable colours. If there are more, some are left out evenly.
+/// Largest number of curves with distinguishable colours. Of a larger family, only every n-th curve is drawn.
 const MOST_CURVES: usize = 24;
 
 /// The parameter of a family: the quantity that varies from curve to curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
-    /// Its name with its unit.
+    /// Name of the quantity, with its unit.
     pub title: String,
     pub is_logarithmic: bool,
 }
@@ -22,13 +22,14 @@ pub(super) struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name in the legend at the pointer, such as the name of a stage. Empty if the value is the name.
+    /// Name shown when the pointer is on a curve of the member, such as the name of a stage. If the name is empty, only
+    /// the value is shown.
     pub name: String,
     pub curves: Vec<Curve>,
 }
 
-/// The figures of all functions of one variable measured by at least two members. `files` says where the
-/// numbers are, after the name of the curve.
+/// Returns one figure for each function of one variable that at least two members have measured. `files` completes the
+/// sentence on where the files with the numbers are.
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -38,7 +39,8 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
-    // A function that is also measured at logarithmic times spans too much for a linear axis.
+    // A function that is also measured at logarithmic times spans too many decades for a linear axis. Its version at
+    // linear times is left out.
     let all = names.clone();
     names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
     names.iter().flat_map(|name| of_name(parameter, &members, name, files)).collect()
@@ -108,8 +110,8 @@ fn line(key: &Key, member: &Member, curve: &Curve, series: &Series) -> Line {
     }
 }
 
-/// Means of the curves of several runs, with equal weights. Curves that do not have the same points in all
-/// runs are taken from the first run.
+/// Averages the curves of several runs with equal weights. A curve that does not have the same points in all runs is
+/// taken from the first run.
 pub(super) fn mean(runs: &[Vec<Curve>]) -> Vec<Curve> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let mean = |curve: &Curve| {
@@ -134,8 +136,8 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by the mean of this series and the other series. A value that is unknown in any of them
-/// is unknown in the mean.
+/// Replaces a series by its mean with other series. If one of the series has no value at a point, the mean has no value
+/// there.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {
@@ -170,7 +172,7 @@ mod tests {
         let pooled = &mean(&runs)[0].series[0];
         assert_eq!(pooled.values, [Some(2.0), Some(3.0)]);
         assert!(pooled.standard_errors.iter().all(|error| (error.unwrap() - 0.25).abs() < 1e-15));
-        // A different grid is not another seed of the same curve.
+        // A curve with different points is not averaged with the others.
         let other = Curve::new("g", "", "").variable("r", "length", vec![1.0, 3.0]).series("g(r)", "1", &[None, None]);
         assert_eq!(mean(&[vec![curve([1.0, 2.0], 0.3)], vec![other]])[0].series[0].values, [Some(1.0), Some(2.0)]);
     }

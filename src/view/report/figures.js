@@ -1,6 +1,6 @@
-/** A figure with a plot: the value under the pointer, and the plot as a file. */
+/** A figure with a plot. Shows the value under the pointer, and saves the plot as a file. */
 class Figure {
-  /** Pixels of the plot within which a point is near. */
+  /** Largest distance from the pointer to the point whose value is shown `[pixels of the plot]`. */
   static REACH = 40;
 
   constructor(element) {
@@ -16,7 +16,7 @@ class Figure {
     }
   }
 
-  /** Where a point is in the plot `[pixels]`. */
+  /** Returns the position of a point in the plot `[pixels]`. */
   place(line, at) {
     return [line.x[at], line.y[at]].map((value, k) => {
       const { isLogarithmic, ends: [low, high, from, to] } = this.values.axes[k];
@@ -66,7 +66,7 @@ class Figure {
     if (nearest) this.show(nearest); else this.leave();
   }
 
-  /** Arrows lead along a line, and from line to line. */
+  /** Moves to another point by an arrow key: left and right along a line, up and down to another line. */
   key(event) {
     const along = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     const across = { ArrowDown: 1, ArrowUp: -1 }[event.key];
@@ -97,7 +97,7 @@ class Figure {
     if (typeof deviation === 'number') rows.push(`Δ / σ: ${Figure.digits(deviation, 3)}`);
     this.note.textContent = rows.filter((row) => row).join('\n');
     this.note.hidden = false;
-    // Beside the point, on the side with more room, and inside the figure.
+    // Place the note beside the point, on the side with more space, and inside the figure.
     const scale = this.plot.clientWidth / this.plot.viewBox.baseVal.width;
     const [left, top] = place.map((coordinate) => coordinate * scale);
     const [room, width] = [this.plot.clientWidth, this.note.offsetWidth];
@@ -115,7 +115,7 @@ class Figure {
     this.spot?.remove();
   }
 
-  /** A number as the page prints it: with true minus signs and raised exponents. */
+  /** Formats a number as on the rest of the page, with true minus signs and raised exponents. */
   static sign(text) {
     const [digits, exponent] = text.replaceAll('-', '−').split('e');
     if (!exponent) return digits;
@@ -127,21 +127,21 @@ class Figure {
     return Figure.sign(String(Number(value.toPrecision(count))));
   }
 
-  /** A value with as many decimals as two digits of its error, and that error. */
+  /** Formats a value with its error. Both have as many decimals as two digits of the error need. */
   static estimate(value, error) {
     const decimals = 1 - Math.floor(Math.log10(error));
     if (decimals < 0 || decimals > 8) return `${Figure.digits(value)} ± ${Figure.digits(error, 2)}`;
     return `${Figure.sign(value.toFixed(decimals))} ± ${error.toFixed(decimals)}`;
   }
 
-  /** Saves the plot with its title and legend, in the colours in which it is seen. */
+  /** Saves the plot with its title and legend, in its present colours. */
   save() {
     this.leave();
     const name = this.title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, '_').replace(/^_+|_+$/g, '') || 'plot';
     saveFile(`${name}.svg`, 'image/svg+xml', this.file());
   }
 
-  /** The plot as the text of a file that needs no style sheet. */
+  /** Returns the plot as the text of an SVG file that needs no style sheet. */
   file() {
     const image = Figure.styled(this.plot);
     const { width, height } = this.plot.viewBox.baseVal;
@@ -169,7 +169,7 @@ class Figure {
     return `<?xml version="1.0" encoding="UTF-8"?>\n${new XMLSerializer().serializeToString(file)}\n`;
   }
 
-  /** Returns a copy of an element that has the styles of the page as attributes of its parts. */
+  /** Returns a copy of an element with the styles of the page as attributes. */
   static styled(element) {
     const names = ['fill', 'stroke', 'stroke-width', 'stroke-dasharray', 'stroke-linejoin', 'opacity', 'font-size', 'shape-rendering'];
     const copy = element.cloneNode(true);
@@ -194,7 +194,7 @@ for (const element of document.querySelectorAll('figure')) {
   if (element.querySelector('svg.plot')) new Figure(element);
 }
 
-/** Paper cannot be unfolded: folded parts are open while the page is printed. */
+/** Folded parts of the page, which are open while it is printed. */
 const folded = [];
 addEventListener('beforeprint', () => {
   for (const details of document.querySelectorAll('details:not([open])')) {

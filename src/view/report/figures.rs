@@ -9,13 +9,12 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
-/// Prefix of columns for the numbers of particles in regions.
+/// Prefix of the columns of `thermo.csv` that count the particles in a region.
 const IN: &str = "in_";
 
-/// Largest relative change of a conserved quantity.
+/// Largest relative variation of a time series that counts as constant.
 const SAME: f64 = 1e-9;
 
-/// The section of the page.
 pub(super) fn section(results: &Results<'_>) -> String {
     let curves: Vec<String> = results.measured.curves.iter().flat_map(|curve| of_curve(curve, results.stage)).collect();
     let courses = courses(results);
@@ -31,17 +30,17 @@ pub(super) fn section(results: &Results<'_>) -> String {
     section
 }
 
-/// A figure with a plot and its text.
+/// Returns a figure with a title, a plot and a caption.
 pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
-/// A plot with its numbers for the script of the page.
+/// Appends the numbers of a plot to its SVG. The script of the page reads them.
 fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// A figure of curves with their legend; `None` if there are no points to draw.
+/// Returns a figure of curves with their legend. `None` if there are no points to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -58,7 +57,7 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
     Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
 }
 
-/// Text about the strip below a comparison; empty if there is none.
+/// Returns a sentence about the strip of deviations below a plot. Empty if the plot has no strip.
 fn strip(curves: &Curves) -> String {
     let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
     let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
@@ -71,7 +70,7 @@ fn strip(curves: &Curves) -> String {
     format!("Below: Δ / σ, the measured minus the published value{which} over its standard error; shaded: ±2. ")
 }
 
-/// The figures of a measured curve: one for all series with the same unit, or a map for each.
+/// Returns the figures of a measured function: one figure for all series with the same unit, or a map for each series.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
@@ -97,7 +96,7 @@ fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     }
 }
 
-/// Splits a curve by the units of its series, so that density and temperature do not share an axis.
+/// Splits a curve by the units of its series, so that a density and a temperature do not share an axis.
 fn by_unit(curve: &Curve) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for series in &curve.series {
@@ -135,7 +134,7 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
-    // Each series has its own published curve, or all share one.
+    // Either each series has its own published curve, or all series are compared with the first one.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });
@@ -179,7 +178,7 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
     }
 }
 
-/// The columns of `thermo.csv` against time.
+/// Plots the columns of `thermo.csv` against time.
 fn courses(results: &Results<'_>) -> Vec<String> {
     let find = |name: &str| results.thermo.iter().find(|trace| trace.name == name);
     let mut figures = Vec::new();
@@ -201,7 +200,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is constant within round-off and need not be drawn.
+/// Whether a time series is constant within round-off. Such a series is not drawn on its own.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))
@@ -243,7 +242,7 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     curves_figure(&unit(&capitalised(title)), &curves, &text)
 }
 
-/// A text with a capital first letter.
+/// Returns a text with a capital first letter.
 pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -1,8 +1,8 @@
-//! Text that is safe in a page.
+//! Escapes and formats text for a page.
 
 use std::fmt::Display;
 
-/// Text from a file, as content or as an attribute value in quotes. Markup is shown as text. Control
+/// Escapes text from a file, for use as content or as an attribute value in quotes. Markup is shown as text. Control
 /// characters, which are not allowed in a page, become replacement characters.
 pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -22,8 +22,8 @@ pub(in crate::view) fn escape(text: &str) -> String {
     safe
 }
 
-/// A cell with safe content and the head of its column, which is shown before the content on narrow screens,
-/// unless the cell is empty.
+/// Returns a table cell with its content, which must already be escaped. On a narrow page, the head of the column is
+/// shown before the content, unless the cell is empty.
 pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
     let scope = if element == "th" { " scope=\"row\"" } else { "" };
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -31,10 +31,11 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
 }
 
-/// Number of columns that fit side by side on paper; longer rows are printed as lists.
+/// Largest number of columns of a table that fits on paper. Longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// A table that may be wider than the page, from the classes and names of its columns and from safe rows.
+/// Returns a table that scrolls if it is wider than the page. Each head is a class and a name. The heads and rows must
+/// already be escaped.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,
@@ -55,7 +56,7 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
-/// A document: its title, its content security policy (CSP), its style, and a safe body.
+/// Returns a complete HTML document with a content security policy (CSP). The body must already be escaped.
 pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -67,12 +68,12 @@ pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &s
     )
 }
 
-/// JSON that is safe in a script element: nothing in it ends the element.
+/// Escapes JSON for a script element, so that nothing in the JSON ends the element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
 
-/// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not escaped.
+/// Raises the exponents of a unit: `energy / length^3` becomes `energy / length³`. The result is not escaped for HTML.
 pub(super) fn unit(unit: &str) -> String {
     let mut text = String::with_capacity(unit.len());
     let mut is_raised = false;
@@ -87,7 +88,7 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
-/// Names of Greek letters that stand as separate words.
+/// Names of Greek letters. They are replaced only where they stand as separate words.
 const GREEK: [(&str, char); 14] = [
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -105,8 +106,8 @@ const GREEK: [(&str, char); 14] = [
     ("sigma", 'σ'),
 ];
 
-/// Printed symbols for what the program writes in plain letters: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`.
-/// Not escaped.
+/// Replaces plain text by printed symbols: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. The result is not escaped for
+/// HTML.
 pub(super) fn symbols(text: &str) -> String {
     let mut symbols = String::with_capacity(text.len());
     let mut rest = text;
@@ -119,7 +120,7 @@ pub(super) fn symbols(text: &str) -> String {
                 Some((_, letter)) => symbols.push(*letter),
                 None => symbols.push_str(word),
             },
-            // A comparison has blanks around it.
+            // `<` and `>` with spaces around them are comparisons, not averages.
             '<' if !after.is_whitespace() && after != '=' => symbols.push('⟨'),
             '>' if !before.is_whitespace() && after != '=' => symbols.push('⟩'),
             c => symbols.push(c),
@@ -129,12 +130,13 @@ pub(super) fn symbols(text: &str) -> String {
     unit(&symbols)
 }
 
-/// The unit in brackets after a space; empty for a pure number. Not escaped.
+/// Returns a unit in brackets, after a space. Empty for a pure number. The result is not escaped for HTML.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
-/// A quantity with its unit in brackets. The unit is left out if the name says it, as in `time`. Not escaped.
+/// Returns the name of a quantity with its unit in brackets. The unit is left out if the name says it, as in `time`.
+/// The result is not escaped for HTML.
 pub(super) fn quantity(name: &str, unit: &str) -> String {
     let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
     if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }
@@ -158,12 +160,12 @@ fn raised(c: char) -> Option<char> {
     })
 }
 
-/// A power of ten: `10⁻⁵`.
+/// Formats a power of ten: `10⁻⁵`.
 pub(super) fn power_of_ten(exponent: i32) -> String {
     unit(&format!("10^{exponent}"))
 }
 
-/// A number with a raised exponent and a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words are unchanged.
+/// Formats a number with a raised exponent and a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words are unchanged.
 pub(super) fn number(text: &str) -> String {
     let parts = text.split_once('e').and_then(|(digits, exponent)| Some((digits, exponent.parse::<i32>().ok()?)));
     match parts {
@@ -173,7 +175,7 @@ pub(super) fn number(text: &str) -> String {
     }
 }
 
-/// A text in which all numbers are formatted by [`number`].
+/// Formats all numbers in a text by [`number`].
 pub(super) fn numbers(text: &str) -> String {
     let shown = |word: &str| {
         let (start, end) =

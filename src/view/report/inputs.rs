@@ -1,4 +1,5 @@
-//! The files of a run, as far as they exist and are valid.
+//! Reads the files of a run. Missing or damaged files are noted and left out, except for `summary.json`, which is
+//! required.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -19,7 +20,7 @@ use crate::model::run_plan::MEASUREMENT;
 use crate::view::ViewError;
 use crate::view::surfaces::{self, Surfaces};
 
-/// Everything that a page is made of.
+/// Contents of the files that a page shows.
 #[derive(Debug)]
 pub(super) struct Inputs {
     pub summary: Summary,
@@ -34,17 +35,17 @@ pub(super) struct Inputs {
     pub notes: Vec<String>,
 }
 
-/// Results of a measured stage in addition to its summary.
+/// Results of a measured stage that its summary does not contain.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,
     pub measured: Measured,
 }
 
-/// Results of a measurement: the last measurement of a run, or the measurement of a stage.
+/// Results of one measurement: the last measurement of a run, or the measurement of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
-    /// Name of the stage; `None` for the last measurement.
+    /// Name of the stage. `None` for the last measurement.
     pub stage: Option<&'a str>,
     pub events: u64,
     pub equilibrated: &'a Equilibrium,
@@ -53,12 +54,12 @@ pub(super) struct Results<'a> {
     pub rates: &'a [Rate],
     pub measured: &'a Measured,
     pub thermo: &'a [Trace],
-    /// Known if the scene is known.
+    /// Number of dimensions, if the scene could be read.
     pub dimensions: Option<usize>,
 }
 
 impl Inputs {
-    /// Results of the last measurement.
+    /// Returns the results of the last measurement.
     pub fn last(&self) -> Results<'_> {
         let summary = &self.summary;
         Results {
@@ -74,7 +75,7 @@ impl Inputs {
         }
     }
 
-    /// Results of the measured stages before it.
+    /// Returns the results of the measured stages, which precede the last measurement.
     pub fn of_stages(&self) -> impl Iterator<Item = Results<'_>> {
         self.summary.stages.iter().zip(&self.stages).map(|(summary, stage)| Results {
             stage: Some(&summary.name),
@@ -90,7 +91,7 @@ impl Inputs {
     }
 }
 
-/// Reads the folder of a run. A trajectory of more than `most_bytes` is left out of the page.
+/// Reads a run folder. A trajectory of more than `most_bytes` is left out.
 pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
         return Err(ViewError::NotFolder(run.to_owned()));
@@ -109,7 +110,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // The error of the file was noted above.
+            // The first reading of this file has already noted its errors.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))
@@ -166,7 +167,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     (text, scene)
 }
 
-/// The surfaces of the scene, as far as they fit into the page.
+/// Reads the surfaces of the run folder, as far as they fit into the page.
 fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
     let mut room = MOST_TRIANGLES;
     let mut meshes = Vec::new();
@@ -189,7 +190,7 @@ fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
     noted("surfaces", notes, || surfaces.map_err(|error| error.to_string())).unwrap_or_default()
 }
 
-/// The rows of a stage.
+/// Reads the rows of one stage from `thermo.csv`.
 fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) -> Option<Vec<Trace>> {
     noted("thermo.csv", notes, || {
         let file = open(&run.join("thermo.csv"))?;
@@ -197,7 +198,7 @@ fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) ->
     })
 }
 
-/// Results in addition to the rows. Runs without further measurements have no such file.
+/// Reads the results of instruments. Runs without instruments have no such file.
 fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
     let mut measurements = read.flatten().unwrap_or_default();

@@ -4,7 +4,8 @@ use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// Scripts for drawing, in their order: for the player, and for pages that run a scene.
+/// Scripts that draw particles and surfaces, in the order of loading. The player uses them, and so do pages that run a
+/// scene in the browser.
 pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
@@ -17,7 +18,7 @@ pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/pointer.js"),
 ];
 
-/// The scripts of the player that follow.
+/// The other scripts of the player, which are loaded after `RENDERER`.
 const PROGRAM: [&str; 4] = [
     include_str!("player/recording.js"),
     include_str!("player/poses.js"),
@@ -25,7 +26,7 @@ const PROGRAM: [&str; 4] = [
     include_str!("player/player.js"),
 ];
 
-/// The shaders, by their names in the scripts.
+/// The shaders, with the names that the scripts use for them.
 pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
@@ -40,14 +41,13 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// The controls. The script fills in what depends on the data.
+/// HTML of the controls. The script fills in what depends on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
-/// Frames share a text element up to this size `[bytes]`: a few large elements open faster than many small
-/// ones.
+/// Frames are collected into text elements of about this size `[bytes]`. A few large elements open faster than many
+/// small ones.
 const CHUNK: usize = 1 << 18;
 
-/// The section of the page.
 pub(super) fn section(recording: Option<&Recording>) -> String {
     let Some(recording) = recording else {
         return "<p>There is no trajectory to play.</p>\n".to_owned();
@@ -86,7 +86,7 @@ fn data(section: &mut String, id: &str, bytes: &[u8]) {
     section.push_str("</script>\n");
 }
 
-/// Text about the frames that the player shows and leaves out.
+/// Describes which frames and particles the player shows, and which it leaves out.
 fn about(recording: &Recording) -> String {
     let head = &recording.head;
     let (shown, all) = (head.frames.len(), head.frames_in_file);

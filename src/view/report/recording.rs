@@ -1,14 +1,14 @@
 //! A trajectory in the form that the player of the page reads.
 //!
-//! Constants (radii, species, static particles, bonds) are stored once. Each frame stores three coordinates
-//! of 16 bits and one byte per scalar for every moving particle. Coordinates are wrapped into the box along
-//! periodic axes and rounded to the nearest of 65,534 steps of the frame's *field*: the box plus anything
-//! outside of it along open axes, up to three edges on each side. Particles beyond the field are left out. A
-//! coordinate has an error of at most 1/131,068 of the field. Scalars are rounded to the nearest of 255 steps
-//! between the smallest and the largest value of their frame; counts up to 255 are exact.
+//! Constants (radii, species, static particles, bonds) are stored once. For every moving particle, each frame stores
+//! three coordinates of 16 bits and one byte for each scalar. Coordinates are wrapped into the box along periodic axes.
+//! They are rounded to the nearest of 65,534 steps of the *field* of the frame. The field is the box plus anything
+//! outside of it along open axes, up to three edge lengths on each side. Particles outside the field are left out. A
+//! coordinate has an error of at most 1/131,068 of the field. Scalars are rounded to the nearest of 255 steps between
+//! the smallest and the largest value of their frame. Counts up to 255 are exact.
 //!
-//! Each frame ends with one bit per particle: whether the particle flies freely until the next frame. Frames
-//! are read one at a time. When the frames become too large for the page, every second frame is dropped.
+//! Each frame ends with one bit for each particle: whether the particle flies freely until the next frame. Frames are
+//! read one at a time. When the frames become too large for the page, every second frame is dropped.
 
 mod channel;
 mod flight;
@@ -34,10 +34,10 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
-/// Largest size of all frames `[bytes]`; in base64 this is 40 MB.
+/// Largest size of all frames together `[bytes]`. In base64 this is 40 MB.
 const MOST_BYTES: usize = 29_000_000;
 
-/// Largest number of frames; a page with more elements opens slowly.
+/// Largest number of frames of a recording.
 const MOST_FRAMES: usize = 2_000;
 
 /// Radius of a bond, relative to the smaller of its two ends.
@@ -46,13 +46,13 @@ const BOND_RADIUS: f64 = 0.36;
 /// A trajectory for the player.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
-    /// Description of the numbers.
+    /// Description of the constants and the frames.
     pub head: Head,
-    /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii
-    /// of bonds (f32) and species (u8), in little-endian order.
+    /// Constants of all frames, in little-endian order: radii (f32, moving particles first), positions of static
+    /// particles (f32), indices of bonded particles (u32), radii of bonds (f32) and species (u8).
     pub constants: Vec<u8>,
-    /// For each frame: coordinates (u16), padded to four bytes, then each scalar (u8), then bits of free
-    /// flights, lowest first.
+    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, then each scalar (u8), then one bit
+    /// per particle for free flights, lowest bit first.
     pub frames: Vec<Vec<u8>>,
     /// Bytes of the surfaces in the layout of [`SurfaceData`].
     pub surfaces: Option<Vec<u8>>,
@@ -60,7 +60,7 @@ pub(super) struct Recording {
     pub notes: Vec<String>,
 }
 
-/// Description of the numbers in a recording; the player reads it as JSON.
+/// Description of the numbers in a recording. The player reads it as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Head {
@@ -69,23 +69,24 @@ pub(super) struct Head {
     pub bonds: usize,
     pub species: Vec<SpeciesHead>,
     pub channels: Vec<ChannelHead>,
-    /// Lower and upper corner of the camera's view.
+    /// Lower and upper corner of the region that the camera frames.
     pub view: [[f64; 3]; 2],
-    /// Index of the axis that points up in the picture, and whether it points down instead.
+    /// Index of the axis that is vertical in the picture. It points down if `is_upside_down` is set.
     pub up: usize,
     pub is_upside_down: bool,
-    /// Azimuth and elevation of the first view, if requested `[degrees]`.
+    /// Azimuth and elevation of the first view `[degrees]`, if the scene asks for one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look: Option<[f64; 2]>,
-    /// The first colouring, if requested: the index of a channel, or -1 for species.
+    /// Colouring of the first picture, if the scene asks for one: the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
-    /// Accelerations between frames, by species `[length / time^2]`.
+    /// Possible accelerations between frames `[length / time^2]`. The first list is for the scene, and the others are
+    /// for stages with their own gravity. Each list has one entry for each species.
     pub falls: Vec<Vec<[f64; 3]>>,
-    /// Difference of the velocity along x between a particle and its image one period up along y `[length /
-    /// time]`.
+    /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y
+    /// `[length / time]`.
     pub slide: f64,
     /// Number of frames in the file.
     pub frames_in_file: usize,
@@ -101,41 +102,41 @@ pub(super) struct SpeciesHead {
     pub is_static: bool,
 }
 
-/// A scalar of every moving particle.
+/// Description of a scalar of the moving particles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct ChannelHead {
     pub name: String,
     pub unit: String,
-    /// The ends of the colour scale.
+    /// Ends of the colour scale.
     pub low: f64,
     pub high: f64,
-    /// Whether some values are above `high`.
+    /// Whether some values exceed `high`.
     pub is_exceeded: bool,
-    /// Whether it is a count.
+    /// Whether the scalar is a count.
     pub is_count: bool,
 }
 
-/// Positions of the numbers of a frame.
+/// Description of a frame: its time, its box, and the ranges of its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct FrameHead {
     pub time: f64,
-    /// Lower corner and edges of the box.
+    /// Lower corner and edge lengths of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
     /// Displacement along x of the periodic image of the box one period up along y.
     pub displacement: f64,
-    /// Lower corner and edges of the field.
+    /// Lower corner and edge lengths of the field.
     pub field: [[f64; 3]; 2],
-    /// The smallest and the largest value of each channel.
+    /// For each channel, the values that the bytes 0 and 255 stand for.
     pub ranges: Vec<[f64; 2]>,
-    /// Number of particles beyond the field.
+    /// Number of particles outside the field.
     pub beyond: usize,
-    /// Index of the acceleration until the next frame.
+    /// Index in [`Head::falls`] of the accelerations until the next frame.
     pub fall: usize,
-    /// Position of each surface: the columns of `R` and `d` in `R x + d` for its points `x`, or `None` if it
-    /// is absent. Empty if all surfaces are where their vertices say.
+    /// Pose of each surface: the columns of the rotation `R` and the displacement `d`, which move a vertex `x` to
+    /// `R x + d`. `None` if the surface is absent. The list is empty if all surfaces are present and at rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<Option<[f64; 12]>>,
     /// Whether each surface of the scene is present.
@@ -144,7 +145,7 @@ pub(super) struct FrameHead {
 }
 
 impl Recording {
-    /// Adds surfaces. The camera frames them unless they are much larger than the rest.
+    /// Adds surfaces. The camera frames each surface, unless it is much larger than the rest of the scene.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
         for frame in &mut self.head.frames {
@@ -160,7 +161,7 @@ impl Recording {
     }
 }
 
-/// Reads a trajectory; `scene` provides gravity and wells. `Err` says why there is nothing to play.
+/// Reads a trajectory. The scene provides gravity and the ranges of wells. `Err` says why there is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
@@ -192,9 +193,9 @@ struct Recorder {
     channels: Channels,
     flight_finder: FlightFinder,
     up: (usize, bool),
-    /// Frames with the flights until the next one.
+    /// Frames of the recording, each with the free flights until the next recorded frame.
     kept: Vec<(Encoded, Option<Flights>)>,
-    /// The last frame read, if it is not kept.
+    /// The last frame that was read, if thinning left it out.
     last: Option<Encoded>,
     stride: usize,
     seen: usize,
@@ -242,7 +243,7 @@ impl Recorder {
             self.last = Some(encoded);
         }
         self.seen += 1;
-        // One slot is reserved for the last frame.
+        // One of the allowed frames is reserved for the last frame of the file.
         if self.kept.len() >= self.most_frames && self.most_frames > 2 {
             self.thin();
         }
@@ -302,7 +303,7 @@ impl Recorder {
     }
 }
 
-/// Flights over two successive intervals. Nothing is known about an interval of zero length.
+/// Joins the free flights of two successive intervals. `None` stands for an empty interval.
 fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     match (first, second) {
         (Some(first), Some(second)) => Some(first.then(&second)),
@@ -310,7 +311,8 @@ fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     }
 }
 
-/// The axis against gravity, and whether it is negative; without gravity z, or y if z is flat.
+/// Returns the index of the vertical axis, and whether up is its negative direction. Up is against gravity. Without
+/// gravity, up is z, or y if z is flat.
 pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
@@ -320,7 +322,8 @@ pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize
     }
 }
 
-/// The box of the first frame, or the particles if it is unbounded.
+/// Returns the lower and the upper corner of the box of the first frame. An unbounded box is replaced by the region
+/// around the particles of all frames.
 fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     if first.size.iter().any(|edge| *edge > 0.0) {
         return [first.lower.into(), (first.lower + first.size).into()];
@@ -334,7 +337,7 @@ fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
     [0, 1, 2].map(value)
 }
 
-/// Constants of all frames, and the number of bonds.
+/// Returns the bytes of the constants of all frames, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));
@@ -353,7 +356,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     for [(_, a), (_, b)] in &bonds {
         bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
-    // The recorder accepts no frame with more species.
+    // The recorder rejects frames with more than 255 species, so every index fits into a byte.
     bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
     (bytes, bonds.len())
 }

@@ -1,4 +1,4 @@
-//! The numbers of a run with their standard errors.
+//! The numbers of a run, with their standard errors.
 
 use super::html::{brackets, escape, number, symbols, table};
 use super::inputs::Results;
@@ -11,7 +11,7 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// How an observable that every run has is measured; empty for one that a later version may have added.
+/// Describes how an observable is measured. Empty for an unknown observable, which a later version may have added.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
@@ -38,23 +38,21 @@ const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the ev
 const ON_WALL: &str = "momentum that the wall gives, per time and per area that centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies minus what it removes, per time and area";
 
-/// Largest number of lines for rates.
+/// Largest number of rows in the table of event rates.
 const MOST_RATES: usize = 50;
 
-/// A line of the table.
+/// A row of the table of means.
 struct Row<'a> {
     title: String,
     unit: String,
     mean: Option<f64>,
     standard_error: Option<f64>,
-    /// Published values of the quantity.
     published: Vec<&'a PublishedValue>,
-    /// Text for an observable, with the verdict on its drift.
+    /// Text that replaces the number, for example if the observable is conserved.
     words: Option<String>,
     method: &'a str,
 }
 
-/// The section of the page.
 pub(super) fn section(results: &Results<'_>) -> String {
     let rows = rows(results);
     if rows.is_empty() {
@@ -75,11 +73,11 @@ pub(super) fn section(results: &Results<'_>) -> String {
     )
 }
 
-/// The sources of the published values.
+/// Returns a paragraph with the sources of the published values.
 fn sources(results: &Results<'_>) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
     for value in results.published {
-        // Values from an equation name its source.
+        // Values from the same source are listed once.
         if known.iter().all(|(_, source)| *source != value.source) {
             known.push((&value.label, &value.source));
         }
@@ -92,7 +90,7 @@ fn sources(results: &Results<'_>) -> String {
     }
 }
 
-/// Rates of events by kind and species; empty if there is only one.
+/// Returns a table of event rates by kind and species. Empty if only core events of a single species occurred.
 fn rates(results: &Results<'_>) -> String {
     let rates = told_apart(results.rates);
     if rates.is_empty() {
@@ -117,14 +115,14 @@ fn rates(results: &Results<'_>) -> String {
 
 fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let numbers = &results.measured.numbers;
-    // The pressure tensor reports the same rate under another name.
+    // The pressure tensor reports the collision rate under the name `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
     };
     let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
-    // In the order of the program first, then anything that a later version may have added.
+    // Known observables come first, in their usual order. Observables that a later version may have added follow.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -155,12 +153,13 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     rows.chain(measured).collect()
 }
 
-/// Lines that share their method, which is shown once.
+/// Returns the table rows of quantities with the same method. The method is shown once.
 fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = String> + 'a {
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// A line of the table. The cell of its method spans several lines; zero continues the cell above.
+/// Returns a row of the table. The cell of the method spans `span` rows; 0 means that the cell of an earlier row covers
+/// it.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
@@ -186,7 +185,7 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     )
 }
 
-/// A mean with its error, with the number of digits that the error allows.
+/// Formats a mean with its error. The error determines the number of digits.
 pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     const NONE: &str = "<em>insufficient data</em>";
     let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -202,13 +201,13 @@ fn with_signs(text: &str) -> String {
     escape(&parts.join(" ± "))
 }
 
-/// The mean of an observable with its error, or that it is conserved.
+/// Formats the mean of an observable with its error, or says that it is conserved.
 pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String {
     let plain = || value(Some(observable.mean), observable.standard_error);
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// The text for an observable that is conserved or had no event; `None` for ordinary numbers.
+/// Returns a text for an observable that is conserved, had no event or touched nothing. `None` for ordinary numbers.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

@@ -1,4 +1,4 @@
-//! The simulated system in words.
+//! The section of a page that describes the simulated system in words.
 
 use super::html::{brackets, escape, numbers};
 use super::inputs::Inputs;
@@ -9,7 +9,7 @@ use crate::model::{Scene, Species};
 use crate::view::describe;
 use crate::view::final_table::kinds;
 
-/// Subtitle of the page in one line: `1 372 hard spheres, φ = 0.3`.
+/// Subtitle of the page in one line: `1372 hard spheres, φ = 0.3`.
 pub(super) fn subtitle(inputs: &Inputs) -> String {
     let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
     let counts = describe::counts(scene);
@@ -46,7 +46,6 @@ pub(super) fn subtitle(inputs: &Inputs) -> String {
     text
 }
 
-/// The section of the page.
 pub(super) fn section(inputs: &Inputs) -> String {
     let summary = &inputs.summary;
     let mut list = Pairs::default();
@@ -74,7 +73,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Volume and densities, if the box has a volume, and the time at which they held.
+/// Adds the volume and the densities, if the box has a volume. `when` says at what time the box had them.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
@@ -90,7 +89,7 @@ fn of_system(list: &mut Pairs, system: &System, when: &str) {
     }
 }
 
-/// The facts of a scene; `factor` is the growth of the diameters before the measurement.
+/// Adds the facts about a scene. `factor` is the growth of the diameters before the measurement.
 fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     let mut scene = scene.clone();
     let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
@@ -109,7 +108,7 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     }
 }
 
-/// Digits in groups of three: `1 234 567`, with narrow spaces.
+/// Groups the digits of a number by three, with narrow spaces: `12 345`. Numbers of up to four digits are not grouped.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -122,7 +121,7 @@ fn grouped(count: u64) -> String {
     text
 }
 
-/// A list of names with their values.
+/// HTML list of names with their values.
 #[derive(Default)]
 struct Pairs(String);
 
@@ -131,7 +130,7 @@ impl Pairs {
         self.0.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(&numbers(value))));
     }
 
-    /// One value, or a list of several.
+    /// Adds a name with one value, or with a list of values.
     fn items(&mut self, name: &str, values: &[String]) {
         if let [value] = values {
             return self.text(name, value);

@@ -1,5 +1,5 @@
-//! The page of a sweep: every quantity against the value that varies, compared with published values, and the
-//! state of all runs.
+//! The page of a sweep. It shows all quantities against the varied value, compared with published values, and the state
+//! of all runs.
 
 mod curves;
 mod pages;
@@ -16,7 +16,7 @@ use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing
 
 pub use pages::{run_page_in, write_run_pages};
 
-/// Largest number of rows in a table; the files have all rows.
+/// Largest number of rows in a table. The files contain all rows.
 const MOST_ROWS: usize = 500;
 
 /// Makes the page of a sweep from its results.
@@ -52,14 +52,14 @@ pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Pag
     Page { html: shell(&name, &heading, "", &sections), notes: Vec::new() }
 }
 
-/// The settings of a state point, with short names of their keys.
+/// Returns the settings of a state point, with short names of their keys.
 fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
     let point = group.places.first().and_then(|place| sweep.points().get(*place));
     let values = point.into_iter().flat_map(Point::state_point).map(|(_, value)| value.as_str());
     sweep.state_point_names().into_iter().zip(values).collect()
 }
 
-/// Head of a column: its class and its text.
+/// Style class and text of the head of a column.
 type Head = (&'static str, String);
 
 fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {
@@ -121,7 +121,7 @@ fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
                 Standing::Missing => "not begun".to_owned(),
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
-            // A run without a page still has a folder.
+            // If the run has no page, link to its folder.
             let page = if run_page_in(&folder.of(point)).is_file() { SMALL_PAGE } else { "" };
             let folder = escape(point.folder());
             let keys = heads.iter().skip(1).zip(point.settings());

@@ -1,13 +1,14 @@
-//! The rows of `thermo.csv` in one stage, thinned during reading so that any number of them fits into a plot.
+//! The rows of one stage of `thermo.csv`. They are thinned while they are read, so that any number of rows fits into a
+//! plot.
 
 use std::io::{self, BufRead};
 
 use crate::io::summary::Column;
 
-/// Number of points in a trace at which neighbours are merged: about two per pixel of a plot.
+/// Number of spans at which neighbouring spans are merged in pairs. It is about two spans per pixel of a plot.
 const MOST_SPANS: usize = 1024;
 
-/// A column against the first one.
+/// A time series: a column of `thermo.csv` against the time in the first column.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Trace {
     pub name: String,
@@ -17,7 +18,7 @@ pub(super) struct Trace {
     open: Span,
 }
 
-/// The lowest and the highest of several neighbouring points, in the order of the rows.
+/// The lowest and the highest point of several neighbouring rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Span {
     rows: usize,
@@ -45,7 +46,7 @@ impl Trace {
         Self { name, unit, rows_per_span: 1, spans: Vec::new(), open: Span::default() }
     }
 
-    /// Adds a row; `None` for an empty cell.
+    /// Adds a row. `y` is `None` for an empty cell.
     pub fn push(&mut self, x: f64, y: Option<f64>) {
         let point = y.map(|y| [x, y]);
         self.open = self.open.joined(Span { rows: 1, lowest: point, highest: point });
@@ -58,7 +59,7 @@ impl Trace {
         }
     }
 
-    /// The points of a plot; `None` for a gap.
+    /// Returns the points to plot. `None` is a gap.
     pub fn points(&self) -> Vec<Option<[f64; 2]>> {
         let mut points = Vec::new();
         for span in self.spans.iter().chain((self.open.rows > 0).then_some(&self.open)) {
@@ -72,14 +73,14 @@ impl Trace {
         points
     }
 
-    /// Whether points were merged.
+    /// Whether neighbouring rows were merged into one point.
     pub fn is_thinned(&self) -> bool {
         self.rows_per_span > 1
     }
 }
 
-/// Reads the rows of a stage from a table with named columns, whose units are given separately or in
-/// brackets. The traces are all columns but the first.
+/// Reads the rows of a stage from a table with named columns. Units are in brackets after the names, or else in
+/// `units`. Each column except the time and the stage becomes a trace.
 pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
     let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();
@@ -93,7 +94,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
         None => Trace::new(head, units.iter().find(|column| column.name == **head).map_or("1", |column| &column.unit)),
     };
     let columns = heads.len();
-    // The last column, if there is one; its cells are words.
+    // The column `stage`, if present, is the last column. It contains words instead of numbers.
     let has_stage = heads.last() == Some(&"stage");
     let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
     for number in 2.. {
@@ -110,7 +111,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
 
 fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), String> {
     let has_stage = columns > traces.len() + 1;
-    // The name of a stage may contain commas.
+    // The stage is the last cell, because its name may contain commas.
     let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
     if cells.len() != columns {
         return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));

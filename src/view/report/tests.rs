@@ -60,7 +60,7 @@ until_events = 500
 thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
 "#;
 
-/// The folder of a run.
+/// Runs the scene in a temporary run folder.
 fn run_folder() -> tempfile::TempDir {
     folder_of(SCENE)
 }
@@ -77,7 +77,7 @@ fn folder_of(text: &str) -> tempfile::TempDir {
 
 const HOSTILE: &str = "</script><script>alert('\"&')</script>";
 
-/// Numbers and curves with all possible contents.
+/// Numbers and curves with all kinds of contents, including missing values, extreme values and markup.
 fn measured() -> Measured {
     let number = |mean, standard_error| Number {
         name: format!("number {mean:?}"),
@@ -131,7 +131,7 @@ fn keep_measured(run: &Path) {
     fs::write(run.join("measurements.json"), serde_json::to_string(&measured()).unwrap()).unwrap();
 }
 
-/// Whether all elements of an XML text are closed in order, its attributes are in quotes and its entities are
+/// Checks that all elements of an XML text are closed in order, that attributes are in quotes, and that entities are
 /// known.
 fn well_formed(xml: &str) -> Result<(), String> {
     let mut open: Vec<&str> = Vec::new();
@@ -173,7 +173,7 @@ fn characters(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The plots of a page.
+/// Returns the SVG text of each plot on a page.
 fn plots(html: &str) -> Vec<&str> {
     html.split("<svg class=\"plot\"").skip(1).map(|rest| rest.split("\n").next().unwrap()).collect()
 }
@@ -223,7 +223,7 @@ fn a_page_tells_what_was_simulated_and_what_came_out() {
 fn after_growth_the_page_tells_the_diameters_that_were_measured() {
     let run = folder_of(GROWN);
     let html = page(run.path()).unwrap().html;
-    // The cube root of 2.
+    // Growth from a packing fraction of 0.2 to 0.4 multiplies the diameters by the cube root of 2.
     for expected in ["of diameter 1.25992", "contact distance 1.25992", "packing fraction of 0.4"] {
         assert!(html.contains(expected), "{expected}");
     }
@@ -247,7 +247,7 @@ fn the_page_tells_whether_the_run_was_in_equilibrium() {
     assert!(html.contains("✓ Sound."), "the audit is another question");
     let html = with(serde_json::json!({ "verdict": "yes", "reasons": [] }));
     assert!(html.contains("✓ equilibrated") && html.contains("Equilibrated: yes."));
-    // Runs of versions before the verdict was introduced.
+    // Summaries of earlier versions have no verdict.
     summary.as_object_mut().unwrap().remove("equilibrated");
     fs::write(&path, summary.to_string()).unwrap();
     assert!(page(run.path()).unwrap().html.contains("Equilibrated: unknown"));
@@ -264,8 +264,8 @@ fn energies_that_are_plotted_add_up() {
     let mut rows = 0;
     for line in lines.filter(|line| line.ends_with(",measurement")) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
-        // For hard spheres without dissipation, the sum is the kinetic minus the supplied energy, to the
-        // round-off of a thousand terms.
+        // For hard spheres without dissipation, the kinetic energy minus the supplied energy equals the column
+        // `energy_and_dissipated`. The bound allows for the round-off of a thousand terms.
         assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
         assert!(cells[supplied] != 0.0);
         rows += 1;
@@ -308,8 +308,8 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // One of six curves has no data, one curve has three variables, and an empty map is not drawn. The other
-    // plots show the energies, four columns and the region.
+    // Of the six curves, one has no data and one has three variables. Three curves and one of two maps are drawn. The
+    // other five plots show the energies, three columns of `thermo.csv`, and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");
@@ -332,7 +332,7 @@ fn what_cannot_be_known_is_told() {
     assert!(html.contains("<em>insufficient data</em>"), "a number without a mean");
     assert!(html.contains("2 <small>error: insufficient data</small>"), "a mean without an error");
     assert!(html.contains("1.00 ± 0.25"));
-    // A curve without data, and a map without data.
+    // One curve and one map have no data.
     assert_eq!(html.matches("<em>Insufficient data.</em>").count(), 2);
 }
 
@@ -366,7 +366,7 @@ fn other_files_may_be_missing_or_damaged() {
         }
         fs::remove_file(&path).unwrap();
         let page_without = page(run.path()).unwrap();
-        // Runs without further measurements have no such file, and nothing is missing.
+        // Only runs with instruments have `measurements.json`, so its absence is not noted.
         assert_eq!(page_without.notes.len(), usize::from(file != "measurements.json"), "{file}");
         assert_ne!(page_without, sound);
         fs::write(&path, whole).unwrap();

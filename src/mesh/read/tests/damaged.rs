@@ -1,4 +1,5 @@
-//! Randomly damaged files give an error or a mesh, never a panic. `CAROM_MUTATIONS` sets their number.
+//! Randomly damaged mesh files yield an error or a mesh, never a panic. The environment variable `CAROM_MUTATIONS` sets
+//! the number of files.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -6,15 +7,15 @@ use rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::mesh::report::{Inside, MeshReport};
 
-/// Number of files without the variable.
+/// Number of damaged files if the environment variable is not set.
 const USUAL: usize = 2_000;
 
-/// A random number below another.
+/// Returns a random number below `end`.
 fn below(random: &mut ChaCha8Rng, end: usize) -> usize {
     random.next_u32() as usize % end.max(1)
 }
 
-/// Fragments that may confuse readers.
+/// Fragments that may confuse a reader of mesh files.
 const PIECES: [&[u8]; 16] = [
     b"nan",
     b"-inf",
@@ -34,7 +35,7 @@ const PIECES: [&[u8]; 16] = [
     b"v ",
 ];
 
-/// Changes, cuts, inserts, duplicates or removes some bytes.
+/// Changes, removes, inserts or duplicates some bytes, or cuts the file off.
 fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     let length = content.len();
     let place = below(random, length);
@@ -57,7 +58,7 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // 32-bit numbers, in particular the number of triangles.
+            // Overwrites a 32-bit number, in half of the cases the number of triangles in a binary STL file.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

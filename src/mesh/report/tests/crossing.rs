@@ -1,4 +1,4 @@
-//! Triangles that meet, compared with separating planes in integer arithmetic.
+//! Compares the intersection test of triangles with a search for separating planes in integer arithmetic.
 
 use super::super::crossing::meet;
 use super::super::pairs::self_intersections;
@@ -23,7 +23,7 @@ fn sides(corners: &[Whole]) -> Vec<Whole> {
     (0..corners.len()).map(|k| difference(corners[(k + 1) % corners.len()], corners[k])).collect()
 }
 
-/// Whether a triangle or segment and a triangle are disjoint: a plane normal to one of these directions
+/// Whether a triangle is disjoint from another triangle or from a segment: a plane normal to one of the candidate axes
 /// separates them.
 fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     let normal = |corners: &[Whole]| {
@@ -46,8 +46,8 @@ fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     })
 }
 
-/// Whether triangles meet outside the corners that they share. With one common corner, whether the cones from
-/// it do.
+/// Whether two triangles intersect outside the corners that they share, computed with integers. With one common corner,
+/// the second triangle is extended to a long cone from this corner.
 fn meet_in_whole_numbers(one: &[Whole; 3], two: &[Whole; 3]) -> bool {
     let not_in = |corners: &[Whole; 3], other: &[Whole; 3]| -> Vec<Whole> {
         corners.iter().copied().filter(|corner| !other.contains(corner)).collect()
@@ -85,7 +85,7 @@ fn meeting_is_exact_for_all_ways_to_touch_overlap_and_share() {
             (two[2], two[0]) = (one[0], one[1]);
         }
         if case % 11 == 3 {
-            // In a plane that is not parallel to any axis.
+            // Moves all corners into one plane that is not parallel to any axis.
             for corner in one.iter_mut().chain(&mut two) {
                 corner[2] = corner[0] + 2 * corner[1];
             }
@@ -96,7 +96,7 @@ fn meeting_is_exact_for_all_ways_to_touch_overlap_and_share() {
         }
         let expected = meet_in_whole_numbers(&one, &two);
         let real = |corners: [Whole; 3]| corners.map(|corner| Vector::from(corner.map(|x| x as f64)));
-        // Exact at any position, with any corner first.
+        // The result does not depend on the position of the triangles or on the order of their corners.
         let shift = Vector::repeat(f64::from(random.next_u32() % 1000));
         let (r1, r2) = (real(one).map(|c| c + shift), real(two).map(|c| c + shift));
         let turn = (random.next_u32() % 3) as usize;
@@ -113,8 +113,8 @@ fn meeting_is_exact_for_all_ways_to_touch_overlap_and_share() {
 #[test]
 fn a_tip_is_on_the_face_one_float_before_and_behind() {
     let face = [Vector::new(0.1, 0.2, 0.7), Vector::new(1.3, 0.1, 0.3), Vector::new(0.4, 1.7, 0.9)];
-    // In the middle, where only the rounding of the mean decides. The exact sign decides for neighbours as
-    // well.
+    // The tip starts in the middle of the face, up to round-off. The exact sign decides the result there and for the
+    // neighbouring floats.
     let middle = face.iter().sum::<Vector>() / 3.0;
     let mut counts = [0; 2];
     for step in -3_i32..=3 {

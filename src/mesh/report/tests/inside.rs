@@ -1,4 +1,4 @@
-//! Points inside meshes: exact rays compared with solid angles, and with known surfaces.
+//! Compares the exact test for points inside meshes with solid angles, and with surfaces of known shape.
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn rays_and_solid_angles_agree_and_find_what_is_inside() {
 
 #[test]
 fn rays_through_edges_vertices_and_upright_faces_are_counted_once() {
-    // Every ray runs along faces, or through edges and vertices, of boxes on a lattice.
+    // Every ray of this test runs along faces of the meshes, or through edges and vertices.
     let (lower, upper) = (Vector::zeros(), Vector::new(2.0, 3.0, 4.0));
     let mesh = cuboid(&lower, &upper).unwrap();
     let fine = icosphere(&Vector::zeros(), 2.0, 2).unwrap();

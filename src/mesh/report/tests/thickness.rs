@@ -1,4 +1,4 @@
-//! Thickness of walls and gaps of known width.
+//! Compares the thickness of walls and gaps with known widths.
 
 use super::*;
 
@@ -14,7 +14,7 @@ fn walls_and_gaps_of_closed_meshes_are_told_apart() {
     assert_eq!(report.thinnest, report.gap);
     let gap = report.gap.unwrap();
     assert!(gap.triangle < 12 && gap.other >= 12);
-    // The outside becomes the solid.
+    // If the plates are turned inside out, the space outside them is solid.
     let report = assert_clean(&inside_out(&mesh));
     assert_eq!((report.wall.unwrap().distance, report.gap.unwrap().distance), (0.25, 0.0625));
     let alone = assert_clean(&plate(0.0, 1.0));
@@ -55,7 +55,8 @@ fn the_tree_finds_the_shortest_ray() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // Distances from planes, and the sum of areas to test whether the foot is in the triangle.
+        // Search through all pairs. A ray along the normal hits another triangle if its intersection with the plane of
+        // this triangle forms three triangles with the corners that have the same total area.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

@@ -1,6 +1,6 @@
-//! Contacts with triangles feature by feature. They are compared with contacts from conservative advancement,
-//! which uses the distance from the whole triangle. Other tests let balls fly in closed meshes; a ball that
-//! starts inside never gets outside.
+//! Tests of contacts with triangles, feature by feature. Contact times are compared with conservative advancement,
+//! which uses the distance from the whole triangle. Other tests let balls bounce in closed meshes: a ball that starts
+//! inside must stay inside.
 
 mod mesh;
 
@@ -12,7 +12,7 @@ use mesh::{Mesh, sphere};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// A number of `[0, 1)`.
+/// A random number in `[0, 1)`.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }
@@ -21,8 +21,8 @@ fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
     Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
-/// Returns the first time at which the distance equals the contact distance. The steps cannot pass this time.
-/// `None` if there is no contact before `end`.
+/// Conservative advancement. Returns the first time at which the distance equals the contact distance, or `None` if
+/// there is no contact before `end`. No step can pass the first contact.
 fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
@@ -64,15 +64,15 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
         let found = mesh.next(&state, &g, contact).map(|(t, _)| t).filter(|t| *t < end);
         match (expected, found) {
             (Some(expected), Some(found)) => {
-                // Advancement stops at a gap of 1e-11. At a grazing angle, the error is the square root of
-                // this gap.
+                // Advancement stops at a gap of 1e-11. At a grazing angle, the error of the time is about the square
+                // root of this gap.
                 let at = state.position + velocity * found + g * (0.5 * found * found);
                 assert!((mesh.distance(&at) - contact).abs() < 1e-12, "{case}");
                 assert!((found - expected).abs() < 1e-5, "{case}: {found} {expected}");
                 counts[0] += 1;
             }
             (None, None) => counts[1] += 1,
-            // A miss by less than the resolution of advancement.
+            // The ball misses the triangle by less than the resolution of advancement.
             (Some(t), None) => {
                 let at = |t: f64| state.position + velocity * t + g * (0.5 * t * t);
                 let nearest = (0..2_000).map(|k| mesh.distance(&at(t + 1e-8 * f64::from(k)))).fold(9.0, f64::min);
@@ -115,14 +115,12 @@ fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
         let met = face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides);
         assert!(met.is_some_and(|t| (t - at).abs() < 1e-13), "{case}: {met:?} {at}");
     }
-    // One extent becomes negative at the time when the other becomes positive, just before it, or just after
-    // it.
+    // One extent becomes negative at the time when the other becomes positive, or just before, or just after.
     for (leaves, expected) in [(1.5, Some(1.5)), (1.5_f64.next_down(), None), (1.75, Some(1.5))] {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // Three extents become positive in turn, each later than the extent tested after it. Another extent is
-    // negative for a while.
+    // Extents that become positive later are tested first. The extent `dips` is negative for a while in between.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -133,7 +131,8 @@ fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
 
 #[test]
 fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
-    // The paths go along and across the edge, within rounding of it, at heights that differ by rounding.
+    // The foot moves along the common edge or across it, within rounding errors of it. The heights above the two faces
+    // differ by rounding errors.
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for case in 0..20_000 {
         let mut small = || f64::EPSILON * (f64::from(random.next_u32() % 9) - 4.0);
@@ -160,7 +159,7 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
         let vn = normal.dot(&ball.velocity);
         assert!(vn < 1e-7, "{impact}: it comes, {vn}");
         ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
-        // The lost speed is added again in a random direction away from the surface.
+        // A ball that has lost most of its speed is pushed in a random direction away from the surface.
         if ball.velocity.norm() < 0.3 {
             let push = vector(random, 1.0);
             ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
@@ -170,7 +169,7 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
     deepest
 }
 
-/// Number of impacts of each ball, for each mesh and law.
+/// Number of impacts to simulate for each ball.
 fn impacts() -> usize {
     std::env::var("CAROM_IMPACTS").map_or(300, |impacts| impacts.parse().unwrap())
 }
@@ -181,7 +180,7 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
     let mut deepest = 0.0_f64;
     for case in 0..30 {
         let (mut points, triangles) = sphere(1 + case % 2);
-        // The meshes are smooth, rough (not convex), or have slivers.
+        // Meshes are smooth or rough (not convex), and some have slivers.
         let rough = [0.0, 0.2, 0.5][case % 3];
         points.iter_mut().for_each(|point| *point *= 1.0 - rough * uniform(&mut random));
         if case % 5 == 0 {
@@ -197,6 +196,6 @@ fn a_ball_in_a_closed_mesh_never_leaves_it() {
             deepest = deepest.max(bounce(&mesh, radius, g, restitution, impacts(), &mut random));
         }
     }
-    // Coordinates are about 1 and were rounded several times.
+    // The tolerance covers several roundings of coordinates of about 1.
     assert!(deepest < 1e-13, "{deepest}");
 }

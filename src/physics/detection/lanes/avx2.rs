@@ -3,7 +3,7 @@
 use super::Lanes;
 use std::arch::x86_64::*;
 
-/// Numbers in one register.
+/// Four numbers in one AVX2 register.
 #[derive(Debug, Clone, Copy)]
 pub struct Wide(__m256d);
 
@@ -22,8 +22,8 @@ impl Lanes for Wide {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // Loads pairs of numbers of every other row into each register, which needs no shuffle. (Closures
-        // would be functions without AVX2.)
+        // Loads pairs of numbers from every other row into one register, so that no shuffle is needed. A closure
+        // instead of this macro would be compiled without AVX2.
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm256_castpd128_pd256(_mm_loadu_pd(row($first).as_ptr().add($at)));

@@ -4,7 +4,7 @@
 use super::Lanes;
 use std::arch::x86_64::*;
 
-/// Numbers in one register.
+/// Eight numbers in one AVX-512 register.
 #[derive(Debug, Clone, Copy)]
 pub struct Widest(__m512d);
 
@@ -23,8 +23,8 @@ impl Lanes for Widest {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
-        // Loads pairs of numbers of every other row into each register, which needs no shuffle. (Closures
-        // would be functions without AVX-512.)
+        // Loads pairs of numbers from every other row into one register, so that no shuffle is needed. A closure
+        // instead of this macro would be compiled without AVX-512.
         macro_rules! pairs {
             ($first:expr, $at:expr) => {{
                 let pairs = _mm512_castpd128_pd512(_mm_loadu_pd(row($first).as_ptr().add($at)));

@@ -1,4 +1,4 @@
-//! Contact distances of species.
+//! Contact distances of all pairs of species.
 
 use crate::model::species_pairs::SpeciesPairs;
 
@@ -26,7 +26,7 @@ impl Contacts {
         self.0.get(a, b).unwrap_or(0.0)
     }
 
-    /// Contact distances other than 0, each pair of species once.
+    /// Iterates over the contact distances, each pair of species once.
     pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
         self.0.iter()
     }

@@ -26,14 +26,14 @@ const fn neighbours() -> [[i64; 3]; 27] {
     sorted
 }
 
-/// Marks the end of a cell's list.
+/// Marks the end of a linked list of particles.
 const NONE: u32 = u32::MAX;
 
 /// A placed particle.
 pub(super) struct Taken {
     pub(super) position: Vector,
     pub(super) species: u32,
-    /// The next particle of the same list.
+    /// Index of the next particle in the same linked list.
     next: u32,
 }
 
@@ -43,26 +43,26 @@ impl Taken {
     }
 }
 
-/// The particles of one grid.
+/// A hashed grid and the particles in it.
 pub(super) struct Grid<'a> {
     space: &'a Space,
     pub(super) periods: Vector,
     edge: Vector,
-    /// Number of cells along a periodic axis; 0 along other axes.
+    /// Number of cells along each periodic axis; 0 along all other axes.
     around: [i64; 3],
-    /// Steps to the adjacent cells per axis.
+    /// Number of adjacent cells to search on each side along each axis: 1, or 0 if there is only one cell.
     reach: [i64; 3],
-    /// Longest contact of each species with particles in the grid.
+    /// Longest contact of each species with the particles in this grid `[length]`.
     pub(super) ranges: Vec<f64>,
-    /// Contacts up to this length are found in adjacent cells.
+    /// Longest contact that can be found in adjacent cells alone `[length]`.
     finest: f64,
     heads: Vec<u32>,
-    /// Indices of the placed particles in this grid.
+    /// Indices of the particles in this grid.
     members: Vec<u32>,
 }
 
 impl<'a> Grid<'a> {
-    /// Cells for contacts of at least `cell`.
+    /// Creates an empty grid. Its cells are so large that all contacts up to the length `cell` are in adjacent cells.
     pub(super) fn new(space: &'a Space, cell: f64, ranges: Vec<f64>, capacity: usize) -> Self {
         let mut edge = Vector::repeat(cell);
         let (mut around, mut reach) = ([0; 3], [1; 3]);
@@ -91,7 +91,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Inserts the particle `number` of `taken`.
+    /// Adds the particle with the index `number` in `taken` to this grid.
     pub(super) fn take(&mut self, number: u32, taken: &mut [Taken]) {
         self.members.push(number);
         if 2 * self.members.len() <= self.heads.len() {
@@ -110,8 +110,8 @@ impl<'a> Grid<'a> {
         self.heads[bucket] = number;
     }
 
-    /// Returns the first result of `found` for particles within `range` of a position. `found` may also be
-    /// called for particles outside `range`.
+    /// Calls `found` for the particles within `range` of a position until it returns a result, and returns this result.
+    /// `found` may also be called for particles farther away.
     pub(super) fn find<T>(
         &self,
         taken: &[Taken],
@@ -123,11 +123,11 @@ impl<'a> Grid<'a> {
             return self.find_far(taken, position, range, found);
         }
         let cell = self.cell(position);
-        // Distance of the position from the lower side of its cell, as a fraction of the edge.
+        // The position within its cell along each axis, as a fraction of the cell's edge.
         let within = self.within(position);
-        // Slightly more than the longest contact, to allow for rounding within a cell.
+        // The margin covers the rounding of positions within a cell.
         let longest_squared = range * range * (1.0 + 1e-6);
-        // All heads are loaded before the first is used, so that their cache misses overlap.
+        // The first particles of all lists are loaded before any list is searched, so that their cache misses overlap.
         let (mut lists, mut count) = ([NONE; NEIGHBOURS.len()], 0);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
@@ -141,7 +141,7 @@ impl<'a> Grid<'a> {
                 squared += away * away;
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
-            // A cell beyond the longest contact holds no overlap.
+            // A cell farther away than the longest contact holds no overlap.
             if !is_reached || squared > longest_squared {
                 continue;
             }
@@ -152,8 +152,8 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// Searches if more than the adjacent cells are within range. Visits all cells in range, or all
-    /// particles if they are fewer than these cells.
+    /// Searches beyond the adjacent cells. Visits all cells within range, or all particles if there are fewer particles
+    /// than such cells.
     fn find_far<T>(
         &self,
         taken: &[Taken],
@@ -196,7 +196,8 @@ impl<'a> Grid<'a> {
         cell
     }
 
-    /// Neighbours along x share cache lines. If two cells share a bucket, the search is only slower.
+    /// Returns the bucket of a cell in the hash table. Neighbours along x share cache lines. If two cells share a
+    /// bucket, the search is only slower.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]
@@ -205,7 +206,7 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The first result of `found` for the particles of a list.
+/// Returns the first result of `found` for the particles of a linked list.
 fn find_in<T>(taken: &[Taken], first: u32, found: &impl Fn(u32) -> Option<T>) -> Option<T> {
     let mut number = first;
     while number != NONE {

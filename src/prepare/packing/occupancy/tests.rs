@@ -12,7 +12,8 @@ fn overlaps_are_those_of_a_search_over_all_pairs() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // A few particles at a time: among many, another overlap would hide a missed overlap.
+            // Only three particles are placed at a time. Among many, another overlap could hide an overlap that the
+            // search has missed.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();
@@ -46,7 +47,6 @@ fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
         for _ in 0..300 {
             let mut occupancy = Occupancy::new(&space, &contacts, 300);
             let mut taken: Vec<(Vector, u32)> = Vec::new();
-            // Sizes are in random order, and many are small.
             for _ in 0..300 {
                 let position = Vector::from_fn(|_, _| 4.5 * random.uniform());
                 let species = [0, 0, 0, 0, 2, 3, 1][random.below(7)];
@@ -60,7 +60,8 @@ fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
                 assert_eq!(overlap.is_some(), !expected.is_empty());
                 assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
                 found += expected.len();
-                // Nearly all overlapping particles are left out, so that none hides another.
+                // Nine out of ten overlapping particles are not placed, because their overlaps could hide an overlap
+                // that the search has missed.
                 if expected.is_empty() || random.below(10) == 0 {
                     occupancy.take(position, species);
                     taken.push((position, species));
@@ -114,7 +115,7 @@ fn the_first_overlap_is_that_of_the_order_of_ids() {
     }
     let (second, overlapping) = first(&particles).unwrap();
     assert_eq!(second, 15_000);
-    // It is found between other particles as well.
+    // The other particle is 700 or its neighbour along x, because the moved particle overlaps both.
     assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
 }
 
@@ -122,7 +123,7 @@ fn the_first_overlap_is_that_of_the_order_of_ids() {
 fn a_start_with_an_overlap_has_a_first_one() {
     let mut random = Random::new(9, Purpose::Placement, 0);
     let mut counts = [0; 2];
-    // The last species contact makes sizes differ too much for cells of the longest one.
+    // With the contact distance 0.3 of species 2, sizes differ too much for cells as large as the longest contact.
     for (third, displacement, boundary) in [
         (0.8, 0.0, Boundary::Periodic),
         (0.8, 1.3, Boundary::Periodic),
@@ -130,7 +131,7 @@ fn a_start_with_an_overlap_has_a_first_one() {
         (0.3, 0.0, Boundary::Periodic),
     ] {
         let mut contacts = Contacts::new(4);
-        // The last species touches nothing.
+        // Species 3 has no contacts.
         for (a, b, contact) in [(0, 0, 1.0), (0, 1, 0.7), (1, 1, 1.1), (2, 2, third), (0, 2, 0.9)] {
             contacts.set(a, b, contact);
         }

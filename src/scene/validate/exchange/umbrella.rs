@@ -66,7 +66,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Requires two groups with centres of mass whose distance can be held in the windows.
+/// Requires two groups whose centres of mass can be held at a distance within the windows.
 pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     let Some(umbrella) = &plan.umbrella else { return Ok(()) };
     check_members(scene, umbrella)?;
@@ -96,7 +96,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     Ok(())
 }
 
-/// Requires windows that two particles can reach: neither within their core nor beyond their bond.
+/// Checks that two particles can reach each window: it must not lie within their core or beyond their bond.
 fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let [[a], [b]] = umbrella.between.each_ref().map(Vec::as_slice) else { return Ok(()) };
     let bond = scene.bonds.iter().find(|bond| bond.pair == [*a, *b] || bond.pair == [*b, *a]);
@@ -118,13 +118,13 @@ fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Ids for a message, at most a few.
+/// Formats the first few ids of a group for a message.
 fn ids(group: &[ParticleId]) -> String {
     let shown: Vec<String> = group.iter().take(6).map(|id| id.0.to_string()).collect();
     format!("[{}{}]", shown.join(", "), if group.len() > 6 { ", ..." } else { "" })
 }
 
-/// Requires particles that exist and move, each once.
+/// Requires particles that exist, move, and are listed only once.
 fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut taken: Vec<ParticleId> = Vec::new();
     for (index, group) in umbrella.between.iter().enumerate() {
@@ -152,7 +152,7 @@ fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Requires centres with equal accelerations, so that their distance vector changes along straight lines.
+/// Requires groups with equal accelerations, so that the vector between their centres changes along straight lines.
 fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut all = umbrella.between.iter().flatten().map(|id| scene.species_of(*id));
     let Some(first) = all.next() else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! The line of a particle.
+//! Reads the line of a particle.
 
 use std::collections::HashMap;
 
@@ -13,12 +13,13 @@ use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 /// Radius of particles in files without radii `[length]`: a diameter of 1 in reduced units.
 const DEFAULT_RADIUS: f64 = 0.5;
 
-/// Columns of a file that are not part of a frame.
+/// Columns of a trajectory file that [`Frame`](crate::trajectory::Frame) does not contain.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
     /// Momenta of the particles of a frame without velocities, otherwise empty `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// The mass of each particle, if it has a column and no table; 0 for static particles `[mass]`.
+    /// Mass of each particle `[mass]`, 0 for static particles. Empty without a column of masses, or if the species
+    /// table contains the masses.
     pub masses: Vec<f64>,
     /// Names of columns that are ignored.
     pub unused: Vec<String>,
@@ -37,7 +38,7 @@ impl Beside {
     }
 }
 
-/// The species by name, in the order of the file's table, then of their first appearance.
+/// Species by name: first those of the file's table, then others in the order of their appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,
@@ -65,11 +66,11 @@ impl SpeciesTable {
     }
 }
 
-/// Number of words of a line that are stored. Later words are searched for again; no usual file has so many
-/// columns.
+/// Number of words of a line that are stored. Later words are found by scanning the line again. Files rarely have so
+/// many columns.
 const KEPT: usize = 64;
 
-/// The words of a line, as many as `Properties` requires.
+/// Words in the line of a particle, as many as `Properties` requires.
 pub(super) struct Words<'a> {
     line: usize,
     text: &'a str,
@@ -114,7 +115,7 @@ impl<'a> Words<'a> {
         Ok(Vector::new(component(0)?, component(1)?, component(2)?))
     }
 
-    /// The particle; `id` is its index in the file.
+    /// Reads a particle. If the file has no ids, `id` is used.
     pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
         let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
         let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
@@ -127,7 +128,7 @@ impl<'a> Words<'a> {
         })
     }
 
-    /// The periods that a particle has travelled, if there are such columns.
+    /// Reads the periods that a particle has travelled, if the file has columns for them.
     pub fn image(&self, columns: &Columns) -> Result<Option<[i32; 3]>, ReadError> {
         let Some(first) = columns.image else { return Ok(None) };
         let periods =
@@ -135,7 +136,8 @@ impl<'a> Words<'a> {
         Ok(Some([periods(0)?, periods(1)?, periods(2)?]))
     }
 
-    /// Adds the scalars that are finite.
+    /// Adds the scalars in the line of a particle. Values that are not finite are left out. Their column is then too
+    /// short, and is dropped later.
     pub fn scalars(&self, columns: &Columns, scalars: &mut [Scalar]) {
         for ((_, column), scalar) in columns.scalars.iter().zip(scalars) {
             scalar.values.extend(finite(self.word(*column)));

@@ -1,11 +1,11 @@
-//! Colours already computed for the samples of a pixel.
+//! Cache of the colours that a pixel has already computed for its samples.
 
 use super::super::colour::Colour;
 
-/// Number of bodies remembered per pixel. Colours of other bodies are computed again for each sample.
+/// Largest number of bodies remembered per pixel. The colours of further bodies are computed again for each sample.
 const MOST: usize = 12;
 
-/// A body seen by a sample.
+/// What a sample sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
     Nothing,
@@ -29,7 +29,7 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Colour and opacity of a body, computed when it is first seen.
+    /// Returns the colour and the opacity of a body. They are computed only when the body is first seen.
     pub fn recall(&mut self, seen: Seen, find: impl FnOnce() -> (Colour, f32)) -> (Colour, f32) {
         if let Some(place) = self.seen[..self.count].iter().position(|known| *known == seen) {
             return self.known[place];

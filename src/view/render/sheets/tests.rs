@@ -9,7 +9,7 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::write_frame;
 use crate::view::ViewError;
 
-/// A square across y, made of triangles in `columns` columns.
+/// A square perpendicular to the y axis, made of `columns` columns with two triangles each.
 fn square(y: f64, columns: u32) -> TriangleMesh {
     let at = |x: u32, z: f64| Vector::new(10.0 * f64::from(x) / f64::from(columns), y, z);
     let quads = (0..columns).map(|k| [at(k, 0.0), at(k + 1, 0.0), at(k + 1, 10.0), at(k, 10.0)]);
@@ -38,10 +38,10 @@ fn a_surface_lets_through_what_is_behind_it_as_its_opacity_says() {
     assert!(is_reddish(middle(&front)) && middle(&front) != middle(&none));
     assert!(!is_reddish(middle(&image(&square(0.0, 1), 1.0))));
     assert_eq!(image(&square(0.0, 1), 0.0), none);
-    // Hidden behind the ball, visible around it.
+    // The surface is behind the ball. The ball hides its middle, and the rest is visible.
     let behind = image(&square(10.0, 1), 1.0);
     assert!(is_red(middle(&behind)) && !is_background(pixel(&behind, 0.5, 0.2)));
-    // Both sides are drawn.
+    // Turning the triangles over does not change the image.
     let mut turned = square(0.0, 1);
     turned.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
     assert_eq!(image(&turned, 0.35), front);
@@ -53,7 +53,7 @@ fn neighbours_join_without_gaps_and_without_overlap() {
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
         let is_same = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
-        // Lines at the rims overlap where two edges meet.
+        // Leave out the rows of pixels at the upper and lower rim, where the lines of two edges overlap.
         let inner = 12 * 240..228 * 240;
         assert!(inner.clone().all(|k| is_same((&whole.pixels()[k], &parts.pixels()[k]))), "{columns}");
     }
@@ -67,7 +67,7 @@ fn a_surface_before_the_camera_and_behind_it_is_drawn_in_front() {
         TriangleMesh::welded([[a, b, c], [a, c, d]].into_iter())
     };
     let near = image(&floor(4e3), 1.0);
-    // At the height of the camera its rows are above the horizon; below it is the floor.
+    // The floor is below the horizon, and everything above the horizon is background.
     assert!(is_background(pixel(&near, 0.1, 0.2)) && !is_background(pixel(&near, 0.1, 0.95)));
     let far = image(&floor(1e30), 1.0);
     assert_eq!((far.width(), far.height()), (near.width(), near.height()));
@@ -81,7 +81,7 @@ fn the_picture_has_room_for_a_funnel_and_none_for_a_plain() {
     let drawn = |mesh: TriangleMesh| draw_with(&scene, &Surfaces::of([&mesh]), &style).unwrap();
     let reds = |image: &Image| image.pixels().iter().filter(|pixel| is_red(**pixel)).count();
     let none = reds(&draw(&scene, &style).unwrap());
-    // Neither hides the balls.
+    // Both surfaces are behind the balls.
     let funnel = reds(&drawn(TriangleMesh::cuboid(&Vector::new(2.0, 9.5, 2.0), &Vector::repeat(10.0))));
     let plain = reds(&drawn(square(1e3, 1).transformed(100.0, &nalgebra::Rotation3::identity(), &Vector::zeros())));
     assert!(funnel < none * 9 / 10 && funnel > none / 3, "{funnel} {none}");
@@ -114,7 +114,7 @@ fn a_surface_is_drawn_where_it_is_if_it_is_there() {
     let write = |name: &str, mesh: &TriangleMesh| {
         crate::mesh::write_stl(mesh, &mut std::fs::File::create(surfaces.join(name)).unwrap()).unwrap();
     };
-    // The list begins with a surface without a file, and is not in alphabetical order.
+    // The list begins with a surface whose file is missing, and it is not in alphabetical order.
     write("gate.stl", &square(7.0, 1));
     write("a.stl", &square(1.0, 1));
     let motion = r#"{"from": 0.0, "until": null, "kind": {"Translation": {"velocity": [0.0, -1.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}"#;
@@ -159,13 +159,13 @@ fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
         let image = draw_with(&frame([10.0; 3], &balls), &Surfaces::of([&square(y, 1)]), &style).unwrap();
         pixel(&image, 0.5, 0.5)
     };
-    // A sheet in front of the nearly opaque sphere changes its colour, one behind it does not.
+    // A surface in front of the nearly opaque sphere changes the pixel. A surface behind the sphere does not.
     let alone = veiled(1e4);
     assert_eq!(veiled(7.0), alone);
     assert_ne!(veiled(2.0), alone);
 }
 
-/// Coordinates with exact zeros and extreme values.
+/// Ordinary coordinates, with some exact zeros and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![6 => -5.0..15.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e30), 1 => Just(1e-300)]
 }

@@ -1,4 +1,4 @@
-//! The potential of mean force on the page of an exchange between windows.
+//! The potential of mean force, for the page of an exchange between windows.
 
 use super::paths::paths_at;
 use super::{dot, given};
@@ -9,7 +9,8 @@ use crate::view::report::figures::curves_figure;
 use crate::view::report::html::escape;
 use crate::view::report::plot::{Curves, Line, Point as Dot};
 
-/// Sentence on the distance and on the minimum of the potential of mean force; empty without windows.
+/// Returns a sentence on the distance and on the minimum of the potential of mean force. Empty if the exchange has no
+/// windows.
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     let Some(umbrella) = &summary.umbrella else { return String::new() };
     let temperature = summary.results.temperatures.first().map_or_else(String::new, |at| given(at.temperature));
@@ -20,7 +21,7 @@ pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     format!("<p>Windows of {}, at the temperature {temperature}.{lowest}</p>\n", escape(&distance_between(umbrella)))
 }
 
-/// The curves along the distance, the acceptance, and the replica paths.
+/// Returns the plots of curves along the distance, of the acceptance, and of the replica paths.
 pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let potential = along(
         summary,
@@ -41,7 +42,7 @@ pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> 
     [potential, free_energy, acceptance(summary), paths].into_iter().flatten().collect()
 }
 
-/// A curve along the distance.
+/// Plots a function of the distance.
 fn along(
     summary: &ExchangeSummary,
     [label, title]: [&str; 2],
@@ -54,7 +55,8 @@ fn along(
     curve(label, ["distance [length]", title], points, &text)
 }
 
-/// Acceptance of swaps, each in the middle of the overlap of two windows.
+/// Plots the acceptance of swaps between neighbouring windows. Each value is at the middle of the overlap of the two
+/// windows.
 fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let windows = &summary.results.temperatures;
     let middle = |place: usize| {

@@ -5,15 +5,14 @@ use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Largest number of drawn rows of replica paths, and number of rows from which they are chosen: enough for a
-/// few round trips.
+/// Largest number of rows of `exchange.csv` in the plot, and approximate number of round trips that these rows cover.
 const MOST_ROWS: u64 = 120;
 const ROUND_TRIPS: u64 = 4;
 
-/// Largest number of paths that can be told apart.
+/// Largest number of replica paths in the plot. More could not be told apart.
 const MOST_PATHS: usize = 3;
 
-/// The drawn rows: every N-th, up to a last one.
+/// Returns which rows of `exchange.csv` are drawn: every n-th row, up to a last row. The result is n and the last row.
 pub(super) fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
     let attempts = summary.results.attempts;
     let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
@@ -30,7 +29,7 @@ pub(super) fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_
     paths_at(summary, places, ("temperature [energy]", is_logarithmic), height)
 }
 
-/// Paths of some replicas, with each place at its height.
+/// Plots the paths of some replicas. `height` returns the vertical position of a temperature or window.
 pub(super) fn paths_at(
     summary: &ExchangeSummary,
     places: &[(f64, Vec<usize>)],

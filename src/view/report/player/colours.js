@@ -1,4 +1,4 @@
-// Colours and words shared by the player and other pages.
+// Colours, number formats and base64 decoding, shared by the player and other pages.
 
 /** Okabe and Ito's palette for the moving species, distinct for colour-blind readers. */
 const PALETTE = [

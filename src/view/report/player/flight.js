@@ -1,4 +1,4 @@
-// Particles between two frames.
+// Positions of particles between two frames.
 
 /**
  * Returns the displacement along a cubic curve at fraction `s` of the interval. The total displacement is
@@ -112,7 +112,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // A particle that leaves the picture before the next frame keeps its position in this frame.
+      // A particle that is left out of the next frame has no displacement. It keeps its position in this frame.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }

@@ -38,7 +38,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // The page does not handle touches with several fingers.
+  // Keep the browser from handling touches with several fingers.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {
@@ -50,7 +50,7 @@ function steer(canvas, camera, changed) {
     canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
   }
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  // Unless the picture was clicked, the wheel scrolls the page.
+  // The wheel zooms only if the picture has the focus or Ctrl is pressed. Otherwise it scrolls the page.
   canvas.addEventListener("wheel", (event) => {
     if (document.activeElement === canvas || event.ctrlKey) {
       event.preventDefault();

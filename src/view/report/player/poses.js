@@ -1,4 +1,4 @@
-// Surfaces between two frames.
+// Positions of moving surfaces between two frames.
 
 /** Returns a vector rotated by a matrix, given by its columns. */
 const turned = (columns, [x, y, z]) => [0, 1, 2].map((k) => columns[k] * x + columns[3 + k] * y + columns[6 + k] * z);
@@ -33,7 +33,7 @@ function poseBetween(from, to, s) {
   const axis = scaled(twist, 1 / norm(twist));
   const along = scaled(axis, dot(axis, shift));
   const across = subtract(shift, along);
-  // The axis goes through this point.
+  // A point on the axis of the screw motion.
   const centre = scaled(add(across, scaled(cross(axis, across), 1 / Math.tan(angle / 2))), 0.5);
   const turn = rotation(axis, s * angle);
   const columns = [0, 3, 6].flatMap((k) => turned(turn, from.slice(k, k + 3)));

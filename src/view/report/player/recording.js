@@ -1,19 +1,19 @@
-// The data of the page.
+// Access to the trajectory data in the page.
 
 /** Maximum size of the cache of decoded frames in bytes. */
 const CACHE = 1 << 26;
 
-/** Colour modes that are not channels. */
+/** Values of the colour choice that are not the index of a channel. */
 const SPECIES = -1;
 const FLIGHT = -2;
 
-/** Tones of a particle that flies freely until the next frame, and of any other particle. */
+/** Index in the colour scale of a particle that flies freely until the next frame, and of any other particle. */
 const FREE = 235;
 const HINDERED = 80;
 
 const element = (id) => document.getElementById(`player-${id}`);
 
-/** A trajectory as `src/report/recording.rs` describes it. */
+/** A trajectory in the form that `src/view/report/recording.rs` describes. */
 class Recording {
   constructor() {
     this.head = JSON.parse(element("head").textContent);
@@ -35,7 +35,7 @@ class Recording {
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
     this.flightBytes = Math.ceil(moving / 8);
     this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
-    // The number of frames that share an element is the same as in src/view/report/motion.rs.
+    // Number of frames in each text element. It must equal the number that src/view/report/motion.rs writes.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
   }
@@ -75,7 +75,7 @@ class Recording {
     return bytes;
   }
 
-  /** Returns the positions of the particles of a frame; NaN for particles outside the picture. */
+  /** Returns the positions of the particles of a frame; NaN for particles that were left out of it. */
   positions({ steps, head }) {
     const [lower, size] = head.field;
     const positions = new Float32Array(steps.length);

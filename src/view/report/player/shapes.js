@@ -1,4 +1,4 @@
-// Shapes that make up a picture.
+// Geometry of bonds and of the edges of the box.
 
 /** Number of sides of a bond. */
 const SIDES = 14;
@@ -40,7 +40,7 @@ function bondRods({ moving, bonds, bondEnds, bondRadii, fixedPositions, periodic
       return index < moving ? [positions, 3 * index] : [fixedPositions, 3 * (index - moving)];
     };
     const [[from, a], [to, b]] = [place(0), place(1)];
-    // In a sheared box the image beyond a side along y is displaced along x.
+    // In a sheared box, the periodic image beyond a side along y is displaced along x.
     const rise = to[b + 1] - from[a + 1];
     const slide = periodic[1] && Math.abs(rise) > box.size[1] / 2 ? Math.sign(rise) * displacement : 0;
     for (let k = 0; k < 3; k += 1) {

@@ -1,16 +1,16 @@
-//! Axes: their ranges, and the positions of their ticks.
+//! Axes of plots: their ranges, and the positions of their ticks.
 
 use crate::base::numbers::trunc_to_i32;
 use crate::view::report::html;
 
-/// Smallest range relative to the values; a smaller one could not be labelled.
+/// Smallest range of a linear axis, relative to its values. A smaller range could not be labelled.
 const SMALLEST_SPAN: f64 = 1e-5;
 
-/// Desired number of labels on a linear axis, and smallest number on any axis.
+/// Preferred number of labels on a linear axis, and smallest number of labels on any axis.
 const ENOUGH: usize = 4;
 const FEWEST: usize = 3;
 
-/// Width of a letter in a label `[pixels]`.
+/// Approximate width of a letter in a label `[pixels]`.
 const LETTER: f64 = 7.0;
 
 /// A linear or logarithmic axis between two positions `[pixels]`.
@@ -24,8 +24,8 @@ pub(in crate::view::report) struct Axis {
 }
 
 impl Axis {
-    /// An axis between two finite values, which are positive on a logarithmic axis. If they (nearly)
-    /// coincide, it covers their neighbourhood.
+    /// Returns an axis between two finite values, which must be positive on a logarithmic axis. If the values nearly
+    /// coincide, the axis extends a little beyond them.
     pub fn new([low, high]: [f64; 2], is_logarithmic: bool) -> Self {
         let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
         let (low, high) = match is_logarithmic {
@@ -42,42 +42,43 @@ impl Axis {
         Self { low, high, is_logarithmic, from: 0.0, to: 1.0 }
     }
 
-    /// The axis with space beyond both ends, relative to its length. An end at zero stays there.
+    /// Extends the axis beyond both ends by a fraction of its length. A lower end at zero stays there.
     pub fn widened(self, room: f64) -> Self {
         let margin = room * (self.high - self.low);
         let low = if self.low == 0.0 && !self.is_logarithmic { 0.0 } else { self.low - margin };
         Self { low, high: self.high + margin, ..self }
     }
 
-    /// The axis between other positions.
+    /// Returns the axis with its ends at other positions.
     pub fn between(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
 
-    /// Whether a value has a position: on logarithmic axes it must be positive.
+    /// Whether a value has a position on the axis. On a logarithmic axis, it must be positive.
     pub fn has_place(&self, value: f64) -> bool {
         value.is_finite() && (!self.is_logarithmic || value > 0.0)
     }
 
-    /// Position from 0 at the lower end to 1 at the upper end, and beyond.
+    /// Returns the position of a value relative to the axis: 0 at the lower end, 1 at the upper end. Values beyond the
+    /// ends have positions below 0 or above 1.
     pub fn fraction(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
         (value - self.low) / (self.high - self.low)
     }
 
-    /// Position of a value `[pixels]`.
+    /// Returns the position of a value `[pixels]`.
     pub fn place(&self, value: f64) -> f64 {
         self.from + self.fraction(value) * (self.to - self.from)
     }
 
-    /// The values with ticks, and whether each has a label; at least three have one.
+    /// Returns the values with ticks, and whether each tick has a label. At least three ticks have one.
     pub fn marks(&self) -> Vec<(f64, bool)> {
         let decades = if self.is_logarithmic { self.decades() } else { None };
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
     }
 
-    /// Returns a linear axis with the same ends. It provides the ticks of a logarithmic axis that covers less
-    /// than about a factor of two.
+    /// Returns a linear axis with the same ends. A logarithmic axis that covers less than about a factor of two takes
+    /// its ticks from this linear axis.
     fn evenly(&self) -> Self {
         match self.is_logarithmic {
             true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
@@ -85,12 +86,11 @@ impl Axis {
         }
     }
 
-    /// The ends, as logarithms on a logarithmic axis, and their positions `[pixels]`.
+    /// Returns the two ends of the axis and their positions `[pixels]`. The ends of a logarithmic axis are logarithms.
     pub fn scale(&self) -> [f64; 4] {
         [self.low, self.high, self.from, self.to]
     }
 
-    /// Whether equal ratios have equal lengths.
     pub fn is_logarithmic(&self) -> bool {
         self.is_logarithmic
     }
@@ -113,9 +113,9 @@ impl Axis {
         if room > 1.0 && LETTER * letters as f64 > room { with(FEWEST).unwrap_or(step) } else { step }
     }
 
-    /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there
-    /// are fewer than three labels, two and five times each power are labelled too, then all ticks. `None` if
-    /// there are still too few.
+    /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there are fewer
+    /// than three labels, the ticks at two and five times each power get labels too. If there are still too few, all
+    /// ticks get one. `None` if even these are fewer than three.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
@@ -138,7 +138,7 @@ impl Axis {
         marks.into_iter().find(|marks| marks.iter().filter(|mark| mark.1).count() >= FEWEST)
     }
 
-    /// The label at the tick of a value.
+    /// Returns the label of the tick at a value.
     pub fn label(&self, value: f64) -> String {
         if self.is_logarithmic && self.decades().is_some() {
             let text = format!("{value:e}");
@@ -168,10 +168,10 @@ impl Axis {
     }
 }
 
-/// The multiples of a step between two ends.
+/// Returns the multiples of a step between two ends.
 fn multiples(step: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil();
-    // A range has at most a hundred steps.
+    // An axis never has more than a hundred steps.
     let values = (0..=100).map(|k| (first + f64::from(k)) * step);
     values.take_while(|value| *value <= high + 1e-9 * step).collect()
 }
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn every_axis_has_three_labels_at_least() {
-        // Positions and lengths that do not repeat the same digits.
+        // Start values and lengths with many different digits.
         for k in 0..500 {
             let (start, length) = (
                 (f64::from(k) * 0.618_034).fract() * 20.0 - 10.0,

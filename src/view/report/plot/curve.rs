@@ -1,4 +1,4 @@
-//! Curves against one variable.
+//! Plots of curves against one variable.
 
 use std::fmt::Write;
 
@@ -7,17 +7,17 @@ use super::{Axis, BOTTOM, Key, LEFT, STRIP, TOP, WIDTH, deviations, frame, key, 
 /// Right end of the plot area `[pixels]`.
 const RIGHT: f64 = WIDTH - 14.0;
 
-/// Curves with more points show their errors as a band.
+/// Lines with more points show their errors as a band instead of bars.
 const MOST_BARS: usize = 60;
 
-/// Number of markers along a curve without markers at its points, if there are other curves.
+/// Number of markers along a line that has no markers at its points. They tell several lines in a plot apart.
 const SPARSE: usize = 9;
 
-/// Values with a larger ratio get a logarithmic axis: two and a half decades.
+/// Largest ratio of values on a linear axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// Largest shown extent of an error band, relative to the range of the values. Bars are always shown as a
-/// whole.
+/// An error band extends the vertical axis on each side by at most this multiple of the range of the values. On a
+/// logarithmic axis, the limit is this number of decades. Error bars are not limited.
 const WIDEST_BAND: f64 = 2.0;
 
 /// A measured value.
@@ -29,33 +29,33 @@ pub(in crate::view::report) struct Point {
     pub error: f64,
 }
 
-/// How a line is drawn.
+/// How a line of a plot is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::view::report) enum LineStyle {
-    /// Measured values: points with bars, or a line with a band.
+    /// Measured values, drawn as points with error bars or as a line with a band.
     #[default]
     Measured,
-    /// A time series: a line.
+    /// A time series, drawn as a line.
     TimeSeries,
-    /// Published values: dashes.
+    /// Published values, drawn as a dashed line.
     Published,
 }
 
-/// A line of a plot. Its index determines its colour and its marker; published lines are counted separately.
+/// A line of a plot. Its index determines its colour and its marker. Published lines are counted separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
-    /// Text in the legend.
+    /// Name of the line in the legend.
     pub label: String,
-    /// `None` for a gap.
+    /// Points in order. `None` is a gap.
     pub points: Vec<Option<Point>>,
-    /// Deviations from published values, for each of the first points.
+    /// Deviations of the points from published values, in standard errors. The list may be shorter than `points`.
     pub deviations: Vec<Option<Point>>,
-    /// Colour of a line in a family, see [`Key::tone`].
+    /// Colour index of a line in a family of curves, see [`Key::tone`].
     pub tone: Option<usize>,
 }
 
-/// A mean with its error, as a band across the plot.
+/// A mean with its error, drawn as a horizontal band across the plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view::report) struct Level {
     pub mean: f64,
@@ -72,12 +72,12 @@ pub(in crate::view::report) struct Curves {
     pub is_logarithmic: [bool; 2],
     pub lines: Vec<Line>,
     pub level: Option<Level>,
-    /// Colour key of a family.
+    /// Colour key, if the lines form a family.
     pub key: Option<Key>,
 }
 
 impl Curves {
-    /// The plot and its numbers as JSON; `None` if there are no points to draw.
+    /// Returns the plot and its numbers as JSON. `None` if there are no points to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let mut scaled = self.clone();
         scaled.is_logarithmic = [0, 1].map(|k| self.is_logarithmic[k] || self.asks_for_logarithms(k));
@@ -92,7 +92,7 @@ impl Curves {
         let foot = if has_strip { STRIP[1] } else { BOTTOM };
         let mut svg = open(&self.label, foot);
         frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
-        // A nested image clips everything outside of the plot area.
+        // A nested image clips everything outside the plot area.
         let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");
@@ -123,13 +123,13 @@ impl Curves {
         svg
     }
 
-    /// The legend: index, style class and text of each line.
+    /// Returns the entries of the legend: index, style class and line.
     pub fn legend(&self) -> Vec<(usize, String, &Line)> {
         let lines = self.classes().into_iter().zip(&self.lines).enumerate();
         lines.map(|(number, (class, line))| (number, class, line)).collect()
     }
 
-    /// Style class of each line, which defines its colour.
+    /// Returns the style class of each line, which defines its colour.
     pub(super) fn classes(&self) -> Vec<String> {
         let (mut measured, mut published) = (0, 0);
         let class = |line: &Line| {
@@ -144,9 +144,9 @@ impl Curves {
         self.lines.iter().map(class).collect()
     }
 
-    /// Whether a logarithmic axis shows more than a linear axis. The values must be positive and cover a large
-    /// range. On the horizontal axis, the median must be below a tenth of the largest value, and no line may
-    /// be a time series. On the vertical axis, the values must be larger than their errors.
+    /// Whether a logarithmic axis would show more than a linear axis. The values must be positive and cover a large
+    /// range. On the horizontal axis, the median must be below a tenth of the largest value, and no line may be a time
+    /// series. On the vertical axis, all values must be larger than their errors.
     fn asks_for_logarithms(&self, k: usize) -> bool {
         let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
         let points = || lines().flat_map(|line| line.points.iter().flatten());
@@ -178,8 +178,8 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Returns the range of the measured values with their errors and of the published values. Published
-    /// values are left out if they are much larger. Bars are included as a whole.
+    /// Returns the range of the vertical axis. It covers the measured values with their errors, and the published
+    /// values. Published values extend it on each side by at most the range of the measured values, or by one decade.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let level =
@@ -200,22 +200,22 @@ impl Curves {
             points.flat_map(|point| [point.y - point.error, point.y + point.error]).map(move |y| y.clamp(least, most))
         });
         let [least, most] = within(1.0);
-        // On a logarithmic axis a bar that reaches zero has no lower end.
+        // On a logarithmic axis, an error bar extends the axis by at most two decades below the smallest value.
         let lowest = if self.is_logarithmic[1] { low / 100.0 } else { f64::NEG_INFINITY };
         let ends = ends.filter(can).map(|y| y.max(lowest));
         extent(ends.chain(published.map(|point| point.y.clamp(least, most))).chain([low, high]))
     }
 }
 
-/// Whether a line is drawn as points with bars.
+/// Whether a measured line is drawn as points with error bars.
 fn has_bars(line: &Line) -> bool {
     line.style == LineStyle::Measured && line.points.iter().flatten().count() <= MOST_BARS
 }
 
-/// Number of colours in the style sheet.
+/// Number of line colours in the style sheet.
 pub(super) const COLOURS: usize = 8;
 
-/// The smallest and the largest finite value.
+/// Returns the smallest and the largest finite value.
 pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(None, |range, value| {
         let [low, high] = range.unwrap_or([value, value]);
@@ -223,7 +223,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// Draws a line, with a marker of this index if there are several lines.
+/// Draws a line. `number` selects its marker, or is `None` if lines need no markers to be told apart.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -252,14 +252,15 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     if let Some(number) = number.filter(|_| !has_bars && line.style != LineStyle::Published) {
         let points: Vec<&Point> = runs.iter().flatten().collect();
         let stride = points.len().div_ceil(SPARSE).max(1);
-        // Markers of nearly coinciding curves are placed side by side.
+        // Shift the markers from line to line, so that markers of nearly coinciding lines do not overlap.
         for point in points.iter().skip((number * stride / 4) % stride).step_by(stride) {
             svg.push_str(&mark(number, place(point)));
         }
     }
 }
 
-/// Draws the error bar of a point. A bar that extends beyond a logarithmic axis has no lower end.
+/// Draws the error bar of a point. A bar that extends below the plot area ends at the lower side of the area, without a
+/// cap.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     if point.error > 0.0 {
         let [low, high] = [point.y - point.error, point.y + point.error];
@@ -271,7 +272,7 @@ fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     }
 }
 
-/// Sequences of points without a gap.
+/// Splits a line at its gaps.
 fn runs(line: &Line, x: &Axis, y: &Axis) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
     for point in &line.points {
@@ -296,7 +297,7 @@ mod tests {
         Curves { lines: vec![line(points)], ..Curves::default() }
     }
 
-    /// Ends of the vertical axis.
+    /// Returns the axes of a plot as JSON.
     fn ends(curves: &Curves) -> serde_json::Value {
         let [_, values] = curves.drawing().unwrap();
         serde_json::from_str::<serde_json::Value>(&values).unwrap()["axes"].clone()
@@ -307,7 +308,7 @@ mod tests {
         let axes = ends(&curves(&[(0.0, 1.0, 0.1), (1.0, 2.0, 30.0), (2.0, 1.5, 0.1)]));
         let ends: Vec<f64> = axes[1]["ends"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect();
         assert!(ends[0] < -28.0 && ends[1] > 32.0, "{ends:?}");
-        // A band may be cut off to keep the curve visible.
+        // A band does not extend the axis so far that the curve becomes invisible.
         let many: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 1e4)).collect();
         let axes = self::ends(&curves(&many));
         assert!(axes[1]["ends"][1].as_f64().unwrap() < 400.0, "{axes}");
@@ -319,11 +320,11 @@ mod tests {
             |points: &[(f64, f64, f64)]| [0, 1].map(|k| ends(&curves(points))[k]["isLogarithmic"] == true);
         let decades: Vec<(f64, f64, f64)> = (-4..3).map(|k| (10_f64.powi(k), 10_f64.powi(2 * k), 0.0)).collect();
         assert_eq!(is_logarithmic(&decades), [true, true]);
-        // Evenly spaced values need no logarithmic axis, however many there are, and neither does zero.
+        // Evenly spaced values get a linear axis, however many there are. So do values that include zero.
         let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
         assert_eq!(is_logarithmic(&even), [false, false]);
         assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);
-        // A value that is zero within its error has no logarithm.
+        // A value that is zero within its error does not get a logarithmic axis.
         assert_eq!(is_logarithmic(&[(1.0, 1e-4, 0.1), (2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]), [false, false]);
     }
 

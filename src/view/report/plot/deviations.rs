@@ -1,4 +1,4 @@
-//! Deviations of measured values from a published curve, in a strip below the plot.
+//! Deviations of measured values from a published curve, drawn in a strip below the plot.
 
 use std::fmt::Write;
 
@@ -6,11 +6,11 @@ use super::curve::{Curves, Line, LineStyle, Point};
 use super::mark::{arrow, mark};
 use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 
-/// Smallest and largest half-height of the strip in standard errors. Points beyond it are arrows at its edge.
+/// Smallest and largest half-height of the strip, in standard errors. A point beyond the strip is an arrow at its edge.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
-/// `(measured - published) / sigma` at each measured point with a standard error `sigma`, if the published
-/// curve has a value there, at the point itself or interpolated between two points.
+/// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. The published value
+/// is interpolated between two points if necessary. `None` for a point outside the published curve.
 pub(in crate::view::report) fn deviations(
     measured: &[Option<Point>],
     published: &[Option<Point>],
@@ -34,7 +34,7 @@ pub(in crate::view::report) fn deviations(
     measured.iter().map(|point| point.as_ref().and_then(deviation)).collect()
 }
 
-/// Draws the strip: the deviations of all lines that have some, with the range of two standard errors.
+/// Draws the strip with the deviations of all lines. The range of two standard errors is shaded.
 pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
     let points = |line: &Line| -> Vec<Point> {
         line.deviations.iter().flatten().copied().filter(|point| x.has_place(point.x)).collect()

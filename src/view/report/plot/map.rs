@@ -9,20 +9,21 @@ use super::curve::{LARGEST_RATIO, extent};
 use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px, values};
 use crate::base::numbers::trunc_to_usize;
 
-/// Right end of the plot area, and position of the colour scale `[pixels]`.
+/// Right end of the plot area, and left and right end of the colour scale `[pixels]`.
 const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
-/// Number of colours of the scale in the style sheet.
+/// Number of colours of a map in the style sheet.
 pub(in crate::view::report) const LEVELS: usize = 32;
 
-/// With more cells than this, a table is easier to read.
+/// Largest number of cells of a map. With more cells, a table is easier to read.
 pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 
-/// Largest number of cells whose values the pointer shows; more would make the page large.
+/// Largest number of cells for which the page contains values to show at the pointer. More cells would make the page
+/// large.
 const MOST_SHOWN: usize = 5_000;
 
-/// A quantity on a grid.
+/// A plot of a quantity on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Map {
     /// Label for screen readers.
@@ -30,14 +31,15 @@ pub(in crate::view::report) struct Map {
     /// Titles of both axes and of the colour scale, with units.
     pub titles: [String; 3],
     pub is_logarithmic: bool,
-    /// `x`, `y` and the value; `None` without a value.
+    /// Coordinates `x` and `y` of each cell, and its value. `None` for a cell without a value.
     pub cells: Vec<(f64, f64, Option<f64>)>,
     /// Standard error of each cell, if known.
     pub errors: Vec<Option<f64>>,
 }
 
 impl Map {
-    /// The plot and its numbers as JSON, if they are few; `None` if there is nothing to draw.
+    /// Returns the plot and its numbers as JSON. `None` if there is nothing to draw. The numbers are left out if there
+    /// are too many cells.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
@@ -106,7 +108,8 @@ impl Map {
     }
 }
 
-/// The coordinates of a grid in ascending order, each with the edges of its cell, half-way to the neighbours.
+/// Returns the coordinates of a grid in ascending order, each with the two edges of its cell. The edges are half-way to
+/// the neighbours.
 fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
     let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);

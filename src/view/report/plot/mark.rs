@@ -1,8 +1,9 @@
-//! Markers of points. Each curve has its own marker, so that curves differ without colour.
+//! Markers of the points of a line. Lines have different markers, so that they can be told apart without colour.
 
 use super::px;
 
-/// Shapes in the order of the lines. Each is drawn around the origin and has about the same area.
+/// Markers as SVG paths around the origin, all with about the same area. The circle, which is marker 0, is not in this
+/// list.
 const SHAPES: [&str; 7] = [
     "m-2.6 -2.6h5.2v5.2h-5.2z",
     "m0 -3.7l3.7 3.7l-3.7 3.7l-3.7 -3.7z",
@@ -13,7 +14,7 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Index of the first shape that consists of lines, without area.
+/// Number of the first marker that consists of lines without area. The circle is marker 0.
 const FIRST_OPEN: usize = 5;
 
 /// Returns the marker of a line, by its index, at a position `[pixels]`.
@@ -26,7 +27,7 @@ pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     }
 }
 
-/// An arrow at the edge of a strip, for a point beyond it.
+/// Returns an arrow at the edge of the strip, which marks a point beyond the edge.
 pub(super) fn arrow([x, y]: [f64; 2], is_upward: bool) -> String {
     let shape = if is_upward { "l4 6h-8z" } else { "l4 -6h-8z" };
     format!("<path class=\"mark\" d=\"M{} {}{shape}\"/>", px(x), px(y))

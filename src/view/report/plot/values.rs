@@ -1,47 +1,46 @@
-//! The numbers of a plot, for the script that shows the value under the pointer.
+//! The numbers of a plot as JSON. A script uses them to show the value under the pointer.
 
 use serde::Serialize;
 
 use super::Axis;
 use super::curve::{Curves, LineStyle, Point};
 
-/// Numbers of a plot.
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    /// For a map, the third axis is the colour scale.
+    /// The axes of a plot. For a map, the third axis is the colour scale.
     axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }
 
-/// Scale of an axis.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Scale {
     title: String,
     is_logarithmic: bool,
-    /// Lower and upper end, or their logarithms, and their positions `[pixels]`.
+    /// Lower and upper end of the axis, and the positions of both ends `[pixels]`. On a logarithmic axis, the ends are
+    /// given by their logarithms.
     ends: [f64; 4],
 }
 
-/// Points of a line.
+/// Points of a line, or all cells of a map.
 #[derive(Debug, Serialize)]
 struct Column<'c> {
     label: &'c str,
     class: String,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Values of the cells of a map; empty for a curve.
+    /// Values of the cells of a map. Empty for a curve.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cells: Vec<f64>,
-    /// Standard errors; empty if there are none.
+    /// Standard errors of the values. Empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
-    /// Deviations from published values; empty if there are none.
+    /// Deviations from published values, in standard errors. Empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     deviations: Vec<Option<f64>>,
 }
 
-/// The numbers as JSON, with five digits, so that a plot with many points stays small.
+/// Returns the numbers of a plot as JSON, with five digits, so that a plot with many points stays small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
@@ -68,7 +67,7 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     text(&curves.titles, &[x, y], lines.collect())
 }
 
-/// The values of a map with their standard errors, 0 if unknown.
+/// Returns the values of a map as JSON, with their standard errors. An unknown error is 0.
 pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
     let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
     let has_errors = cells.iter().any(|cell| cell[3] > 0.0);
@@ -84,11 +83,11 @@ fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
         Scale { title, is_logarithmic, ends: axis.scale().map(short) }
     };
     let values = Values { axes: axes.iter().zip(titles).map(axis).collect(), lines };
-    // Numbers and text can always be represented as JSON.
+    // Numbers and text can always be written as JSON.
     serde_json::to_string(&values).unwrap_or_default()
 }
 
-/// A number with five digits.
+/// Rounds a number to five digits.
 fn short(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }

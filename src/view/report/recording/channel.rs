@@ -9,29 +9,29 @@ use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::render::legend;
 
-/// Largest number of scalars of a trajectory with colours; each makes the page larger.
+/// Largest number of scalars that the player takes from the trajectory. Each scalar makes the page larger.
 const MOST_GIVEN: usize = 4;
 
 /// Kind of a scalar.
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
-    /// `|v|`
+    /// Speed `|v|`.
     Speed,
-    /// Coordinate along an axis, and its sign.
+    /// Coordinate along an axis, multiplied by a sign.
     Height(usize, f64),
-    /// Number of neighbours within the range of a finite step.
+    /// Number of neighbours within the range of a potential with finite steps.
     Captured(WellNeighbours),
     /// A scalar of the trajectory, by name.
     Given(String),
 }
 
-/// The scalars of a trajectory, and the ends of their scales for the frames so far.
+/// The scalars of a trajectory. Each has a description and the highest value so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// The useful scalars: a height if something falls, captured neighbours if there are finite steps, and
-    /// the scalars in the trajectory.
+    /// Chooses the scalars: the speed, a height if something falls, numbers of neighbours if there are finite steps,
+    /// and the scalars in the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -60,13 +60,14 @@ impl Channels {
         Self(channels)
     }
 
-    /// The size of a frame `[bytes]`.
+    /// Returns the approximate size of a frame on the page `[bytes]`.
     pub fn bytes(&self, moving: usize) -> usize {
-        // Includes one bit per free flight, and the entry of each frame in the description.
+        // In order: coordinates, scalars, one bit per particle for free flights, and about 300 bytes for the JSON
+        // description of the frame.
         (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
-    /// Appends the scalars of a frame; returns the range of each.
+    /// Appends the scalars of a frame as bytes. Returns the values that the bytes 0 and 255 stand for, for each scalar.
     pub fn encode(
         &mut self,
         frame: &Frame,
@@ -97,10 +98,10 @@ impl Channels {
         self.0.iter_mut().map(encode).collect()
     }
 
-    /// Names of the scalars, and their colour scales.
+    /// Returns the descriptions of the scalars with the final ends of their colour scales.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
-            // Without particles, nothing is known.
+            // Without moving particles, both ends of a scale may be infinite.
             let low = if head.low.is_finite() { head.low } else { 0.0 };
             let high = if head.high > low { head.high } else { low + 1.0 };
             ChannelHead { low, high, is_exceeded: highest > high, ..head }
@@ -109,7 +110,7 @@ impl Channels {
     }
 }
 
-/// The values of a scalar of the frame for moving particles; zeros if the frame lacks it.
+/// Returns the values of a scalar for the moving particles. They are zero if the frame lacks the scalar.
 fn given(frame: &Frame, name: &str) -> Vec<f64> {
     let scalar = frame.scalars.iter().find(|scalar| scalar.name == name);
     let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
@@ -117,7 +118,7 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     moving.map(|(place, _)| value(place)).collect()
 }
 
-/// Appends values as bytes, and returns the values of 0 and 255. Counts up to 255 are exact.
+/// Appends values as bytes. Returns the values that the bytes 0 and 255 stand for. Counts up to 255 are exact.
 fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));

@@ -1,28 +1,28 @@
 //! Free flight between two frames: which particles had no event in between.
 //!
-//! A particle that flew freely from one frame to the next has the position and velocity given by its velocity
-//! and the acceleration. Then its path in between is known, and the player computes it from the two positions
-//! alone, by nearest images along periodic axes. For all other particles only the ends of the path are known.
+//! For a particle in free flight, the position and the velocity in the later frame follow from the earlier frame and
+//! the acceleration. The player then knows the path in between. It computes the path from the two positions alone, by
+//! nearest images along periodic axes. For all other particles, only the ends of the path are known.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Relative deviation allowed in a free flight. Each move of a particle is rounded by `2^-53`, so this allows
-/// millions of moves. A contact with a smaller effect cannot be seen.
+/// Relative deviation allowed for a free flight. Each move of a particle has a relative round-off of `2^-53`, so this
+/// allows millions of moves. A collision that changes less than this is not noticed.
 const ROUNDING: f64 = 1e-9;
 
-/// Longest flight whose direction follows from its ends, nearly half a period, in units of 1/500 of a period;
-/// and the number of these units in a period.
+/// Longest displacement for which the nearest image is certainly the right one, nearly half a period, in units of 1/500
+/// of a period. `PERIOD` is the number of these units in a period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
-/// The moving particles of a frame.
+/// Time and moving particles of a frame.
 #[derive(Debug, Clone, PartialEq)]
 struct Moment {
     time: f64,
-    /// Position inside the box, velocity, index of the species.
+    /// Wrapped position, velocity and species index of each moving particle.
     states: Vec<(Vector, Vector, usize)>,
 }
 
@@ -34,18 +34,19 @@ impl Moment {
     }
 }
 
-/// Flights of all moving particles between two frames.
+/// Free flights of all moving particles between two frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flights {
-    /// Index of the acceleration.
+    /// Index in [`FlightFinder::falls`] of the accelerations during the flights.
     pub fall: usize,
-    /// For each particle, an upper bound of its displacement along any periodic axis, in units of 1/500 of a
-    /// period. It is 0 if the particle had an event or went too far.
+    /// For each particle, an upper bound of its displacement along any periodic axis, in units of 1/500 of a period. It
+    /// is 0 if the particle had an event or if the displacement is too long.
     ways: Vec<u8>,
 }
 
 impl Flights {
-    /// Flights over an interval and the next one.
+    /// Returns the flights over this interval and the next one together. A flight continues only under the same
+    /// acceleration.
     pub fn then(mut self, next: &Self) -> Self {
         let joined = |(first, second): (&mut u8, &u8)| {
             let is_flight = *first > 0 && *second > 0 && self.fall == next.fall;
@@ -56,12 +57,12 @@ impl Flights {
         self
     }
 
-    /// Number of particles in free flight.
+    /// Returns the number of particles in free flight.
     pub fn count(&self) -> usize {
         self.ways.iter().filter(|way| **way > 0).count()
     }
 
-    /// One bit per particle, lowest first.
+    /// Returns the free flights as bytes, with one bit per particle, lowest bit first.
     pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
         self.ways
             .chunks(8)
@@ -69,12 +70,13 @@ impl Flights {
     }
 }
 
-/// Finds the flights between successive frames.
+/// Finds the free flights between successive frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
-    /// Accelerations by species: first the accelerations of the scene, then the accelerations of its stages.
+    /// Accelerations of each species. The first list is for the scene, and the others are for stages with their own
+    /// gravity.
     pub falls: Vec<Vec<Vector>>,
-    /// Difference of the velocity along x between a particle and its image one period up along y.
+    /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y.
     pub slide: f64,
     last: Option<Moment>,
 }
@@ -94,13 +96,13 @@ impl FlightFinder {
         Self { falls, slide: rate * frame.size.y, last: None }
     }
 
-    /// Flights from the previous frame to this one; `None` for the first frame.
+    /// Returns the free flights from the previous frame to this one. `None` for the first frame.
     pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
         let now = Moment::of(frame);
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // If there are several accelerations, the acceleration that fits most particles is used.
+        // If stages have different gravity, use the accelerations that explain the most flights.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 
@@ -122,8 +124,8 @@ impl FlightFinder {
     }
 }
 
-/// Returns the shortest displacement between periodic images of two points of the box, for the displacement
-/// of the sheared box in the later frame. Also returns the number of periods up along y.
+/// Returns the shortest displacement between periodic images of two points, and the number of periods of the image up
+/// along y. `frame` is the later frame, whose displacement applies if the box is sheared.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -136,8 +138,8 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period; 0 if it
-/// is too far.
+/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period. Returns 0 if the
+/// displacement is too long.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

@@ -1,4 +1,4 @@
-//! A frame in compact form.
+//! Compact encoding of a frame.
 
 use super::FrameHead;
 use super::channel::Channels;
@@ -7,14 +7,14 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// Number of steps between the sides of the field. One more value marks particles beyond the field.
+/// Number of steps along each axis of the field. One more value marks particles outside the field.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
-/// Margin of the field around the box, in edges of the box.
+/// Largest margin of the field on each side of the box, in units of the edge length.
 const REACH: f64 = 3.0;
 
-/// The bytes of a frame and their description.
+/// Bytes of a frame, and their description.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Encoded {
     pub head: FrameHead,
@@ -50,7 +50,7 @@ impl Encoded {
         Self { head, bytes }
     }
 
-    /// Adds the flights of all particles until the next frame, if there is one.
+    /// Adds the free flights of all particles until the next frame. The last frame has none.
     pub fn with_flights(mut self, flights: Option<&Flights>, moving: usize) -> (FrameHead, Vec<u8>) {
         let end = self.bytes.len() + moving.div_ceil(8);
         if let Some(flights) = flights {
@@ -62,7 +62,8 @@ impl Encoded {
     }
 }
 
-/// The box, extended to particles outside of it within reach: lower corner and edges.
+/// Returns the field as its lower corner and its edge lengths. The field is the box, extended to particles outside of
+/// it that are not farther than the margin.
 fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     let mut lower = frame.lower;
     let mut upper = frame.lower + frame.size;
@@ -78,7 +79,7 @@ fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     (lower, upper - lower)
 }
 
-/// The coordinates in steps of the field.
+/// Returns a position in steps of the field. All steps are `BEYOND` if the position is outside the field.
 fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
     let fractions = [0, 1, 2].map(fraction);

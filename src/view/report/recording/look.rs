@@ -3,7 +3,7 @@
 use super::Recording;
 use crate::model::{Colouring, LivePlan};
 
-/// Colouring by species, in the numbering of channels.
+/// Index that stands for the colouring by species instead of a channel.
 const SPECIES: i64 = -1;
 
 impl Recording {

@@ -1,4 +1,4 @@
-//! Numbers of neighbours within the range of a finite step.
+//! Numbers of neighbours within the range of a potential with finite steps.
 
 use std::collections::HashSet;
 
@@ -7,10 +7,10 @@ use crate::engine::CellList;
 use crate::model::{Scene, SpeciesId};
 use crate::trajectory::Frame;
 
-/// The ranges within which particles are neighbours.
+/// The ranges within which two particles count as neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WellNeighbours {
-    /// By pair of species; negative for pairs without a finite step.
+    /// Range of each pair of species. Negative if the potential of the pair has no finite steps.
     ranges: Vec<f64>,
     species: usize,
     longest: f64,
@@ -19,8 +19,8 @@ pub(super) struct WellNeighbours {
 }
 
 impl WellNeighbours {
-    /// The ranges of a scene; `None` if it has no finite steps, or if the species of the frame differ from
-    /// the species of the scene.
+    /// Returns the ranges for a scene. `None` if no potential of the scene has finite steps, or if the species of the
+    /// frame differ from those of the scene.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
@@ -41,7 +41,8 @@ impl WellNeighbours {
         (longest > 0.0).then_some(Self { ranges, species, longest, bonded })
     }
 
-    /// The number for each moving particle, in the order of the frame. Bonded partners do not count.
+    /// Returns the number of neighbours of each moving particle, in the order of the frame. Bonded partners do not
+    /// count.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
         let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));

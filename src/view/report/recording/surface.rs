@@ -1,4 +1,4 @@
-//! Surfaces in compact form.
+//! Compact encoding of surfaces.
 
 use serde::Serialize;
 
@@ -6,37 +6,38 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Largest number of triangles of all surfaces on a page: with their vertices they take one or two megabytes.
+/// Largest number of triangles of all surfaces on a page. With their vertices, they take one or two megabytes.
 pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
-/// Number of steps between the sides of the box around all surfaces.
+/// Number of steps along each axis of the box around all surfaces.
 const STEPS: f64 = 65_535.0;
 
-/// Layout of the surface bytes.
+/// Layout of the bytes of all surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::view) struct SurfaceHead {
     pub triangles: usize,
     pub edges: usize,
     pub vertices: usize,
-    /// Numbers of triangles, edges and vertices of each surface, in order.
+    /// Numbers of triangles, edges and vertices of each surface.
     pub parts: Vec<[usize; 3]>,
-    /// Lower corner and edges of the box around all surfaces.
+    /// Lower corner and edge lengths of the box around all surfaces.
     pub lower: [f64; 3],
     pub size: [f64; 3],
 }
 
-/// Surfaces for the player.
+/// Surfaces in the form that the player reads.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
-    /// Three vertices (u32) per triangle; two positions per edge and one per vertex, in steps of the box
-    /// (u16); a normal (i8) per vertex; in little-endian order.
+    /// Bytes in little-endian order: three vertex indices (u32) for each triangle, then the positions (u16) of the two
+    /// ends of each edge and of each vertex, then a normal (i8) for each vertex. Positions are in steps of the box
+    /// around all surfaces.
     pub bytes: Vec<u8>,
 }
 
 impl SurfaceData {
-    /// `None` if there are no surfaces.
+    /// Encodes surfaces. `None` if there are no surfaces.
     pub fn of(surfaces: &Surfaces) -> Option<Self> {
         let skins = &surfaces.skins;
         let lower = skins.iter().map(|skin| skin.bounds[0]).reduce(|a, b| a.inf(&b))?;
@@ -65,7 +66,7 @@ impl SurfaceData {
         let places = edges.chain(skins.iter().flat_map(|skin| &skin.vertices));
         bytes.extend(places.flat_map(steps).flatten());
         let normals = skins.iter().flat_map(|skin| skin.normals.iter().flatten());
-        // A signed byte, by its bits.
+        // Converts a number from -127 to 127 into the bits of a signed byte.
         bytes.extend(normals.map(|x| (trunc_to_u16((127.0 * x).round() + 256.0) & 255).to_le_bytes()[0]));
         Some(Self { head, bytes })
     }

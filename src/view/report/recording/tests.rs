@@ -8,13 +8,14 @@ use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// `count` grains that fly through a box with a periodic x axis, with a pivot and a bond.
+/// Returns a frame with `count` moving grains, a static pivot, and a bond between the first grain and the pivot. The
+/// box is periodic along x.
 fn frame(time: f64, count: u32) -> Frame {
     let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Several grains are one edge to the right of the box, which is the same position.
+        // Every other grain is one box length to the right. In the periodic box, this is the same position.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -54,7 +55,7 @@ fn text(frames: &[Frame]) -> Vec<u8> {
     text
 }
 
-/// A position as computed by the player.
+/// Returns the position of a particle as the player computes it.
 fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
     let bytes = &recording.frames[frame];
     let [lower, size] = recording.head.frames[frame].field;
@@ -77,19 +78,19 @@ fn positions_and_speeds_come_back_within_their_steps() {
             let found = decoded(&recording, index, particle);
             for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
-                // Half a step, plus the rounding of a few operations.
+                // The bound is half a step, plus the round-off of a few operations.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
                 assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
                 assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
             }
-            // 3 * 2 * 51 = 306 bytes of coordinates are padded to 308.
+            // The coordinates, 3 * 2 * 51 = 306 bytes, are padded to 308 bytes.
             let [low, high] = head.frames[index].ranges[0];
             let speed = low + f64::from(recording.frames[index][308 + particle]) / 255.0 * (high - low);
             assert!((speed - expected.velocity.norm()).abs() <= 0.5 * 50.0 / 255.0 + 1e-9);
         }
         assert_eq!(recording.frames[index].len(), 308 + 51 + 7);
     }
-    // 52 radii, the pivot, a bond and its radius, 52 species.
+    // The constants are 52 radii, the position of the pivot, the two ends and the radius of the bond, and 52 species.
     assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
     let float = |at: usize| f32::from_le_bytes(recording.constants[at..at + 4].try_into().unwrap());
     assert_eq!([0, 204, 208, 212, 216].map(float), [0.5, 0.25, 1.0, 2.0, -1.0]);
@@ -168,7 +169,7 @@ fn scalars_are_those_that_the_scene_has() {
 fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
-        // The last value belongs to the pivot, which keeps its own colour.
+        // The last value belongs to the pivot. The recording leaves it out, because the pivot is static.
         let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
         frame.scalars = vec![Scalar { name: "q6".into(), values }];
     }
@@ -183,7 +184,7 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
 fn neighbours_are_those_of_a_search_over_all_pairs() {
     let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
     for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
-        // Pairs with wells of two different ranges, and pairs without a well.
+        // Some pairs have wells, with two different ranges. Other pairs have no well.
         let well = |factor| Potential::square_well(0.5, factor, 1.0).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
         fill.composition.push(("B".to_owned(), 1.0));
@@ -211,7 +212,7 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
             let range = [[1.5, 1.2], [1.2, 0.0]][a.species.0 as usize][b.species.0 as usize];
             let apart = a.position - b.position;
             let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
-            // Over all images along y, each displaced along x.
+            // Try all images along y. Each image is also displaced along x.
             let is_near = (-2..=2).map(f64::from).any(|up| {
                 let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
                 x * x + y * y + nearest(apart.z).powi(2) < range * range
@@ -221,7 +222,7 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
         let all = &frame.particles;
         let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
-        // A bonded pair does not count.
+        // Bond one pair of neighbours, which then does not count.
         let one = expected.iter().position(|count| *count > 0.0).unwrap();
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];

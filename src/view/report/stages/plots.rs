@@ -1,4 +1,4 @@
-//! Results of the measured stages against their temperatures.
+//! Plots of the results of measured stages against their temperatures.
 
 use crate::analysis::observables::OBSERVABLES;
 use crate::base::text;
@@ -11,17 +11,18 @@ use crate::view::report::plot::{Curves, Line, Point, extent};
 /// Name of the observable along the horizontal axis.
 pub(in crate::view::report) const TEMPERATURE: &str = "temperature";
 
-/// Smallest ratio of temperatures; with less, the run is at one temperature.
+/// Smallest ratio of the highest to the lowest temperature in an anneal. Below this ratio, a run counts as a run at one
+/// temperature.
 const LEAST_RATIO: f64 = 1.02;
 
-/// Temperatures with a larger ratio get a logarithmic axis.
+/// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Largest relative difference of a quantity that is equal in all stages.
+/// Largest relative difference between stages for a quantity that counts as equal in all stages.
 const SAME: f64 = 1e-9;
 
-/// Returns figures of all observables and measured numbers against the temperature of the stage. Figures of
-/// measured functions are coloured by this temperature. Empty if all stages have the same temperature.
+/// Returns figures of all observables and measured numbers against the temperature of the stage. Measured functions
+/// become figures with curves coloured by this temperature. Empty if all stages have the same temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -54,7 +55,7 @@ pub(in crate::view::report) fn is_long(temperatures: impl Iterator<Item = f64>) 
     extent(temperatures).is_some_and(|[least, most]| most > LONG * least)
 }
 
-/// A quantity of the stages: its name, title and unit.
+/// A quantity that the stages of a run measure.
 struct Known {
     name: String,
     title: String,
@@ -90,7 +91,7 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         .collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let [low, high] = extent(points.iter().map(|point| point.y))?;
-    // A value that is equal in all stages is only in the table.
+    // A value that is equal in all stages is not plotted. The table shows it.
     if points.len() < 2 || high - low <= SAME * low.abs().max(high.abs()) {
         return None;
     }

@@ -1,4 +1,4 @@
-//! The pages of the runs of a sweep, to which its own page links.
+//! The pages of single runs of a sweep. The page of the sweep links to them.
 
 use std::fs;
 use std::io;
@@ -9,7 +9,7 @@ use crate::sweep::{Results, Sweep, SweepFolder};
 use crate::view::ViewError;
 use crate::view::report::{small_page, write};
 
-/// Path of the page of a run in its folder, to which the page of the sweep links.
+/// Path of the page of a run, in the folder of the run. The page of the sweep links to it.
 #[must_use]
 pub fn run_page_in(run: &Path) -> PathBuf {
     run.join(SMALL_PAGE)

@@ -1,5 +1,5 @@
-//! Every quantity of a sweep against the value that varies, and of measured stages against their temperature,
-//! compared with published values.
+//! Plots of all quantities of a sweep against the varied value, and of measured stages against their temperature.
+//! Published values are shown for comparison.
 
 use std::fmt::Write;
 
@@ -11,59 +11,59 @@ use crate::view::report::html::{self, escape, symbols};
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot, deviations, extent};
 use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
 
-/// Values with a larger ratio get a logarithmic axis.
+/// Largest ratio of values on a linear axis.
 const LONG: f64 = 50.0;
 
-/// Largest relative difference of a conserved quantity between points.
+/// Largest relative difference between state points for a quantity that counts as constant.
 const SAME: f64 = 1e-9;
 
-/// The number along the horizontal axis.
+/// The varied number along the horizontal axis.
 pub(super) struct Horizontal {
     entry: Entry,
-    /// Index of its axis.
+    /// Index of the axis of the sweep that varies this number.
     axis: Option<usize>,
     pub is_logarithmic: bool,
 }
 
 impl Horizontal {
-    /// Its display name.
+    /// Returns the display name of the varied number.
     pub fn title(&self) -> String {
         symbols(&self.entry.name().replace('_', " "))
     }
 
-    /// The number of a state point.
+    /// Returns the value of the varied number at a state point.
     pub fn of(&self, sweep: &Sweep, group: &Group) -> Option<f64> {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// Returns the other values of a state point, in words. Values that change together with the value along
-    /// the axis are left out.
+    /// Returns the values of a state point, in words. The value along the axis, and values that change together with
+    /// it, are left out.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
     }
 }
 
-/// State points along the horizontal axis that share all other values and the measured stage, or stages of
-/// one state point.
+/// A series of points in a plot: either state points that differ only in the value on the horizontal axis, or the
+/// stages of one state point.
 #[derive(Clone)]
 struct Series<'r> {
-    /// The stage, if there are several, and the other values, in words.
+    /// The stage, if there are several, and the other varied values, in words.
     label: String,
-    /// In ascending order.
+    /// Points in ascending order along the axis.
     points: Vec<(f64, &'r StageMeans)>,
 }
 
-/// The horizontal axis of a plot.
+/// Title and scale of the horizontal axis of a plot.
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// Description of the points; empty for means of runs.
+    /// Sentence of the caption on what the points are. Empty if they are means of runs.
     words: &'static str,
 }
 
-/// Returns the first key with numbers that differ, or the first entry with such numbers in a list or table.
-/// An entry with a different number for each value is preferred.
+/// Chooses the number on the horizontal axis. It is an entry of the first key with varying numbers. If several entries
+/// of this key vary, an entry that differs between all values of the key is preferred.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -85,7 +85,7 @@ fn distinct<T: Ord>(mut all: Vec<T>) -> usize {
     all.len()
 }
 
-/// State points along the axis.
+/// Groups the state points into series along the horizontal axis.
 fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
     let mut all: Vec<Series<'r>> = Vec::new();
     for group in &results.groups {
@@ -103,8 +103,8 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
     ascending(all)
 }
 
-/// Returns the measured stages of each state point along their mean temperatures; empty if all temperatures
-/// are the same.
+/// Returns one series for each annealed state point: its stages along their mean temperatures. State points at a single
+/// temperature are left out.
 fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
@@ -123,7 +123,6 @@ fn ascending(mut all: Vec<Series<'_>>) -> Vec<Series<'_>> {
     all
 }
 
-/// The section of the page.
 pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     let (figures, constants) = match horizontal(sweep) {
         Some(along) => {
@@ -158,8 +157,8 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
 }
 
-/// Returns the figures of all quantities except `but`, and a sentence on quantities that are the same
-/// everywhere.
+/// Returns the figures of all quantities except `but`. Quantities that are the same at all points are returned as
+/// `name = value` instead.
 fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
     let (mut constants, mut figures) = (Vec::new(), String::new());
     for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
@@ -171,7 +170,7 @@ fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<
     (figures, constants)
 }
 
-/// The mean of a quantity if it is the same at all points, within round-off.
+/// Returns the mean of a quantity if it is the same at all points, within round-off.
 fn constant(results: &Results, at: usize) -> Option<f64> {
     let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
     let [least, most] = extent(means())?;
@@ -205,8 +204,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns published values of a quantity for the system sizes along the axis, by label, with their source
-/// and points. Series with the same published values share one entry.
+/// Returns the published values of a quantity, each with its label, its source and its points. The values are those for
+/// the system sizes along the axis. Series with the same published values share one entry.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
@@ -235,8 +234,7 @@ fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String,
     all
 }
 
-/// Whether two curves are the same within round-off. For example, curves against the edge of the box at one
-/// density are the same.
+/// Whether two published curves are equal within round-off.
 fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
     one.len() == other.len()
@@ -246,8 +244,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// Describes the deviation of all runs from the published values in words: at the system size of each run
-/// and, if it matters, at the system size of the source.
+/// Describes by chi-squared how far all runs deviate from the published values for their system sizes. If finite-size
+/// corrections are known, the deviation from the values for infinite systems is given too.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;

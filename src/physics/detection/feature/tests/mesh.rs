@@ -6,21 +6,20 @@ use crate::physics::detection::stretch::Parabola;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// A face of a mesh.
 struct Face {
     corners: [Vector; 3],
     normal: Vector,
     inwards: [Vector; 3],
 }
 
-/// A mesh. Each feature is listed once.
+/// A triangle mesh. Edges and points shared by several triangles are listed once.
 pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
     points: Vec<Vector>,
 }
 
-/// A subdivided icosahedron on a sphere of radius 1.
+/// Vertices and triangles of a subdivided icosahedron on a sphere of radius 1.
 pub fn sphere(divisions: usize) -> (Vec<Vector>, Vec<[usize; 3]>) {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut points = Vec::new();
@@ -73,7 +72,7 @@ impl Mesh {
         Self { faces, edges: edges.into_iter().map(|edge| edge.map(|k| points[k])).collect(), points }
     }
 
-    /// The first contact, and the unit vector from the feature to the ball at contact.
+    /// Returns the time of the ball's first contact, and the unit vector from the feature to the ball at contact.
     pub fn next(&self, ball: &RelativeState, g: &Vector, contact: f64) -> Option<(f64, Vector)> {
         let squared = contact * contact;
         let from = |p: &Vector| RelativeState { position: ball.position - p, velocity: ball.velocity };
@@ -99,7 +98,7 @@ impl Mesh {
         first
     }
 
-    /// Distance of a position from the nearest feature.
+    /// Distance from a position to the nearest feature.
     pub fn distance(&self, at: &Vector) -> f64 {
         let on = |face: &&Face| (0..3).all(|k| face.inwards[k].dot(&(at - face.corners[k])) >= 0.0);
         let faces = self.faces.iter().filter(on).map(|face| face.normal.dot(&(at - face.corners[0])).abs());
@@ -110,7 +109,7 @@ impl Mesh {
         faces.chain(edges).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the number of crossings of a ray is odd.
+    /// Whether a position is inside the mesh: a ray from it crosses an odd number of faces.
     pub fn is_inside(&self, at: &Vector) -> bool {
         let along = Vector::new(0.3, 0.5, 0.81).normalize();
         let crossings = self.faces.iter().filter(|face| {

@@ -24,14 +24,14 @@ fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
     times.iter().map(at).collect()
 }
 
-/// The recording of frames, through their file.
+/// Writes frames in the trajectory format and reads the recording from this text.
 fn recorded(frames: &[Frame], scene: &Scene) -> Recording {
     let mut text = Vec::new();
     frames.iter().for_each(|frame| write_frame(&mut text, frame).unwrap());
     read(text.as_slice(), Some(scene)).unwrap()
 }
 
-/// Whether each particle flies freely from each frame to the next.
+/// Returns whether each particle flies freely from each frame to the next.
 fn flights(recording: &Recording) -> Vec<Vec<bool>> {
     let moving = recording.head.moving;
     let of = |bytes: &Vec<u8>| {
@@ -55,7 +55,7 @@ const PERIODIC: [Boundary; 3] = [Boundary::Periodic; 3];
 
 #[test]
 fn balls_that_collide_between_frames_do_not_fly_freely() {
-    // Contact at t = 1.5; the third ball is alone.
+    // The first two balls collide at t = 1.5. The third ball meets nothing.
     let scene = balls(OPEN)
         .particle("ball", Vector::new(2.0, 5.0, 5.0), Vector::x())
         .particle("ball", Vector::new(6.0, 5.0, 5.0), -Vector::x())
@@ -178,7 +178,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 #[test]
 fn a_collision_in_a_frame_that_is_left_out_is_kept_in_mind() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
-    // The particle turns back between frames 1500 and 1501. The recording has only one of these two frames.
+    // The particle turns back between frames 1500 and 1501. The recording contains only one of these two frames.
     let frames = (0..4_323).map(|index| {
         let mut frame = Frame::start_of(&scene);
         frame.time = f64::from(index);
