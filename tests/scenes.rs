@@ -46,7 +46,7 @@ fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
         assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
         assert_eq!(interaction.restitution, 0.9);
     }
-    // Links of beads share one interaction. The link of the bob has its own diameter.
+    // The bonds between beads share one interaction. The bond of the bob has an interaction of its own.
     assert_eq!(scene.bonds()[0].interaction, scene.bonds()[8].interaction);
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
 }
@@ -56,7 +56,7 @@ fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
     let scene = Scene::from_file("configs/maxwell.toml").unwrap();
     let velocities = || scene.particles().iter().map(|particle| particle.velocity);
     assert!(velocities().all(|velocity| (velocity.norm() - 1.0).abs() < 4.0 * f64::EPSILON && velocity.z == 0.0));
-    // Sums of two thousand terms of order one.
+    // Tolerance for sums of two thousand terms of order one.
     assert!(velocities().sum::<carom::Vector>().norm() < 1e-12);
 }
 
@@ -233,11 +233,11 @@ fn a_distribution_of_diameters_becomes_classes() {
     assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
     let mut counts = [0; 21];
     scene.particles().iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
-    // 307.5 in classes of 15.375, and 102.5.
+    // Of the particles, 307.5 belong to the 20 classes, 15.375 each, and 102.5 to species B.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // Classes with one more are spread over the sizes: the mean is off by at most a few of 307 particles with
-    // a deviation of a tenth.
+    // Classes with one particle more are spread over all sizes. So the mean diameter is off by at most a few of 307
+    // particles, whose diameters have a relative deviation of a tenth.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");
@@ -286,7 +286,7 @@ fn lists_of_diameters_keep_their_shares_and_disks_the_mass_of_their_area() {
 fn species_that_have_no_particles_take_no_memory() {
     use std::fmt::Write;
 
-    // Square tables for this many would take about 50 GB.
+    // Square tables for this number of species would take about 50 GB.
     const SPECIES: usize = 30_000;
     let mut text = "[space]\nsize = [10.0, 10.0, 10.0]\n".to_owned();
     for id in 0..SPECIES {
@@ -310,11 +310,11 @@ fn species_that_have_no_particles_take_no_memory() {
     let until = carom::engine::Until::events(3);
     simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner().unwrap().0])).unwrap();
     pairs.iter_mut().for_each(|pair| pair.sort_unstable());
-    // A cradle around the box.
+    // The impulse passes from sphere to sphere and through a side of the periodic box.
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }
 
-/// A fill of a region in a periodic box of edge 20, with z flat or not.
+/// A scene that fills a region of a periodic box of edge 20, which may be flat along z.
 fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Result<Scene, carom::scene::SceneError> {
     let space = if is_flat { "size = [20.0, 20.0, 0.0]\nz = \"flat\"" } else { "size = [20.0, 20.0, 20.0]" };
     let text = format!(

@@ -76,11 +76,13 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
     assert!((0.60..0.66).contains(&fraction), "{fraction}");
 }
 
-/// The check of the pressure averages over five contacts for each of `N` spheres. Their impulses (Rayleigh
-/// distributed) and their number in a time give a relative error of `sqrt(1.27 / (5 N))`; the measurement is
-/// uncertain by its own number of contacts. Between two checks a sphere has its ten contacts, which takes `10
-/// sqrt(pi) sigma / (6 (Z - 1))` at a temperature of 1. In that time growth raises `Z` near jamming by the
-/// fraction `3 rate`: the average lags by half of that, and the check comes up to all of it later.
+/// The pressure check of the growth stage averages over `5 N` contacts of `N` spheres. Their impulses (Rayleigh
+/// distributed) and their number per time give it a relative error of `sqrt(1.27 / (5 N))`. The later measurement has
+/// the same error with its own number of contacts.
+///
+/// Between two checks each sphere has ten contacts, which takes a time of `10 sqrt(pi) sigma / (6 (Z - 1))` at
+/// temperature 1. Near jamming, growth raises `Z` in that time by a fraction of `3 rate`. The average lags behind by
+/// half of this fraction, and the check may come later by up to all of it.
 #[test]
 fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);

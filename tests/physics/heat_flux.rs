@@ -1,4 +1,4 @@
-//! Heat through walls: between plates without and with collisions, at equal temperatures, and in the ledger.
+//! Heat through walls: in gases with and without collisions, between equal temperatures, and in the energy ledger.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -89,7 +89,8 @@ fn between_equal_temperatures_no_heat_flows_on_average() {
     for wall in ["lower_x", "upper_x"] {
         let flux = flux(&finished, wall).unwrap();
         println!("{wall}: {flux:?}");
-        // A gas without collisions would carry about rho T sqrt(T / m) from a wall twice as hot.
+        // For comparison: a gas without collisions carries a heat flux of about rho T sqrt(T / m) from a wall that is
+        // twice as hot.
         assert!(is_within(&flux, 0.0) && flux.standard_error.unwrap() < 0.01, "{flux:?}");
     }
     let temperature = finished.observables[0].1;
@@ -144,7 +145,8 @@ fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
     let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);
     let heat = counts.wall_heat.map(|walls| walls.map(|wall| wall.total()));
     println!("{heat:?}, {in_pairs} in pairs, {change}");
-    // Sums of 30,000 terms, each rounded in its own last place; the total exchange is about ten thousand.
+    // Each total is a sum of about 30,000 terms, and each term has a rounding error in its last place. The exchanged
+    // energy is about ten thousand.
     let round_off = 1e-9;
     for (heat, expected) in heat.iter().flatten().zip(at_walls.iter().flatten()) {
         assert!((heat - expected).abs() < round_off, "{heat} {expected}");
@@ -167,8 +169,8 @@ fn each_wall_of_a_line_takes_its_own_part_of_the_speed() {
         .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
         .run(RunPlan { limit: Limit::time(20.0), ..RunPlan::default() });
     let finished = finish(&scene);
-    // 7.5 to the upper wall at speed 2, back 10 at 1, then at 0.9: the third contact would come at 3.75 + 10
-    // + 11.1.
+    // The particle travels 7.5 to the upper wall at speed 2, then 10 to the lower wall at speed 1, and continues at
+    // 0.9. A third contact would come at a time of 3.75 + 10 + 11.1, after the end of the run.
     let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);
     let energy = |speed: f64| 0.5 * 0.7 * speed * speed;
     assert!((upper * 20.0 - (energy(1.0) - energy(2.0))).abs() < 1e-13, "{upper}");

@@ -4,8 +4,8 @@ use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Deepest overlap explained by rounding: positions below 128, six coordinates of a pair a few times each, at
-/// contact 2.
+/// Deepest overlap that rounding explains at a contact distance of 2. Positions are below 128, and the six coordinates
+/// of a pair are rounded a few times each.
 const ROUND_OFF: f64 = 10.0 * 64.0 * f64::EPSILON;
 
 fn ledger_error(simulation: &Simulation, start: f64) -> f64 {

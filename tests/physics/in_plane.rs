@@ -11,7 +11,7 @@ use carom::model::{Limit, MeasurementPlan, RunPlan, measurement_plan as plan};
 use carom::run;
 use carom::scene::{Arrangement, BoxSide, Fill, SceneBuilder, Surface, SurfaceFill};
 
-/// A plane of x and z without sides.
+/// The x-z plane with open boundaries.
 fn plane() -> Space {
     let boundary = [Boundary::OPEN, Boundary::Flat, Boundary::OPEN];
     Space { lower: Vector::zeros(), size: Vector::new(20.0, 0.0, 20.0), boundary }
@@ -66,28 +66,28 @@ fn rings_rectangles_and_lines_hold_what_is_inside() {
     let is_inside = |p: &Vector| (5.0..15.0).contains(&p.x) && (6.0..14.0).contains(&p.z);
     let rectangle = Surface::Rectangle { lower, upper, open: Vec::new() };
     assert!(stays(&held(vec![surface(rectangle, None)]), is_inside));
-    // A cup with a separate lid that starts and ends at its rims.
+    // A cup that is closed by a separate lid. The lid starts and ends at the rims of the cup.
     let top = BoxSide { axis: 2, is_upper: true };
     let cup = surface(Surface::Rectangle { lower, upper, open: vec![top] }, None);
     let lid = surface(Surface::Line { ends: [at(5.0, 14.0), at(15.0, 14.0)] }, None);
     let closed = held(vec![cup.clone(), lid]);
     assert_eq!(closed.build().unwrap().gaps(), []);
     assert!(stays(&closed, is_inside));
-    // Without the lid they fly away.
+    // Without the lid, particles escape.
     assert!(!stays(&held(vec![cup]), is_inside));
 }
 
 #[test]
 fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
     let centre = at(10.0, 10.0);
-    // Two disks 1.6 apart leave 0.8 on either side: more than the 0.75 of the small disks, less than the 1 of
-    // the large disks.
+    // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75 and pass;
+    // large disks need 1 and do not.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);
     assert!(!stays(&ring(1.6), |position| (position - centre).norm() < 5.0));
     assert_eq!(ring(1.49).build().unwrap().leaks(), []);
-    // Two lines whose ends are 2 and 1.4 apart.
+    // Two lines in a row whose ends are `apart` away from each other.
     let gaps = |apart: f64| {
         let lines = [[at(2.0, 3.0), at(8.0, 3.0)], [at(8.0 + apart, 3.0), at(18.0, 3.0)]];
         held(lines.map(|ends| surface(Surface::Line { ends }, None)).to_vec()).build().unwrap().gaps()
@@ -114,7 +114,7 @@ fn a_run_from_equal_speeds_keeps_its_energy_and_ends_with_maxwells_distribution(
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
     let temperature = finished.observable("temperature").unwrap().mean;
-    // N m v^2 / (D (N - 1)): nothing was subtracted.
+    // All particles start with the speed v, and no momentum is subtracted. So the temperature is N m v^2 / (D (N - 1)).
     assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");
     let curve = finished.measured.curve("speeds").unwrap();
     let (last, width) = (&curve.series[1], 2.0 * curve.variables[0].values[0]);

@@ -22,7 +22,7 @@ fn bath(rate: f64) -> Option<Thermostat> {
     Some(Thermostat::Andersen { temperature: TEMPERATURE, rate, axes: [true; 3] })
 }
 
-/// A measurement with a given number of volume moves, at even times.
+/// A measurement with `moves` volume moves, one per `interval`.
 fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     let duration = interval * f64::from(moves);
     RunPlan {
@@ -34,7 +34,7 @@ fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     }
 }
 
-/// A periodic box of one to three dimensions.
+/// A box with one to three periodic dimensions. The other axes are flat.
 fn space(edge: f64, dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(edge);
     for axis in dimensions..3 {
@@ -43,7 +43,7 @@ fn space(edge: f64, dimensions: usize) -> Space {
     space
 }
 
-/// Mean and variance of the volume above a smallest one, for a given density, by Simpson's rule.
+/// Mean and variance of the volume above a smallest volume, for a given probability density, by Simpson's rule.
 fn moments(least: f64, width: f64, density: impl Fn(f64) -> f64) -> [f64; 2] {
     const STEPS: u32 = 40_000;
     let sums = (0..=STEPS).fold([0.0; 3], |sums, k| {
@@ -61,8 +61,8 @@ fn observable(finished: &Finished, name: &str) -> (f64, f64) {
     (mean, standard_error.unwrap())
 }
 
-/// Compares mean and variance of the volume with the exact values. The tolerance is four standard errors,
-/// which are a few hundredths at most.
+/// Asserts that mean and variance of the volume agree with the exact values within four standard errors. Standard
+/// errors must be a few hundredths of the values at most.
 fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     let (volume, error) = observable(finished, "volume");
     let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
@@ -76,7 +76,7 @@ fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     assert!((found - variance).abs() < 4.0 * error_of_variance && error_of_variance < 0.06 * variance, "{text}");
 }
 
-/// Rods on a ring, with these masses and lengths, at a pressure.
+/// Rods on a ring at constant pressure, from a list of their masses and lengths.
 fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     let names = ["A", "B", "C"];
     let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
@@ -97,9 +97,9 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
 
 #[test]
 fn rods_on_a_ring_have_their_exact_lengths() {
-    // One of N rods may be anywhere on the ring of length L, and the others share the free length in their
-    // order: Q = L (L - a)^(N - 1), where `a` is the sum of their lengths and contact distances. With x = L -
-    // a the moments are sums of gamma functions.
+    // The configuration integral is Q = L (L - a)^(N - 1). One of the N rods may be anywhere on the ring of length L,
+    // and the others share the free length in a fixed order. The length `a` is the sum of all contact distances. With x
+    // = L - a the moments are sums of gamma functions.
     for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
         let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
@@ -109,7 +109,7 @@ fn rods_on_a_ring_have_their_exact_lengths() {
         let (mean, square) = (of(1) / of(0), of(2) / of(0));
         let finished = finish(rods(all, pressure, 60_000));
         compare(&finished, [a + mean, square - mean * mean]);
-        // d/dV ln Q = P / T on average.
+        // The mean of d/dV ln Q is P / T, so the pressure from the virial must agree with P.
         let (virial, error) = observable(&finished, "pressure");
         println!("pressure {virial} +- {error}, {pressure}");
         assert!((virial - pressure).abs() < 4.0 * error && error < 0.02 * pressure, "{virial} +- {error}");
@@ -118,8 +118,8 @@ fn rods_on_a_ring_have_their_exact_lengths() {
 
 #[test]
 fn two_disks_keep_to_the_smallest_box() {
-    // The second disk may be anywhere except within a diameter of the first one: Q = V (V - pi), from the
-    // smallest box on, 2 x 2, which is reached often.
+    // The configuration integral is Q = V (V - pi): the second disk may be anywhere except within a diameter of the
+    // first one. The smallest box, 2 x 2, is reached often.
     let pressure = 0.4;
     let scene = SceneBuilder::new("disks")
         .seed(2)
@@ -156,7 +156,7 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
     let density = |volume: f64| volume * (volume - core - shell + bound) * weight(volume);
     let (least, width) = (27.0, 900.0);
     compare(&finished, moments(least, width, density));
-    // The pair is bound in the fraction `bound` of Q / V.
+    // At the volume V, the pair is bound with the probability `bound` / (Q / V).
     let sum = |of: &dyn Fn(f64) -> f64| {
         let steps = 100_000;
         (0..steps).map(|k| of(least + width * (f64::from(k) + 0.5) / f64::from(steps))).sum::<f64>()
@@ -169,7 +169,8 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
 
 #[test]
 fn an_ideal_gas_has_one_particle_more() {
-    // Q = V^N: the mean is (N + 1) T / P, and the variance (N + 1) (T / P)^2.
+    // The configuration integral is Q = V^N, so the volume has the mean (N + 1) T / P and the variance (N + 1) (T /
+    // P)^2.
     let (count, pressure) = (5, 0.8);
     let mut scene = SceneBuilder::new("gas").space(space(3.0, 2)).species("A", 1.3, 1.0).no_interaction("A", "A");
     for index in 0..count {
@@ -217,9 +218,9 @@ fn union(radius: f64, apart: f64) -> f64 {
 
 #[test]
 fn a_dimer_and_a_disk_are_two_molecules() {
-    // The centre of the dimer may be anywhere in V, and the disk anywhere except within the contact distance
-    // of its ends: Q = V (V - A). `A` is the mean excluded area over the lengths of the bond. In the plane,
-    // the density of a length is the length.
+    // The configuration integral is Q = V (V - A). The dimer may be anywhere in the area V, and the disk anywhere
+    // outside of the contact distance of its two ends. `A` is the excluded area, averaged over the bond lengths. In the
+    // plane, the probability density of a bond length is proportional to the length.
     let (pressure, contact) = (0.5, 0.6);
     let [shortest, longest]: [f64; 2] = [0.5, 1.15];
     let scene = SceneBuilder::new("dimer")
@@ -235,7 +236,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
         .interaction("A", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
         .interaction("B", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
         .bond_interaction("link", Potential::bond(shortest, longest).unwrap(), 1.0)
-        // Across a side of the box.
+        // The bond crosses a side of the box.
         .particle("A", Vector::new(0.2, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("B", Vector::new(3.5, 0.4, 0.0), Vector::new(0.1, -0.3, 0.0))
         .particle("C", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
@@ -250,7 +251,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
     }
     let excluded = area / all;
     let density = |volume: f64| volume * (volume - excluded) * libm::exp(-pressure * volume / TEMPERATURE);
-    // Twice the longest range, which is the range of the bond.
+    // The box must be at least twice as long as the longest range, which is the longest bond.
     compare(&finished, moments(4.0 * longest * longest, 150.0, density));
 }
 
@@ -258,7 +259,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
 fn the_virial_has_the_pressure_of_the_barostat() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
-    // The amplitude is adjusted.
+    // Without a given amplitude, the run adjusts it during the equilibration.
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
     run.equilibration = Limit::time(60.0);
     let mixture = Fill {
@@ -279,7 +280,7 @@ fn the_virial_has_the_pressure_of_the_barostat() {
     let finished = finish(scene.build().unwrap());
     let (virial, error) = observable(&finished, "pressure");
     assert!((virial - pressure).abs() < 4.0 * error && error < 0.03 * pressure, "{virial} +- {error}");
-    // All numbers of the ensemble agree.
+    // The other observables agree with pressure and volume.
     let (volume, _) = observable(&finished, "volume");
     let (factor, _) = observable(&finished, "compressibility_factor");
     assert!((factor * 40.0 * TEMPERATURE - pressure * volume).abs() < 1e-9 * pressure * volume);

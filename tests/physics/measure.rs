@@ -35,11 +35,10 @@ impl Mean {
 pub struct Block {
     /// Simulated time.
     pub time: f64,
-    /// The mean temperature in that time.
     pub temperature: f64,
     /// Core contacts.
     pub core: f64,
-    /// Sum of `r_ij . J`.
+    /// Sum of `r_ij . J` over contacts, with the separation `r_ij` and the impulse `J`.
     pub virial: f64,
 }
 
@@ -79,7 +78,7 @@ impl Fluid {
             let after = simulation.event_counts();
             blocks.push(Block {
                 time: now - begin,
-                // A total momentum of zero removes the degrees of freedom of one particle.
+                // The total momentum is zero, so the particles have the degrees of freedom of one particle less.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
                 core: (after.core - before.core) as f64,
                 virial: after.virial.total() - before.virial.total(),
@@ -93,7 +92,6 @@ impl Fluid {
         Self::measure_with(simulation, equilibration, count, events, |_, _| {})
     }
 
-    /// A mean over the blocks.
     pub fn mean(&self, of: impl Fn(&Block) -> f64) -> Mean {
         Mean::of(self.blocks.iter().map(of))
     }
@@ -102,12 +100,12 @@ impl Fluid {
         self.mean(|block| block.temperature)
     }
 
-    /// `Z = 1 + sum r_ij . J / (D N T t)`.
+    /// The compressibility factor `Z = 1 + sum r_ij . J / (D N T t)`, with the impulse `J` of each contact.
     pub fn compressibility(&self) -> Mean {
         self.mean(|b| 1.0 + b.virial / (self.dimensions * self.particles * b.temperature * b.time))
     }
 
-    /// Core contacts per particle and time at temperature 1. Two particles share a contact.
+    /// Contacts per particle and unit of time, scaled to temperature 1. Each contact counts for both particles.
     pub fn collision_rate(&self) -> Mean {
         self.mean(|b| 2.0 * b.core / (self.particles * b.time * b.temperature.sqrt()))
     }

@@ -46,7 +46,7 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!((snapshot.positions[0] - expected).norm() < 1e-13 * expected.norm(), "{}", snapshot.positions[0]);
     assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
     assert_eq!(finished.audit.faults(), []);
-    // The changes of gravity supply the potential energy at the end.
+    // Changes of gravity supply potential energy.
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 
@@ -72,14 +72,15 @@ fn changes(speed: f64) -> Vec<f64> {
     let before = simulation.snapshot();
     simulation.advance(Until::time(motion.until + 1.0)).unwrap();
     let after = simulation.snapshot();
-    // Centres come within 0.3 of both.
+    // Balls have a radius of 0.3, so their centres can move by 10 - 0.6 at first and by 5.3 - 0.6 at the end.
     let change = |(a, b): (&Vector, &Vector)| b.z.abs() * (9.4 - 4.7) / (a.z.abs() * 9.4) - 1.0;
     before.velocities.iter().zip(&after.velocities).map(change).collect()
 }
 
 #[test]
 fn the_adiabatic_invariant_of_each_ball_stays_what_it_was() {
-    // `v_z L` oscillates by the ratio of the piston's speed to the ball's, and no more.
+    // The product of a ball's speed and the distance of the walls, `v_z L`, oscillates by about the ratio of the
+    // piston's speed to the ball's speed. It does not drift.
     for speed in [0.1, 0.01, 0.001] {
         for (k, change) in (0_u32..).zip(changes(speed)) {
             let slowest = 1.3 + 0.11 * f64::from(k);

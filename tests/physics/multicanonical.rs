@@ -38,8 +38,8 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
             let (it, expected) = (level.log_density_of_states, (volume / sum).ln());
             assert!(deviation(it, expected).abs() < 3.0, "{level:?}, expected {expected}");
         }
-        // The histogram is flat: all levels are about equally frequent. A canonical ensemble at 0.2 would
-        // almost never visit the upper level.
+        // The histogram is flat: all levels are about equally frequent. A canonical ensemble at a temperature of 0.2
+        // would almost never visit the upper level.
         let rows = energies.rows();
         for k in 0..volumes.len() {
             let is_there = |energy: &&f64| (**energy + DEPTH * k as f64).abs() < 1e-9;
@@ -74,7 +74,7 @@ fn multicanonical_errors_are_those_of_the_scatter_of_seeds() {
         let (_, curves) = results_and_curves(scene);
         sum += deviation(curves.density_of_states[0].log_density_of_states, expected).powi(2);
     }
-    // Independent deviates would give 1 +- sqrt(2 / 24).
+    // For independent errors, the mean square of 24 normal deviates would be 1 +- sqrt(2 / 24).
     let mean = sum / seeds as f64;
     println!("mean square of deviations in errors: {mean:.2}");
     assert!((0.4..1.9).contains(&mean), "{mean}");

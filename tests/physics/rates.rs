@@ -1,4 +1,4 @@
-//! Rates of events: each moving particle counts once.
+//! Rates of events per particle. A contact counts once for each moving particle in it.
 
 use std::ops::ControlFlow;
 
@@ -37,7 +37,6 @@ fn a_ball_among_fixed_spheres_counts_each_contact_once() {
     let finished = finish(builder.build().unwrap());
     let stretch = &finished.measurement;
     let rate = stretch.event_counts.core as f64 / stretch.duration;
-    // Sums over the rows of a run.
     assert!((collision_rate(&finished) / rate - 1.0).abs() < 1e-9, "{} {rate}", collision_rate(&finished));
     let rates = Summary::of(&finished).rates;
     assert_eq!(rates.len(), 1);
@@ -87,7 +86,7 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
     assert!(count("bond") > 10 && count("bounce") > 10, "{rates:?}");
     let between = |rate: &&Rate| rate.kind == "core" && rate.species == ["A", "B"];
     let rate = rates.iter().find(between).unwrap();
-    // Forty of A, two of B; each contact is between one of each.
+    // There are 40 particles of species A and 2 of B, and each of these contacts involves one particle of each species.
     let [a, b] = [0, 1].map(|k| rate.per_particle[k].unwrap());
     assert!((a * 20.0 / b - 1.0).abs() < 1e-12 && (b * 2.0 / rate.per_time.unwrap() - 1.0).abs() < 1e-12);
 }

@@ -12,11 +12,11 @@ use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
-/// The distances of two particles of a snapshot over all images that may be nearest; positions are in the
+/// The distances between two particles of a snapshot, for all images that may be the nearest. Positions must be in the
 /// box.
 fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
     let apart = snapshot.positions[i] - snapshot.positions[j];
-    // Without whole periods, so that two along x are enough.
+    // The shift is reduced to less than a period, so two images on either side along x are enough.
     let slid = (rate * size.y * snapshot.time) % size.x;
     let images = (-2..=2).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [a, b, c])));
     images.filter(|[_, _, c]| size.z > 0.0 || *c == 0).map(move |image| {
@@ -25,8 +25,8 @@ fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, 
     })
 }
 
-/// Distances of pairs have errors from the rounding of positions up to 20, and of times up to 10 with images
-/// at speeds up to 100.
+/// Errors of the distances of pairs. Positions of up to 20 are rounded, and so are times of up to 10, during which
+/// images move at speeds of up to 100.
 const ROUND_OFF: f64 = 1e-11;
 
 /// Boxes of irregular shape, the last one flat.
@@ -179,7 +179,8 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
 
 #[test]
 fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
-    // Two overlap through the side and stay so: the image above moves as fast as the particle below.
+    // The two particles overlap across the sliding side. The overlap stays constant, because the image above moves as
+    // fast as the particle below.
     let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
     let positions = [Vector::new(5.0, 23.7, 5.0), Vector::new(5.0, 0.3, 5.0)];
     let mut simulation = pair_at_the_sides(0.5, positions, [half, -half]);
@@ -193,9 +194,8 @@ fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
 
 #[test]
 fn who_comes_near_while_many_images_slide_by_is_met() {
-    // Half a diameter apart along y, they touch when their distance along z is the square root of 3/4: after
-    // a time of 0.92, and by whichever image is next; one slides by every 24 / 120 = 0.2. Nothing else
-    // happens to either before.
+    // The particles are half a diameter apart along y. So they touch when their distance along z has shrunk to
+    // sqrt(3/4), after a time of 0.92. An image slides by every 24 / 120 = 0.2, and the next of these images collides.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
@@ -269,8 +269,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         .measured
     };
     let (rest, sheared) = (measured(None), measured(Some(0.05)));
-    // The shear advances by 0.005 in a mean free time of 0.1: its effects are proportional to the square of
-    // that.
+    // In a mean free time of 0.1 the shear strain grows by 0.005. The effects on these numbers are proportional to the
+    // square of this strain.
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
         let [a, b] = [&rest, &sheared].map(|measured| {
             let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
@@ -278,7 +278,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
-        // In 3000 runs one of five differs by 4 errors; the errors themselves are known to an eighth.
+        // In 3,000 pairs of such runs, one of five numbers would differ by 4 standard errors by chance. The errors
+        // themselves are known to an eighth.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
@@ -297,11 +298,12 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             };
             let Some((one, other)) = at(&a).zip(at(&b)) else { continue };
             known += 1;
-            // Shells of different wave vectors have different means: up to a fifth where S(q) rises.
+            // Different wave vectors have different means: they differ by up to a fifth where S(q) rises.
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // The largest of about a hundred differences. For a few the series are too correlated for an error.
+        // `worst` is the largest of about a hundred differences. In a few bins the samples are too correlated for an
+        // error.
         assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

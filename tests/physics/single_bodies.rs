@@ -16,8 +16,8 @@ fn body(boundary: [Boundary; 3]) -> SceneBuilder {
 
 #[test]
 fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
-    // Its centre can move by 3, 4 and 6. At speeds of 3/8, 1 and 3/4 the periods are 16, 8 and 16, and
-    // contact times are exact floating-point numbers.
+    // The centre of the body can move by 3, 4 and 6 along x, y and z. At speeds of 3/8, 1 and 3/4 its periods are 16, 8
+    // and 16, and all contact times are exact floating-point numbers.
     let start = (Vector::new(0.25, 1.25, 7.0), Vector::new(0.375, -1.0, 0.75));
     let scene = body([Boundary::walls(1.0); 3])
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
@@ -34,7 +34,7 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
         });
         assert_eq!(reason, Ok(Reason::Time));
         assert_eq!(faces, [1, 1, 2, 2, 1, 1], "period {period}");
-        // Nothing is ever rounded.
+        // All times and positions are exact, so nothing is ever rounded.
         let now = simulation.snapshot();
         assert_eq!((now.positions[0], now.velocities[0]), start, "period {period}");
     }
@@ -49,16 +49,18 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // 8, 5 and 8 per turn; they meet again after 40.
+    // The periods along x, y and z are 8, 5 and 8. So the body is back at its start after every time of 40.
     assert_eq!(simulation.advance(Until::time(40_000.0)), Ok(Reason::Time));
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);
     assert_eq!(now.images[0], [5000, -8000, 5000]);
-    // Each of 18,000 wraps rounds a coordinate below 16 once, and each free flight once more.
+    // Each of the 18,000 passages through a side rounds a coordinate below 16 once, and each free flight rounds it once
+    // more.
     assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
 }
 
-/// Contact times and the following heights of the ball of `configs/bouncing_ball.toml`.
+/// For the ball of `configs/bouncing_ball.toml`: contact times, heights of the peaks after the contacts, and the
+/// simulation at the end.
 fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulation) {
     let (e, t_c) = (restitution.to_string(), format!("{contact_time:e}"));
     let overrides = [("space.z.restitution", e.as_str()), ("dynamics.contact_time", t_c.as_str())];
@@ -66,7 +68,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
     let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
-        // Under gravity 1 the ball of mass 1 returns as fast as it left.
+        // Gravity and the mass of the ball are 1, and the ball returns at the speed at which it left the floor.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;
         times.push(event.time);
@@ -90,8 +92,8 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
                 break; // the TC model has made the contact elastic
             }
-            // Each flight rounds time and speed by a few units in the last place of the total time. A ball of
-            // speed v that arrives dt late is 1/2 v dt off its peak.
+            // Each flight rounds time and speed by a few units in the last place of the total time. If a ball of speed
+            // v is late by dt, its peak is off by 1/2 v dt.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -100,11 +102,10 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
         }
         println!("e = {e}: {} contacts, the last at {:?}, rest expected at {rest}", times.len(), times.last());
         assert_eq!(compared, dissipative, "e = {e}");
-        // From then on a contact leaves just the speed to stay away for one contact time: all flights take
-        // that long.
+        // From this contact on, each contact leaves just enough speed for a flight of one contact time.
         let flights: Vec<f64> = times.windows(2).skip(dissipative).map(|pair| pair[1] - pair[0]).collect();
         assert!(flights.len() > 10, "{flights:?}");
-        // A difference of two times, each rounded once or twice.
+        // A flight time is the difference of two contact times, each rounded once or twice.
         let round_off = 4.0 * rest * f64::EPSILON;
         assert!(flights.iter().all(|flight| (flight - contact_time).abs() <= round_off), "{flights:?}");
     }
@@ -119,8 +120,8 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// Period of a body on a bond between `1 - width` and 1, released from the horizontal, over `swings` whole
-/// swings.
+/// Period of a bob on a bond of length `1 - width` to 1, measured over `swings` whole swings. The bob is released from
+/// the horizontal.
 fn pendulum_period(width: f64, swings: usize) -> f64 {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("pendulum")
@@ -137,8 +138,8 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // Angles of the contacts with the bond's ends. Between two of them the lowest point is passed at nearly
-    // constant speed.
+    // Contacts of the bob with the ends of the bond give its angle. The speed is nearly constant at the lowest point,
+    // so the time of a passage is interpolated between two contacts.
     let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
     while passages.len() < 2 * swings + 1 {
         let next = simulation.event_counts().physical() + 1000;
@@ -159,7 +160,7 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
 
 #[test]
 fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
-    // From the horizontal with L = g = 1: 4 K(sin(pi/4)) = 7.4163.
+    // For a pendulum from the horizontal with L = g = 1, the period is 4 K(sin(pi/4)) = 7.4163.
     let exact = 4.0 * elliptic_k((PI / 4.0).sin());
     assert!((exact - 7.416_298_709).abs() < 1e-9);
     assert!((elliptic_k(0.0) - PI / 2.0).abs() < 1e-15);
@@ -172,8 +173,7 @@ fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
 
 #[test]
 fn a_thrown_body_follows_its_parabola_off_a_floor() {
-    // Released at height 2 with g = 1/2, it loses nothing at the floor: period 4 sqrt(2 h / g) / 2 with h =
-    // 1.5 from contact.
+    // With a gravity of 1/2 the body falls 4 to the floor in a time of 4. It loses no energy there, so its period is 8.
     let boundary = [
         Boundary::Periodic,
         Boundary::OPEN,
@@ -186,11 +186,10 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // Falls 4 in a time of 4.
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
     assert_eq!(simulation.event_counts().wall, 100);
-    // A contact time rounded by a few units in the last place of 800 shifts everything after it by as much.
+    // A rounding error of a contact time, a few units in the last place of 800, shifts all later motion by as much.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
     assert_eq!(now.images[0][0], 200);

@@ -56,7 +56,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let height = (inside - outside).abs();
         let up = |c: &Counts| if inside > outside { c.inwards } else { c.outwards };
         let total: f64 = counts.iter().map(up).sum();
-        // The mean of B - (exp(eps / T) - 1) U over the blocks is unbiased, unlike a mean of B / U.
+        // With B bounces and U upward passages, the mean of B - (exp(eps / T) - 1) U over the blocks is unbiased. A
+        // mean of B / U would be biased.
         let excess = Mean::of(
             counts.iter().zip(&fluid.blocks).map(|(c, b)| c.bounces - (height / b.temperature).exp_m1() * up(c)),
         );
@@ -65,8 +66,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
         law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
         let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
-        // In and out differ by the change of the number of pairs inside, which is far below the number of
-        // events.
+        // The numbers of pairs that enter and leave differ only by the change of the number of pairs inside. This
+        // change is far below the number of events.
         assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
     }
 }
@@ -101,8 +102,8 @@ fn a_well_under_a_shoulder_has_both_laws() {
 
 #[test]
 fn dilute_square_wells_have_the_second_virial_coefficient() {
-    // Z - 1 = B2 rho + B3 rho^2 + ...; two densities eliminate B3, and at 0.01 B4 rho^3 is far below the
-    // error.
+    // Virial expansion: Z - 1 = B2 rho + B3 rho^2 + ... Measurements at two densities eliminate B3. At the lower
+    // density, 0.01, the next term B4 rho^3 is far below the standard error.
     let sphere = 2.0 * PI / 3.0;
     let b2 = |temperature: f64| sphere * (1.0 - (1.5_f64.powi(3) - 1.0) * (1.0 / temperature).exp_m1());
     assert!((b2(2.0) / sphere + 0.54071).abs() < 1e-5 && (b2(1.0) / sphere + 3.08092).abs() < 1e-5);
@@ -111,8 +112,8 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // The temperature differs from the requested one because the start did not fill the wells: each
-            // block has its own coefficient.
+            // The start did not fill the wells, so the temperature differs from the requested one. Each block is
+            // compared with B2 at its own temperature.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
         let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };

@@ -49,7 +49,7 @@ fn refuse_other(
     expected: impl Fn(&MeanForcePoint) -> f64,
 ) {
     assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
-    // Relative to the mean density in the last window, in the volume of its shells.
+    // The potential is zero at the mean density of the last window. Each bin counts with the volume of its shell.
     let volume = |point: &MeanForcePoint, dimensions: f64| {
         let [lower, upper] = [point.distance - 0.5 * point.width, point.distance + 0.5 * point.width];
         upper.powf(dimensions) - lower.powf(dimensions)
@@ -86,7 +86,7 @@ fn a_pair_has_its_potential() {
     let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
     refuse_other(&found, (found.points.len(), windows[2], 3.0), square_well);
     assert!(found.points.len() >= 39);
-    // The density of the distance itself contains the volume of the shells.
+    // The free energy of a distance contains the volume of its shell; the potential of mean force does not.
     for pair in found.points.windows(2).filter(|pair| square_well(&pair[0]) == square_well(&pair[1])) {
         let volume = |it: &MeanForcePoint| it.distance * it.distance + it.width * it.width / 12.0;
         let difference = |of: fn(&MeanForcePoint) -> f64| of(&pair[1]) - of(&pair[0]);
@@ -96,8 +96,8 @@ fn a_pair_has_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // Both distances in the overlap of two windows: the fraction for each, with the levels inside and outside
-    // of the well.
+    // A swap is possible if both distances lie in the overlap of the two windows. The expected acceptance is the weight
+    // of the overlap as a fraction of each window, with the energies inside and outside of the well.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
@@ -105,7 +105,7 @@ fn a_pair_has_its_potential() {
     for (it, pair) in results.neighbours.iter().zip(windows.windows(2)) {
         let ([a, b], [c, d]) = (pair[0], pair[1]);
         let expected = weight(c, b) / weight(a, b) * (weight(c, b) / weight(c, d));
-        // Distances are not quite independent from one attempt to the next.
+        // The distances at successive attempts are slightly correlated.
         let found = it.acceptance.unwrap();
         assert!(deviation(found, expected).abs() < 4.0, "{found:?}, expected {expected}");
     }
@@ -177,7 +177,7 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
         }
         sum / norm
     };
-    // In a bin, weighted by the volumes of thinner shells.
+    // The mean over a bin. Ten thinner shells count with their volumes.
     let expected = |point: &MeanForcePoint| {
         let thin = |k: u32| point.distance + point.width * ((f64::from(k) + 0.5) / 10.0 - 0.5);
         let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();
@@ -204,7 +204,7 @@ fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
         .no_interaction("small", "small")
         .particle("large", Vector::new(2.0, 3.3, 3.3), Vector::zeros())
         .particle("large", Vector::new(4.7, 3.3, 3.3), Vector::zeros());
-    // A lattice around the large spheres.
+    // The small spheres start on a lattice around the large spheres.
     let places = (0..216).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)) * 1.1);
     let is_free = |place: &Vector| [2.0, 4.7].iter().all(|x| (place - Vector::new(*x, 3.3, 3.3)).norm() > radius);
     for place in places.filter(is_free).step_by(2).take(count) {

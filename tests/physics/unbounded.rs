@@ -16,7 +16,7 @@ struct Unbounded {
 }
 
 impl Unbounded {
-    /// Separation from an image of another sphere, and their relative velocity.
+    /// Separation and relative velocity of sphere `i` and an image of sphere `j`.
     fn relative(&self, i: usize, j: usize, [a, b, c]: [f64; 3]) -> (Vector, Vector) {
         let slid = self.rate * self.size.y * self.time;
         let image = Vector::new(a * self.size.x + b * slid, b * self.size.y, c * self.size.z);
@@ -24,7 +24,7 @@ impl Unbounded {
         (self.positions[i] - self.positions[j] - image, self.velocities[i] - self.velocities[j] - faster)
     }
 
-    /// The images within a period of the nearest one at present.
+    /// Images of sphere `j` that are at most two periods away from the image nearest to `i` at the current time.
     fn images(&self, i: usize, j: usize) -> Vec<[f64; 3]> {
         let apart = self.positions[i] - self.positions[j];
         let around = |middle: f64| [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| middle.round() + step);
@@ -38,8 +38,8 @@ impl Unbounded {
         images
     }
 
-    /// Advances to the next contact of spheres of diameter and mass 1, if it comes before `most` has passed.
-    /// Paths until then are shorter than a period.
+    /// Advances to the next contact, or by the time `most` if no contact comes earlier. Returns whether there was a
+    /// contact. Spheres have diameter and mass 1, and paths must be shorter than a period.
     fn step(&mut self, most: f64) -> bool {
         let mut next = (most, None);
         for i in 0..self.positions.len() {
@@ -86,10 +86,10 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
         let mut simulation = Simulation::without_plan(scene);
         let (mut contacts, mut across) = (0, 0);
         while contacts < 40 {
-            // No path is longer than a period in such a short time.
+            // In a time of 0.1 no sphere moves further than a period.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // A little further, so that rounding cannot move the last contact to the other side.
+        // Both simulations run a little further, so that rounding cannot separate one of them from its last contact.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();
@@ -98,8 +98,8 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             let up = now.images[id][1];
             let faster = rate * space.size.y * f64::from(up);
             across += up.abs();
-            // Each contact multiplies errors by twice its path in diameters, about 7. Of 40 contacts among 27
-            // spheres, none has more than ten.
+            // Each contact multiplies errors by twice the free path in diameters, about 7. There are 40 contacts among
+            // 27 spheres, and none of these has more than ten.
             let expected = now.velocities[id] + Vector::new(faster, 0.0, 0.0);
             assert!((velocity - expected).amax() < 1e-7, "{id}: {velocity} {expected}");
             let y = now.positions[id].y + f64::from(up) * space.size.y;

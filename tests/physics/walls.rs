@@ -56,7 +56,8 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
         let virial = finished.observable("pressure").unwrap();
         let virial_error = virial.standard_error.unwrap();
         println!("{what}: virial {virial:?}");
-        // The outer layer that centres cannot reach is a fifth of the volume or more.
+        // Centres of particles cannot reach the outer layer of the box, which is a fifth of the volume or more. The
+        // error must be far smaller than its effect on the pressure.
         assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
         let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
         let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
@@ -75,7 +76,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
                 assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
             }
         }
-        // The mean over all walls does not contain the energy that oscillates between the axes.
+        // Energy oscillates between the axes, and this cancels in the mean over all walls.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
     }
@@ -83,8 +84,8 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
 
 #[test]
 fn a_driven_granular_slit_presses_on_its_walls_as_hard_as_its_virial_says() {
-    // A bath drives it along the slit only, so it is colder across: with an isotropic temperature the
-    // pressure would be a third higher.
+    // The bath drives the particles only along the slit, so they are colder across it. If the temperature were taken as
+    // isotropic, the pressure would be a third higher.
     let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
     let scene = SceneBuilder::new("driven")
         .seed(1)
@@ -138,8 +139,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
-    // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7. Their momenta at the start
-    // and at the end contribute two of about sqrt(20 0.7), divided by the time.
+    // Floor and ceiling have a length of 10 and carry 20 particles of mass 0.7. The total momenta at the start and at
+    // the end, each about sqrt(20 0.7), add two terms divided by the duration.
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
@@ -150,8 +151,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
-    // Velocities of the first of three particles that are too small to meet. The other two particles reach
-    // the walls at other times and more often.
+    // The velocities that a hot wall gives to the first of three particles. The particles are too small to meet. The
+    // other two reach the walls at other times, and more often.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

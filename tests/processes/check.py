@@ -26,8 +26,8 @@ ENVIRONMENT = os.environ | {
 # Time and memory of a run are not results.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
-# Scenes with a shorter duration: periodic and open, with lists, cells, pair states, gravity, thermal walls,
-# event logs, and stages that one process runs alone.
+# Shortened scenes, which together cover periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal
+# walls, event logs, and stages that one process runs alone.
 SCENES = {
     "hard_sphere_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.contacts=true"],
     "square_well_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.events=true"],

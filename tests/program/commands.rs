@@ -28,7 +28,7 @@ fn a_run_can_be_proven_from_its_folder() {
 
 #[test]
 fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
-    // An equilibration that may end by its measurements: only the summary says where the run ended.
+    // The equilibration may end by its own measurements, so only the summary tells where the run ended.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
     assert_eq!(code(&place.carom(&few)), 0);
@@ -179,7 +179,7 @@ fn a_rendered_frame_is_a_png() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
-    // The command of earlier versions.
+    // Earlier versions call the command `picture`.
     let output =
         place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed", "--out", "again.png"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -203,7 +203,8 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
 
 #[test]
 fn check_and_run_estimate_by_the_same_rule_whatever_the_clock_says() {
-    // 4,000 spheres are too many for a trial; frames are written by time, and the run ends by events.
+    // 4,000 spheres are too many for a trial run. The number of frames must be estimated, because frames are written by
+    // time and the run ends by events.
     let scene = FLUID.replace("count = 108", "count = 4000").replace("until_events = 4000", "until_events = 40000000");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.01\n"));
     let said = || {
@@ -212,7 +213,8 @@ fn check_and_run_estimate_by_the_same_rule_whatever_the_clock_says() {
     };
     let first = said();
     assert_eq!(said(), first);
-    // Ten collisions per sphere and time at this density, 20,000 in total: 40,000,000 take a time of 2,000.
+    // At this density each sphere has ten collisions per unit of time, so there are 20,000 in total. 40,000,000
+    // collisions take a time of 2,000.
     assert!(first.contains(" GB") && first.contains("e5 frames"), "{first}");
     let output = place.carom(&["run", "scene.toml"]);
     assert_eq!(code(&output), 2, "{}", words(&output));

@@ -18,7 +18,7 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
 }
 
-/// A ball that rests on a wall: its present contact time is not suggested as a solution.
+/// When a ball rests on a wall, the message does not suggest the contact time that the scene has already.
 #[test]
 fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
     let ball = "name = \"ball\"\n[space]\nsize = [4.0, 4.0, 40.0]\n\
@@ -75,7 +75,7 @@ fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
 
 #[test]
 fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
-    // Two more spheres in the middle of spheres on the lattice.
+    // Two more spheres, which overlap spheres of the lattice.
     let more = |x: f64| format!("[[particle]]\nspecies = \"sphere\"\nposition = [{x}, 0.2, 0.1]\n");
     let place = Place::with(&format!("allow_invalid_start = true\n{FLUID}\n{}{}", more(0.3), more(3.0)));
     let output = place.carom(&["run", "scene.toml"]);
@@ -98,7 +98,7 @@ fn an_arrest_ends_a_proof_with_the_cure() {
 
 #[test]
 fn a_run_without_future_ends() {
-    // Two spheres that fly apart: they never reach a number of events.
+    // Two spheres fly apart, so they never reach the requested number of events.
     let scene = r#"
 [space]
 size = [10.0, 0.0, 0.0]
@@ -136,7 +136,7 @@ fn a_stopped_run_leaves_complete_files() {
     let arguments = ["run", "scene.toml", "--until-time", "1e5", "--set", "output.thermo_interval=0.1"];
     let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let partial = place.path().join("runs/scene/thermo.csv.partial");
-    // The table is written every two seconds, so then the run has started.
+    // The run writes the table every two seconds, so a table with rows shows that the run has started.
     for _ in 0..600 {
         if fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000) {
             break;
@@ -192,7 +192,7 @@ fn balls_that_part_end_their_rows() {
     assert!(rows < 10_000, "{rows} rows");
 }
 
-/// Two grains above a floor. The first one rests on it, to within a height and a speed.
+/// Two grains above a floor. The first grain is almost at rest on the floor: `height` above it, at the given speed.
 fn at_rest(height: f64, speed: f64) -> String {
     format!(
         r#"
@@ -253,8 +253,8 @@ fn a_grain_at_rest_in_contact_is_announced_and_its_storm_ends_the_run() {
         let (_, cure) = told.split_once("help: ").unwrap();
         assert!(!cure.contains("set dynamics.contact_time"), "it is set: {cure}");
     }
-    // As high as the warning says: a bouncing grain loses energy until its contacts are one contact time
-    // apart.
+    // This is the greatest height without a warning. From there, a bouncing grain loses energy until its contacts are
+    // one contact time apart.
     let place = Place::with(&at_rest(1.25e-7, 0.0));
     assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));
     let output = place.carom(&["run", "scene.toml", "-q"]);

@@ -50,7 +50,7 @@ equilibration_time = 15.0
 until_time = 900.0
 "#;
 
-/// With measurements at each temperature.
+/// The scene of the chain with measurements at each temperature.
 pub fn measured_chain() -> String {
     format!("{CHAIN}\n[measure]\nchains = true\nradial_distribution = {{ bins = 40, interval = 4.0 }}\n")
 }
@@ -114,7 +114,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // About the true mean they scatter more, most likely by at most the square of the standard error.
+        // Energies scatter more about the true mean than about their own mean, most likely by at most the square of the
+        // standard error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");
@@ -145,7 +146,7 @@ fn check_page(place: &Place, folder: &str) {
         .unwrap();
     let output = place.carom(&["report", folder, "--force"]);
     assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
-    // Each trajectory is an ordinary trajectory.
+    // The trajectory of one temperature can be converted like the trajectory of a run.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }
@@ -164,7 +165,7 @@ fn an_exchange_has_the_surfaces_of_its_scene_beside_its_trajectories() {
         assert_eq!(files(&folder), ["rod.stl"]);
     };
     run("6.0");
-    // A continued exchange writes the missing file.
+    // A continued exchange writes a missing surface file again.
     std::fs::remove_file(folder.join("rod.stl")).unwrap();
     run("12.0");
     let output = place.carom(&["render", "runs/chain-exchange/trajectory-1.xyz", "--out", "chain.png"]);
@@ -260,7 +261,7 @@ fn two_processes_do_not_write_to_one_folder() {
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("is damaged"), "{}", line(&output));
     assert!(contents(&place.path().join("runs/chain-exchange")) == before);
-    // Unlike a run, it has no checkpoint.previous.
+    // An exchange has no `checkpoint.previous`, so the message does not mention it.
     assert!(!line(&output).contains("previous"), "{}", line(&output));
     assert!(line(&output).contains("here without exchange.checkpoint"), "{}", line(&output));
 }
@@ -295,12 +296,13 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
         let observables = &summary["temperatures"][at]["observables"];
         let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
-        // 108 particles at 20 times that count as independent: 4 sqrt(2 / 324 / 5); Carnahan and Starling
-        // have 3.97 at 0.3.
+        // The samples of 108 particles at 20 times count as five independent ones: four standard errors of the
+        // temperature are 4 sqrt(2 / 324 / 5) = 0.14. The equation of Carnahan and Starling gives Z = 3.97 at a packing
+        // fraction of 0.3.
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }
-    // Its input may be deleted; its results stay.
+    // The input of an exchange may be deleted, since the exchange keeps its results.
     let before = words(&place.carom(&["exchange", "runs/next-exchange"]));
     std::fs::remove_dir_all(place.path().join("runs/scene")).unwrap();
     let output = place.carom(&["exchange", "runs/next-exchange"]);

@@ -51,15 +51,15 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
     refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
     refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange continues unchanged");
     refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
-    // Its present end, written differently.
+    // This end is the present one in another notation.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
     assert!(contents(&folder) == short);
-    // By its folder and by its scene, with several numbers of threads.
+    // The exchange is continued by its folder and by its scene, with different numbers of threads.
     done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");
     done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
     let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
     assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
-    // A checkpoint also contains the initial scene.
+    // The checkpoint is left out because it also contains the initial scene.
     for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
         assert!(*bytes == parts[name], "{name}");
     }
@@ -91,7 +91,7 @@ fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
     let place = Place::with(&measured_chain());
     let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
     let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    // The first checkpoint comes after a second.
+    // The run writes its first checkpoint after a second.
     let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
     for _ in 0..600 {
         if checkpoint.exists() {

@@ -53,7 +53,7 @@ fn a_file_that_was_replaced_is_not_that_of_the_run() {
     assert_eq!(place.read("runs/a/thermo.csv"), before);
     fs::write(place.path().join("start.xyz"), START).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/a"])), 0);
-    // The checkpoint does not need the file.
+    // A resumed run does not need the start file, because the checkpoint has the state.
     fs::remove_file(place.path().join("start.xyz")).unwrap();
     let output = place.carom(&["run", "--resume", "runs/a", "--until-time", "30"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -71,7 +71,7 @@ fn nothing_that_is_read_is_written_over() {
     fs::create_dir_all(place.path().join("case")).unwrap();
     fs::write(place.path().join("case/mine.toml"), SCENE.replace("start.xyz", "../start.xyz")).unwrap();
     for command in [
-        // The folder of a run that would hold its own scene or its own start.
+        // Each command would overwrite its own input or another file of the run.
         &["run", "runs/a/scene.toml", "--out", "runs/a"][..],
         &["run", "case/mine.toml", "--out", "case"],
         &["run", "scene.toml", "--set", "file.0.path=runs/a/trajectory.xyz", "--out", "runs/a"],
@@ -122,7 +122,7 @@ until_events = 500
     let last = trajectory.matches("Lattice=").count() - 1;
     let (head, rest) = scene.split_once("[[chain]]").unwrap();
     let run = &rest[rest.find("[run]").unwrap()..];
-    // Neither the box nor the bonds are repeated.
+    // The next scene repeats neither the box nor the bonds, since the file contains them.
     let head = head.replace("[space]\nsize = [7.0, 7.0, 7.0]\n", "");
     let next = format!("{head}[[file]]\npath = \"runs/a/trajectory.xyz\"\nframe = {last}\n{run}");
     fs::write(place.path().join("next.toml"), next).unwrap();

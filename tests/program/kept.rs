@@ -45,7 +45,7 @@ fn no_command_replaces_anything_unasked() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
-    // The page, the picture, the contacts and the conversion belong to the other run.
+    // The page, the picture, the contacts and the conversion belonged to the replaced run, so they are gone.
     let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"];
     assert_eq!(names, left);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
@@ -84,7 +84,7 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     };
     killed(begun(&place, &["--force", "--seed", "8"]));
     assert!(is_as_before());
-    // Not even an unfinished replacement is replaced without a request.
+    // Even an unfinished replacement is only replaced with `--force`.
     let output = place.carom(&["run", "scene.toml"]);
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
@@ -160,7 +160,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
     let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
-    // In the order of the renamings. All earlier renamings are done.
+    // A run renames its finished files in this order. The kill comes after the first `done` renamings.
     for done in 0..files.len() {
         for name in &files[done..] {
             fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();
@@ -232,7 +232,7 @@ fn another_end_is_on_the_disk_before_the_run_goes_on() {
     let finished = run(scene.clone(), &mut folder, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
     let events = 8_000;
-    // As if it were killed at once.
+    // The folder is dropped right after the change of the end, as by a kill.
     drop(when_free(|| Folder::resume(&path, Some(Limit::events(events)))));
     let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
     assert_eq!(checkpoint.simulation.scene().run().limit, Limit::events(events));
@@ -265,7 +265,7 @@ fn a_run_that_is_stopped_early_and_given_a_near_end_has_its_rows() {
     let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Limit::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
-    // A third of the two hundred that it would have had.
+    // A run that was planned for this end has two hundred rows. This run has about a third of them.
     let rows =
         fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
     assert!(rows > 40, "{rows}");

@@ -13,7 +13,7 @@ use super::place::{FLUID, Place, code, contents, errors, line, run};
 
 const WORK: &str = "years of work";
 
-/// Replaces a file by a link, a folder or a pipe.
+/// Replaces a file by what `put` creates: a link, a folder or a pipe.
 fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     if path.exists() {
         fs::remove_file(path).unwrap();
@@ -30,7 +30,8 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
-/// A folder with a thesis and the results of a command, once for each of the names.
+/// Makes a copy of the results of a command for each name, and calls `then` with it. A file of the user in the same
+/// folder must stay unchanged.
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);
     place.write("thesis.tex", WORK);
@@ -67,7 +68,7 @@ fn no_run_writes_through_a_link() {
             &["run", "scene.toml", "--force", "--seed", "2"][..],
             &["run", "--resume", "runs/scene", "--until-events", "4100"],
         ] {
-            // Without its checkpoint there is nothing to continue.
+            // Without its checkpoint a run cannot be resumed, so this case is left out.
             if name != "checkpoint" || !arguments.contains(&"--resume") {
                 refused(place, arguments, name.trim_end_matches(".partial"));
             }
@@ -147,7 +148,7 @@ fn no_exchange_writes_through_a_link() {
         ["exchange", "scene.toml", "-q", "--out", "pair", "--until-time", "30", "--set", "run.equilibration_time=3"];
     each(CHAIN, &begin, &names, |place, name| {
         let path = place.path().join("pair").join(name);
-        // The target has the same content, so only the link is wrong.
+        // The target of the link has the same content, so only the link itself is wrong.
         let target = place.path().join("target");
         fs::write(&target, fs::read(&path).unwrap_or_default()).unwrap();
         replaced(&path, |path| symlink(&target, path).unwrap());

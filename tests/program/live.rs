@@ -2,7 +2,7 @@
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// An engine from other sources than the program.
+/// An engine module that claims to be built from other sources than the program.
 const MODULE: &str = "carom engine 0123456789abcdef\npacked";
 
 /// In the folder.
@@ -14,7 +14,7 @@ fn place() -> Place {
     place
 }
 
-/// The description of the scene in a page.
+/// The description of the scene, in JSON, that a page contains.
 fn told(page: &str) -> serde_json::Value {
     let json = page.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     serde_json::from_str(json).unwrap()
@@ -34,7 +34,7 @@ fn a_page_has_the_scene_as_it_was_written_and_what_is_changed() {
     let page = place.read("live.html");
     assert_eq!(told(&page)["text"], place.read("scene.toml"));
     assert_eq!(told(&page)["changes"], serde_json::json!({ "seed": "7", "fill.0.count": "32" }));
-    // The same page is not a replacement; another page is.
+    // The same page may be written again; a different page needs `--force`.
     assert_eq!(code(&live(&place, &changed)), 0);
     assert_eq!(code(&live(&place, &["scene.toml"])), 2);
     assert_eq!(place.read("live.html"), page);
@@ -53,7 +53,7 @@ fn a_page_takes_the_files_of_the_scene_along() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let files = told(&place.read("live.html"))["files"].clone();
     assert_eq!((files.as_array().unwrap().len(), &files[0]["name"]), (1, &"ball.obj".into()));
-    // The input would be lost.
+    // The page would overwrite an input file of the scene.
     let output = live(&place, &["scenes/mesh.toml", "--out", "scenes/ball.obj", "--force"]);
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(place.read("scenes/ball.obj").starts_with("v 1"));

@@ -16,7 +16,7 @@ fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
 /// The smallest address space in which the program starts, in KiB. With less, the C library itself may abort.
 fn least_room(place: &Place) -> u64 {
     let starts = |room: &u64| within(place, *room, &["--version"]).status.success();
-    // Several in a row, so that none of them succeeds by chance.
+    // Starts the program with many memory limits in a row, because near the smallest one it may start by chance.
     let rooms: Vec<u64> = (0..64).map(|step| (1 << 12) + (step << 10)).collect();
     let ends = rooms.iter().rposition(|room| !starts(room)).expect("four megabytes are too few");
     *rooms.get(ends + 2).expect("an empty program starts within 64 megabytes")
@@ -28,7 +28,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let before = place.read("runs/scene/thermo.csv");
     let least = least_room(&place);
-    // Less and less, until it is not enough to continue.
+    // Lowers the memory limit until the run cannot continue.
     let mut room = 2 * least + (1 << 15);
     let ended = loop {
         let output = within(&place, room, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -39,8 +39,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // Between the last sufficient limit and this one, memory runs out at other places. None may end in a
-    // signal.
+    // With memory limits between the last sufficient one and this one, allocations fail at other places. None of them
+    // may end the program by a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -66,8 +66,8 @@ fn peak(count: u32, instruments: &str) -> f64 {
 
 #[test]
 fn a_particle_takes_little_more_than_its_state_its_prediction_and_its_list() {
-    // A second copy of the engine would take about 180 bytes more; pages of two megabytes add rounding of up
-    // to 60 each.
+    // A second copy of the engine would take about 180 bytes more per particle. Memory pages of two megabytes may add
+    // up to 60 bytes per particle.
     for (instruments, most) in
         [("", 400.0), ("[output]\ncontacts = true\n", 400.0), ("[measure]\npressure_tensor = true\n", 750.0)]
     {

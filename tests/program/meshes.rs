@@ -44,7 +44,7 @@ const CORNERS: [[f64; 3]; 8] = [
     [0.0, 1.0, 1.0],
 ];
 
-/// Its triangles, which face outwards.
+/// Triangles of the box, which face outwards.
 const BOX: [[usize; 3]; 12] = [
     [0, 2, 1],
     [0, 3, 2],
@@ -74,7 +74,7 @@ fn text(triangles: &[Triangle]) -> String {
     text + "endsolid bin\n"
 }
 
-/// A box with a corner and an edge.
+/// The triangles of a cube with a given corner and edge.
 fn box_at(corner: [f64; 3], edge: f64) -> Vec<Triangle> {
     let place = |k: usize| std::array::from_fn(|axis| corner[axis] + edge * CORNERS[k][axis]);
     BOX.iter().map(|triangle| triangle.map(place)).collect()
@@ -143,7 +143,7 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
         let text = text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
         assert_eq!(code(&output), 0, "{name}: {text}");
         told.iter().for_each(|told| assert!(text.contains(told), "{name}: no `{told}` in {text}"));
-        // If the scene requires a closed mesh, it is rejected.
+        // Scenes with `closed = true` reject these meshes, except the one in millimetres.
         place.write("scene.toml", &SCENE.replace("path =", "closed = true\npath ="));
         let output = place.carom(&["run", "scene.toml", "--quiet"]);
         let text = errors(&output);
@@ -160,8 +160,8 @@ fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
 fn particles_are_counted_inside_of_a_closed_mesh() {
     let place = Place::with("");
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
-    // A box from the mesh and the same box from its corners, turned by a right angle about z. Particles go in
-    // and out through the open sides.
+    // One region is the mesh, the other is the same box from its corners, turned by a right angle about z. Particles go
+    // in and out through the open sides.
     let more = r#"
 [[fill]]
 species = "grain"
@@ -199,14 +199,14 @@ until_time = 5.0
     let counts: Vec<[&str; 2]> = lines.map(|cells| ["in_mesh", "in_box"].map(|name| cells[column(name)])).collect();
     assert!(counts.len() > 15 && counts.iter().all(|[mesh, box_]| mesh == box_), "{counts:?}");
     assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
-    // The record contains the checksum of the file, and a changed file is rejected.
+    // The scene file of the run contains the checksum of the mesh file, so a changed mesh is rejected.
     let record = place.read("runs/scene/scene.toml");
     assert!(record.contains("checksum = \"crc32:"), "{record}");
     place.write("bin.stl", &text(&box_at([0.0; 3], 2.0)));
     let output = place.carom(&["check", "runs/scene/scene.toml"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
     assert!(errors(&output).contains("checksum"), "{}", errors(&output));
-    // An open mesh has no inside.
+    // An open mesh has no inside in which particles could be counted.
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)[1..]));
     let output = place.carom(&["check", "scene.toml"]);
     let told = errors(&output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");

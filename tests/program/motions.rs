@@ -1,4 +1,4 @@
-//! Moving surfaces and changing gravity, in words.
+//! Descriptions of moving surfaces and of changing gravity by `carom check`.
 
 use super::place::{Place, code, errors, words};
 
@@ -119,7 +119,7 @@ name = "it"
         (plate(1.0, 7.0), beyond),
         (plate(1.0, -3.0), beyond),
         (plate(1.0, 5.0), None),
-        // Open along z: particles may get there.
+        // The box is open along z, so particles may reach this plate.
         (plate(9.0, 2.0), None),
         (moved(floor, "\"translation\", velocity = [1.0, 0.5, 0.0]"), along),
         (moved(floor, "\"translation\", velocity = [1.0, 0.5, 0.1]"), None),

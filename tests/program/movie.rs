@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// A run with a number of frames.
+/// A run with a given number of frames.
 fn place(frames: usize) -> Place {
     let scene = FLUID.replace("equilibration_events = 500\n", "");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.02\n"));
@@ -143,7 +143,8 @@ fn an_mp4_has_all_frames_where_ffmpeg_is() {
     let images: Vec<&[u8]> = decoded.stdout.chunks(96 * 64 * 3).collect();
     assert_eq!((images.len(), decoded.stdout.len() % (96 * 64 * 3)), (frames_of(&place), 0), "{}", errors(&decoded));
     assert!(images[0] != images[images.len() - 1]);
-    // The background in a corner, after a loss of colour: light and slightly blue.
+    // A corner of the image shows the background, light and slightly blue. Lossy compression may change the colour a
+    // little.
     let corner = &images[0][..3];
     assert!(
         corner.iter().zip([247, 248, 250]).all(|(found, exact): (&u8, u8)| found.abs_diff(exact) <= 4),
@@ -231,13 +232,13 @@ fn ctrl_c_ends_a_movie_whose_ffmpeg_hangs() {
     let tools = tempfile::tempdir().unwrap();
     let (path, begun) = (tools.path().join("ffmpeg"), tools.path().join("begun"));
     let script = "#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V..... libx264 x'; exit;; esac\n";
-    // Once it has started to read, the rest is waited for.
+    // This fake `ffmpeg` reads one byte and then hangs, so that Carom has to wait for it.
     let read = "/bin/dd bs=1 count=1 of=/dev/null 2> /dev/null";
     let hang = format!("{read}\necho > '{}'\nexec /bin/sleep 1000\n", begun.display());
     fs::write(&path, [script, &hang].concat()).unwrap();
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
     let before = contents(place.path());
-    // An image larger than a pipe holds.
+    // An image of this size is larger than the buffer of a pipe.
     let arguments = ["movie", "runs/scene", "--out", "film.mp4", "--size", "640x480", "-q"];
     let mut command = place.command(&arguments);
     let mut child = command.env("PATH", tools.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

@@ -17,7 +17,7 @@ profile = [{ name = "z", bins = [1, 1, 5] }]
 flow = [{ name = "up", axis = "z", at = 0.1 }]
 "#;
 
-/// The values of a series times all its divisors.
+/// Multiplies the values of a series by all its divisors.
 fn undone(series: &Value) -> Vec<Option<f64>> {
     let divisors = series["normalisation"]["divisors"].as_array().unwrap();
     let values = series["values"].as_array().unwrap();
@@ -51,24 +51,24 @@ fn what_curves_were_divided_by_takes_them_back_to_whole_counts() {
         }
     }
     let series = |name: &str| &curves.iter().find(|curve| curve["name"] == name).unwrap()["series"][0];
-    // Sums of the counts over all samples.
+    // Without their divisors, these curves are sums of counts over all samples.
     for (name, least) in
         [("radial_distribution", 1000.0), ("speeds", 1000.0), ("profile_z", 1000.0), ("free_times", 1000.0)]
     {
         let counts: Vec<f64> = undone(series(name)).into_iter().flatten().collect();
         for count in &counts {
-            // Round-off of about ten thousand samples.
+            // Tolerance for the round-off of about ten thousand samples.
             assert!((count - count.round()).abs() < 1e-9 * count.max(1.0), "{name}: {count}");
         }
         assert!(counts.iter().sum::<f64>() > least, "{name}");
     }
-    // Every particle has a speed, and is in a cell, in every sample.
+    // Every sample counts each particle once, with its speed and with its cell.
     for (name, particles) in [("speeds", divisor(series("speeds"), "particles")), ("profile_z", 108.0)] {
         let all = undone(series(name)).into_iter().flatten().sum::<f64>();
         assert!((all / (divisor(series(name), "samples") * particles) - 1.0).abs() < 1e-9, "{name}: {all}");
         assert_eq!(particles, 108.0);
     }
-    // Positive, and for particles that have moved since each origin.
+    // The sums of squared displacements are positive as soon as particles have moved since the time origin.
     let squares: Vec<f64> = undone(series("mean_squared_displacement")).into_iter().flatten().collect();
     assert!(squares[0] == 0.0 && squares[1..].iter().all(|square| *square > 0.0), "{squares:?}");
 }

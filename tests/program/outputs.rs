@@ -25,7 +25,7 @@ fn a_place_that_cannot_be_written_to_is_bad_input_for_every_command() {
     ];
     let long = "x".repeat(300);
     for (command, name) in commands {
-        // Below a file, where not even the administrator can write, and a name that no disk accepts.
+        // No command can write below a file or below `/proc`, not even as root, nor under a name that is too long.
         for out in [format!("file/{name}"), format!("/proc/nothing/{name}"), format!("{long}{name}")] {
             let output = place.carom(&[command, &["--out", &out]].concat());
             assert_eq!(code(&output), 2, "{command:?} {out}: {}", errors(&output));

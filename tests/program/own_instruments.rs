@@ -43,7 +43,7 @@ fn the_program_refuses_them_before_anything_is_changed() {
         assert!(line(&output).contains("the run began with the instrument `probe`"), "{}", line(&output));
         assert!(line(&output).contains("continue with the program that started the run"), "{}", line(&output));
         assert!(contents(&path) == before, "{stage:?}");
-        // The other one still can.
+        // The program that has the instrument `probe` can continue the run.
         let (mut files, checkpoint) = when_free(|| Folder::resume(&path, None));
         let run = Run::resume(checkpoint).instrument("probe", |_| Probe);
         let finished = run.execute(&mut files, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();

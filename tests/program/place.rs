@@ -32,7 +32,7 @@ equilibration_events = 500
 until_events = 4000
 "#;
 
-/// A ball that collapses on the floor: nothing makes its contacts elastic.
+/// A ball that collapses on the floor, because no TC model makes its contacts elastic.
 pub const COLLAPSE: &str = r#"
 [space]
 size = [4.0, 4.0, 4.0]
@@ -103,7 +103,7 @@ impl Place {
     }
 }
 
-/// Runs scenes that end well.
+/// Runs scenes, and asserts that the runs succeed.
 pub fn run(place: &Place, arguments: &[&str]) {
     let output = place.carom(&[&["run", "-q"], arguments].concat());
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
@@ -149,14 +149,14 @@ pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
     words
 }
 
-/// All files of a folder except Carom's own list.
+/// All files of a folder except `.carom`, Carom's own list of files.
 pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut contents = files(folder);
     contents.retain(|name, _| name.rsplit('/').next() != Some(".carom"));
     contents
 }
 
-/// A message as one line, without its frame in a terminal.
+/// The text of a message on one line, without the frame that it has in a terminal.
 pub fn line(output: &Output) -> String {
     errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -184,7 +184,7 @@ pub fn killed(mut child: Child) {
     child.wait().unwrap();
 }
 
-/// A stopped run continues from its last checkpoint for one event, to a requested end.
+/// Resumes a stopped run from its last checkpoint, with an end one event later, so that the run finishes.
 pub fn ended(place: &Place, folder: &str) -> Output {
     let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
     let output = to(1);
@@ -193,8 +193,8 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// Opens files while other tests start programs. Until such a process executes its program, it also holds the
-/// locks of this one.
+/// Opens files, and tries again while they are locked. Other tests start programs, and each new process holds the locks
+/// of this one until it executes its program.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

@@ -24,7 +24,7 @@ fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
     let folder = place.path().join("runs/scene");
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7"])), 0);
     let before = contents(&folder);
-    // The second one discards the first.
+    // The second run discards the replacement that the first one left.
     for _ in 0..2 {
         let child = begun(&place, &["--force"]);
         let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
@@ -60,7 +60,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
         assert_eq!(code(&output), 1, "{}", errors(&output));
         assert!(errors(&output).contains("dynamical arrest") && is_as_before(&before, &folder), "{}", errors(&output));
         assert!(words(&output).contains("move runs/scene/replacement elsewhere"), "{}", words(&output));
-        // However often the run fails, there is only one folder of a replacement.
+        // Repeated failures do not nest the folders of replacements.
         assert!(!folder.join("replacement/replacement").exists());
     }
     assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));
@@ -74,7 +74,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
     assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
-    // As the message suggests.
+    // The message suggests moving the replacement elsewhere.
     fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
     assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
     assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);
@@ -141,12 +141,12 @@ fn conversions_of_a_run_are_replaced_with_it() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "gsd", "--out", "new.gsd"])), 0);
     let mut now = contents(&folder);
-    // Whether there is one depends on the clock.
+    // The existence of `checkpoint.previous` depends on timing.
     now.remove("checkpoint.previous");
     assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
     let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
     assert_eq!(now.keys().collect::<Vec<_>>(), [&names[..], &["trajectory.xyz"]].concat());
-    // The user's own files are in the way. A rejected run leaves no files.
+    // A user's file has the name of an output. The rejected run leaves no files.
     fs::write(folder.join("trajectory.csv"), "mine").unwrap();
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "output.formats=[\"csv\"]"]);
@@ -176,7 +176,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\", \"gsd\"]\n"));
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let target = place.path().join("run");
-    // First without anything there, then with that run.
+    // At first the target is empty. In the second round it holds the finished run of the first round.
     for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
         let mut folder = when_free(|| Folder::create(&target, &scene, Existing::Replace));
         fs::create_dir(path.join("trajectory-npy")).unwrap();
@@ -186,7 +186,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&path, &kept, 1), "{:?}", done.failures);
         assert!(path.join("summary.json").exists() && path.join("trajectory.gsd").exists());
         assert_eq!(fs::read_to_string(path.join("trajectory-npy/notes.txt")).unwrap(), "mine");
-        // Once it is out of the way, the continued run makes up for it.
+        // Once the user's file is gone, the continued run repeats the failed conversion.
         fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
         let (mut folder, checkpoint) = when_free(|| Folder::resume(&target, None));
         let result = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(()));
@@ -209,7 +209,7 @@ fn an_end_that_has_passed_is_refused_and_nothing_is_changed() {
         assert!(line(&output).contains("expected a later end than"), "{}", errors(&output));
         assert!(contents(&folder) == before, "{end:?}");
     }
-    // An end at the current time has not passed.
+    // An end at the current time has not passed yet, so it is accepted.
     for end in ["2", "2.5"] {
         let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", end]);
         assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -225,7 +225,7 @@ fn a_link_into_a_run_leads_into_a_run() {
     std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();
     let output = place.carom(&["run", "scene.toml", "--out", "link/new"]);
     assert!(code(&output) == 2 && line(&output).contains("the folder of a run"), "{}", errors(&output));
-    // The folder itself can be replaced.
+    // The run behind the link can be replaced.
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"])), 0);
     assert_eq!(place.summary("runs/scene")["seed"], 2);
 }

@@ -27,7 +27,7 @@ fn a_run_leaves_its_files_and_a_table() {
     assert!(rows.iter().all(|row| row.len() == columns));
     let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
     let interval = times[1] - times[0];
-    // All rows but the last are at even times.
+    // All rows except the last one are equally spaced in time.
     for pair in times[..times.len() - 1].windows(2) {
         assert!(((pair[1] - pair[0]) / interval - 1.0).abs() < 1e-9);
     }
@@ -63,7 +63,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     assert_eq!(summary["events"]["core"], 4000);
     let rate = &summary["observables"]["collision_rate"];
     assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
-    // The mean over the whole measurement agrees with the counts.
+    // The mean rate agrees with the event counts of the whole measurement.
     let thermo = place.measured("runs/scene");
     let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     let duration = times[times.len() - 1] - times[0];
@@ -96,7 +96,8 @@ fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // The first thousandth of the events, 100 of them, takes 0.18; the last row is at the end.
+    // All rows but the last one are equally spaced from the start. The first thousandth of the events, 100 of them,
+    // takes a time of 0.18.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -142,14 +143,14 @@ fn rows_begin_with_the_scene_and_name_their_stage() {
     assert!(begin(",first warm") == 0 && begin(",equilibration") == 4, "{thermo}");
     let measured = begin(",measurement");
     assert!(measured > 4 && lines[measured..].iter().all(|line| line.ends_with(",measurement")), "{thermo}");
-    // Rates belong to a stage, so they are unknown at its start.
+    // Rates refer to one stage, so they are unknown in the first row of a stage.
     assert!([0, 4, measured].iter().all(|row| lines[*row].contains(",,")), "{thermo}");
     assert!(!lines[measured + 1].contains(",,"), "{thermo}");
     let summary = place.summary("runs/scene");
     assert_eq!(summary["events"]["total"], 4000, "rows do not change what is measured");
 }
 
-/// A crystal that melts during the measurement or before.
+/// A crystal that melts during the measurement, or before it if the equilibration is long.
 #[test]
 fn what_drifts_is_told_beside_the_audit() {
     let place = Place::with(FLUID);
@@ -166,7 +167,7 @@ fn what_drifts_is_told_beside_the_audit() {
         assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
         let pressure = &summary["observables"]["pressure"]["stationarity"];
         match expected {
-            // From 9 to 11.4.
+            // The pressure drifts from 9 to 11.4.
             "no" => assert!(pressure["verdict"] == "drifting" && pressure["by"].as_f64().unwrap() > 1.0, "{summary}"),
             _ => assert_eq!(pressure["verdict"], "stationary", "{summary}"),
         }
@@ -176,8 +177,8 @@ fn what_drifts_is_told_beside_the_audit() {
 
 #[test]
 fn what_is_conserved_is_told_so_and_has_no_error() {
-    // Independent of rounding: after a heat bath the temperature is any number. A short run has only a few
-    // rows.
+    // The verdict must not depend on rounding. After the heat bath the temperature is an arbitrary number, and a short
+    // run has only a few rows.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));
@@ -219,7 +220,7 @@ fn integers_may_have_an_exponent_or_a_point_in_the_file_as_on_the_command_line()
         assert_eq!(code(&output), 0, "{}", errors(&output));
         assert!(place.read(&format!("{out}/trajectory.xyz")) == place.read("typed/trajectory.xyz"), "{out}");
     }
-    // The record of a run is a scene.
+    // The scene file that a run keeps is itself a scene.
     let output = place.carom(&["run", "typed/scene.toml", "-q", "--out", "again"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }
@@ -252,10 +253,11 @@ fn an_automatic_equilibration_ends_when_nothing_drifts_whatever_is_written() {
         (cells[0].parse().unwrap(), cells.join(","))
     };
     let (time, plain) = start("plain", "output.contacts=false");
-    // At least a hundred samples, two events per particle apart; they take 11.
+    // The equilibration needs at least a hundred samples, which are two events per particle apart. They take a time of
+    // 11.
     assert!((10.0..200.0).contains(&time), "{time}");
     assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
-    // The limit holds if it comes first.
+    // A limit of the equilibration holds if it comes first.
     let (time, _) = start("limited", "run.equilibration_time=2.0");
     assert_eq!(time, 2.0);
 }
@@ -357,7 +359,7 @@ fn counting_regions_and_heights_are_columns() {
     let thermo = place.measured("runs/scene");
     assert!(thermo.starts_with("time,events,kinetic,potential"), "{thermo}");
     assert!(thermo.lines().next().unwrap().ends_with("height,in_floor,stage"), "{thermo}");
-    // At t = 1 the ball has fallen by 1/2 to 1; it touches the floor at sqrt(2).
+    // At time 1 the ball has fallen by 1/2 to a height of 1. It touches the floor at a time of sqrt(2).
     let row: Vec<&str> = thermo.lines().nth(3).unwrap().split(',').collect();
     assert_eq!((row[0], row[row.len() - 2]), ("1", "0"));
     assert!((row[row.len() - 3].parse::<f64>().unwrap() - 1.0).abs() < 1e-14);

@@ -110,7 +110,7 @@ fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
             for key in ["measured", "observables", "equilibrated", "rates", "published"] {
                 agree(&all[key], &one[key], &format!("{what}, {t}, {key}"));
             }
-            // Counted from the start of the run, as in the first row of the measurement.
+            // The number of earlier events counts from the start of the run, as in the first row of this measurement.
             let thermo = place.read("runs/whole/thermo.csv");
             let first = thermo.lines().find(|row| row.ends_with(&format!(",{name}"))).unwrap();
             assert_eq!(all["events"]["before"].to_string(), first.split(',').nth(1).unwrap(), "{what}, {t}");
@@ -165,7 +165,7 @@ temperature = 1.0
 
 #[test]
 fn a_momentum_that_a_heat_bath_changes_counts_in_its_own_stage_only() {
-    // Two particles of unequal mass: 6 free components with the heat bath, 3 without it.
+    // Two particles of unequal mass have 6 degrees of freedom with the heat bath, and 3 without it.
     let scene = r#"
 [space]
 size = [6.0, 6.0, 6.0]
@@ -214,7 +214,8 @@ thermo_interval = 10.0
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let summary = place.summary("runs/a");
     let of = |value: &Value| value["observables"]["temperature"]["mean"].as_f64().unwrap();
-    // 2 K' / 3 with the kinetic energy K' relative to the common velocity: 0.5 mu |v|^2.
+    // The expected temperature is 2 K' / 3. K' = 0.5 mu |v|^2 is the kinetic energy relative to the common velocity,
+    // with the reduced mass mu and the relative velocity v.
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");
@@ -276,7 +277,7 @@ until_time = 1.0
 
 #[test]
 fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
-    // After a time of 4 the second ball is at a height of 2.5.
+    // At time 4, when the gate appears, the second ball is at a height of 2.5.
     let place = Place::with(&gate_at(2.75));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
@@ -291,7 +292,7 @@ fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
     assert!(!told.contains("should not"), "it is the scene's fault: {told}");
     let summary = place.summary("runs/scene");
     assert_eq!((&summary["ending"], &summary["time"]), (&"blocked".into(), &4.0.into()));
-    // Between the two, at least half a diameter away from either.
+    // The gate appears between the two balls, at least half a diameter from both centres.
     let place = Place::with(&gate_at(2.5).replace("[4.0, 4.0, 1.5]", "[4.0, 4.0, 0.75]"));
     let output = place.carom(&["run", "scene.toml", "-q"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -69,7 +69,8 @@ const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\nc
 const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
 
 fn run_until(time: &str) -> String {
-    // 47 of these are less than 0.75 by a rounding: the last checkpoint of such a run is before its end.
+    // With this interval the 47th row is at slightly less than 0.75, by a rounding error. So the last checkpoint of a
+    // run until 0.75 is before its end.
     format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\nframe_interval = 0.25\n")
 }
 
@@ -95,7 +96,7 @@ fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {
     let output = place.carom(arguments);
     let said = line(&output);
     assert_eq!(code(&output), 2, "{arguments:?}: {said}");
-    // Long words, such as paths, are broken.
+    // The message breaks long words such as paths, so the comparison ignores spaces.
     let said = said.replace(' ', "");
     for words in expected {
         assert!(said.contains(&words.replace(' ', "")), "{arguments:?} lacks `{words}`: {said}");
@@ -114,7 +115,8 @@ fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // Everything other than the start: repeated, omitted, or given on the command line.
+        // The next scenes repeat the whole scene except its start, or leave it out. The start is named in the scene or
+        // on the command line.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);
@@ -135,7 +137,7 @@ fn a_run_that_ends_at_an_event_is_gone_on_from_there() {
     started(&place, "next", &plan(2000));
     run(&place, &["next.toml", "--from", "runs/1", "--out", "runs/2"]);
     assert_eq!(last_frame(&place, "runs/2"), last_frame(&place, "runs/whole"));
-    // With another engine from the exact state, in which the pair of the last event touches.
+    // Gravity needs another engine. It starts from the exact state, in which the pair of the last event still touches.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
     assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);
@@ -209,7 +211,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
         "{}",
         words(&output)
     );
-    // The continued runs can be proven, too, and repeated from the contents of their folder.
+    // A continued run can be verified, and it can be repeated from the contents of its folder.
     started(&place, "next", &run_until("0.5"));
     run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
     let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
@@ -254,7 +256,8 @@ fn another_contact_time_counts_from_the_start_on() {
         run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
         place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
     };
-    // Nearly all contacts follow another contact of the same grain within this time, and lose nothing.
+    // With the long contact time, nearly every contact follows another contact of the same grain within this time. So
+    // it loses no energy.
     let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
     assert!(long < 0.2 * short, "{long} and {short}");
 }
@@ -289,7 +292,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
     fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
-    // The run `a` continues, and is no longer at the point where the other runs started.
+    // The run `a` continues beyond the state from which the other runs started.
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
     let expected = ["has changed: the checksum of its checkpoint", "without `checksum` any state is accepted"];
     refused(&place, &["verify", "runs/whole"], &expected);
@@ -309,7 +312,7 @@ fn the_scene_of_a_run_goes_on_from_its_end_without_its_own_start() {
     let note = "left out of the scene: [[chain]], start_time; its start is the end of the run";
     assert!(errors(&output).contains(note), "{}", errors(&output));
     assert_eq!(place.read("runs/same/trajectory.xyz"), place.read("runs/next/trajectory.xyz"));
-    // Its record contains its own start.
+    // The scene file of the run contains the start that the run used.
     let record = place.read("runs/same/scene.toml");
     assert!(record.contains("[start]") && !record.contains("[[chain]]") && !record.contains("start_time"), "{record}");
     run(&place, &["runs/same/scene.toml", "--out", "runs/again"]);
@@ -352,7 +355,7 @@ fn what_nothing_can_start_from_is_refused() {
     let (species, _) = CHAINS.split_once("[[interaction]]").unwrap();
     next(format!("{species}{}", run_until("0.5")));
     refused(&place, &bad, &["`interaction` is missing"]);
-    // It looks as if killed before its end.
+    // Without its summary, the run looks as if it was killed before its end.
     fs::rename(place.path().join("runs/a/summary.json"), place.path().join("runs/a/aside")).unwrap();
     refused(&place, &from("runs/a"), &["the run is not finished", "carom run --resume"]);
     fs::rename(place.path().join("runs/a/aside"), place.path().join("runs/a/summary.json")).unwrap();

@@ -81,7 +81,7 @@ fn every_combination_is_a_run_and_a_row() {
         assert!(page.contains(&format!("href=\"{link}\"")), "{link}");
         assert!(place.read(&format!("runs/scene-sweep/{link}")).contains("Can it be trusted?"));
     }
-    // Complete runs are not repeated.
+    // Complete runs are not repeated, so their pages keep their modification times.
     let first = place.path().join("runs/scene-sweep").join(&runs[0]["folder"]).join("run.html");
     let changed = || fs::metadata(&first).unwrap().modified().unwrap();
     let before = changed();
@@ -113,7 +113,7 @@ fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
     let one = bits(&place.path().join("one"));
     assert!(one == bits(&place.path().join("four")));
     assert!(one == bits(&place.path().join("tasks")));
-    // The same as a separate run.
+    // A point of the sweep has the same bits as a separate run with its values.
     let alone =
         ["run", "scene.toml", "--quiet", "--seed", "2", "--set", "fill.0.packing_fraction=0.3", "--out", "alone"];
     assert_eq!(code(&place.carom(&alone)), 0);
@@ -160,7 +160,7 @@ fn further_values_join_what_is_there() {
     );
     assert_eq!(fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap(), before);
     assert_eq!(rows(&place.read("s/sweep.csv")).len(), 4);
-    // The folder alone is enough.
+    // The folder of the sweep is enough to continue it.
     let output = place.carom(&["sweep", "s", "--quiet"]);
     assert!(words(&output).contains("4 of 4 runs done"), "{}{}", words(&output), errors(&output));
     // Two keys that change together, from a file.
@@ -188,7 +188,7 @@ fn a_run_that_fails_is_named_and_the_others_go_on() {
     let states: Vec<&str> = text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect();
     assert!(states[0] == "done" && states[1].contains("failed: ") && states[2] == "done", "{states:?}");
     assert!(place.read("s/sweep.html").contains("1 of 3 runs failed"));
-    // It fails again, and is not forgotten.
+    // A second call fails as well, so the failure is not forgotten.
     assert_eq!(code(&place.carom(&arguments)), 1);
 }
 
@@ -197,7 +197,8 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    // A run whose audit found a fault, and a run with an irregular end. Both have values.
+    // Two of the runs are not sound: the audit of one run found a fault, and the other run ended irregularly. Both have
+    // values.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
@@ -249,7 +250,7 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
         assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
-        // To another task of a job array it is a started run without values.
+        // Another task of a job array sees this run as started and without values.
         sweep("seed=1..2", &["--out", "s", "--array", "1/2"]);
         let runs = rows(&place.read("s/sweep.csv"));
         assert_eq!((runs[1]["state"].as_str(), runs[1]["pressure"].as_str()), ("begun", ""), "{signal}");
@@ -266,7 +267,7 @@ fn measured_stages_have_rows_of_their_own() {
     let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
         thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
     let place = Place::with(&format!("{FLUID}{stage}"));
-    // Points that have not run have no stages.
+    // A point of the sweep that has not run yet has one row without a stage.
     assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
     let runs = rows(&place.read("s/sweep.csv"));
     let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();
@@ -361,8 +362,8 @@ fn a_point_that_jammed_by_itself_has_failed() {
     let first = place.carom(&vary);
     assert_eq!(code(&first), 1, "{}", words(&first));
     assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
-    // As if the sweep had been killed before it stored the reason, or the run had been finished by `carom run
-    // --resume`.
+    // This is the state after a sweep that was killed before it stored the reason of the failure. It is also the state
+    // after `carom run --resume` has finished the run.
     fs::remove_dir_all(place.path().join("s/failures")).unwrap();
     let again = place.carom(&vary);
     assert_eq!(code(&again), 1, "{}", words(&again));

@@ -1,4 +1,4 @@
-//! Sweeps whose values are lists and tables, and the command that continues them.
+//! Sweeps over lists and tables, and the command that continues such a sweep.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -15,7 +15,7 @@ fn cells(line: &str) -> Vec<String> {
     line.split(is_end).map(str::to_owned).collect()
 }
 
-/// The column of a table; empty without such a head.
+/// The column of a table with the given head, or an empty list if the table has no such column.
 fn column(table: &str, head: &str) -> Vec<String> {
     let mut lines = table.lines().map(cells);
     let Some(at) = lines.next().unwrap().iter().position(|name| name == head) else { return Vec::new() };
@@ -33,7 +33,7 @@ fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
         let temperatures = column(&place.read(table), "thermostat_temperature");
         let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
         assert_eq!(temperatures, [1.0, 2.0], "{table}");
-        // A value that is equal at all points has no column.
+        // A value that is the same at all points of the sweep has no column.
         assert!(column(&place.read(table), "thermostat_rate").is_empty());
     }
     for folder in column(&place.read("s/sweep.csv"), "folder") {

@@ -114,7 +114,7 @@ fn config(name: &str) -> String {
     format!("{}/configs/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Five runs of all kinds, in folders of one place.
+/// Five runs of different kinds, in folders of one temporary folder.
 fn runs(place: &Place) -> Vec<PathBuf> {
     place.write("mixture.toml", MIXTURE);
     place.write("stages.toml", STAGES);
@@ -189,7 +189,7 @@ fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compar
         let original = fs::read(file).unwrap();
         let what = change(file, &mut numbers);
         match found(run) {
-            // Nothing can be replayed.
+            // This run is too damaged to be replayed.
             Err(_) => outcomes[0] += 1,
             Ok(comparison) if !comparison.differences.is_empty() => outcomes[1] += 1,
             Ok(comparison) => {
@@ -209,7 +209,7 @@ fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compar
 
 #[test]
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
-    // More events than steps between so few calls, on a machine of any speed.
+    // The run has more events than it can simulate within these few progress calls, on a machine of any speed.
     let place = Place::with(&MIXTURE.replace("until_events = 900", "until_events = 40000"));
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();
@@ -232,7 +232,7 @@ fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
 #[test]
 fn a_run_that_went_on_to_a_later_end_has_the_files_of_its_replay() {
     let place = Place::with(STAGES);
-    // Rows, frames and the samples of the instrument were planned for the first end.
+    // The first run planned its rows, frames and samples for its own end, not for the later one.
     run(&place, &["scene.toml"]);
     run(&place, &["--resume", "runs/scene", "--until-time", "23"]);
     is_whole(&place.path().join("runs/scene"));

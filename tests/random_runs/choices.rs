@@ -23,7 +23,7 @@ impl<'b> Choices<'b> {
         choices[self.below(choices.len())]
     }
 
-    /// True once in a number of times.
+    /// Returns true in one of `times` cases.
     pub fn once_in(&mut self, times: usize) -> bool {
         self.below(times) + 1 == times
     }

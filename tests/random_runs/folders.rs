@@ -111,7 +111,7 @@ const WRITTEN: [&str; 8] = [
 /// Files of the user outside the folder, which are targets of links.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
-/// How a file may have been changed.
+/// What happens to a file between two calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     Nothing,
@@ -139,7 +139,7 @@ impl Change {
     ];
 }
 
-/// A place with the folder `out` and other files of a user.
+/// A temporary folder for the folder `out` and for other files of a user.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -160,7 +160,7 @@ impl Place {
         self.0.path().join("out")
     }
 
-    /// Names and contents of all files outside.
+    /// Names and contents of all files outside of the folder `out`.
     fn others(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut found = BTreeMap::new();
         let mut folders = vec![self.0.path().to_owned()];
@@ -186,7 +186,7 @@ impl Place {
         let path = self.out().join(name);
         let parent = path.parent().unwrap_or(&path).to_owned();
         if parent.is_symlink() {
-            // A temporary file there would be outside.
+            // The parent folder is a link, so a temporary file in it would be outside of `out`.
             return (name, Change::Nothing);
         }
         let content = if path.is_symlink() { None } else { fs::read(&path).ok() };
@@ -235,7 +235,7 @@ fn link(to: &Path, path: &Path) {
 #[cfg(not(unix))]
 fn link(_to: &Path, _path: &Path) {}
 
-/// A call of Carom in the folder.
+/// A command of Carom that writes to the folder.
 #[derive(Debug, Clone, Copy)]
 enum Call {
     Run,
@@ -246,11 +246,11 @@ enum Call {
     CutRun,
 }
 
-/// Calls with changes of these kinds in between, chosen by the bytes; returns the number of calls that
-/// finished.
+/// Makes two or three calls, as the bytes choose, with changes of the given kinds in between. Returns the number of
+/// calls that finished.
 ///
 /// # Panics
-/// If a call panics, or something outside of the folder has changed.
+/// If a call panics, or if something outside of the folder has changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();
@@ -327,7 +327,7 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     let is_killed = looks == 0;
     let finished = run.execute(&mut folder, &mut |_| next(&mut looks)).map_err(words)?;
     if is_killed {
-        // As a kill leaves it: with a checkpoint, and without results.
+        // A kill leaves a checkpoint and no results.
         return Ok(());
     }
     folder.complete(&finished, &final_table::text(&finished)).map_err(words)?;
@@ -335,7 +335,7 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     report::write(&page, &out.join("report.html"), Existing::Replace).map_err(words)
 }
 
-/// Interrupts after a number of calls.
+/// Interrupts the run at the last of `looks` progress calls.
 fn next(looks: &mut u32) -> ControlFlow<()> {
     *looks = looks.saturating_sub(1);
     if *looks == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

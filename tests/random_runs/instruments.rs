@@ -16,7 +16,7 @@ use super::choices::{Choices, temporary};
 /// events are too rare.
 const PATIENCE: u32 = 5;
 
-/// A scene from bytes.
+/// The scene that the bytes choose.
 pub fn scene(bytes: &[u8]) -> String {
     let choices = &mut Choices::new(bytes);
     let mut text = String::from("name = \"degenerate\"\n");
@@ -117,7 +117,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order"];
     *text += "[measure]\n";
     for name in names {
-        // Invalid combinations are rejected by name; a few are generated on purpose.
+        // Carom rejects instruments that are impossible in a scene. Only a few of them are generated, on purpose.
         let is_possible = match name {
             "pressure_tensor" => !text.contains("= \"open\""),
             "structure_factor" => text.contains("= \"periodic\""),
@@ -154,18 +154,17 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     }
 }
 
-/// Outcome of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum End {
     Refused(String),
     Over(&'static str),
 }
 
-/// Describes the scene of these bytes and runs it. With `is_kept` it runs in a folder with all results and
-/// the page.
+/// Describes the scene that the bytes choose, and runs it. With `is_kept` the run writes all its results and the page
+/// to a folder.
 ///
 /// # Panics
-/// If any part of it panics, or if a printed number is not a number.
+/// If any part of this panics, or if a printed number is not a number.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {
@@ -175,7 +174,8 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let _ = (description::text(&made), description::warnings(&made), burdens(&made));
     let estimate = SizeEstimate::of(&made, foreseen_rate(&made).ok()).bytes;
     assert!(estimate >= 0.0, "an estimate of {estimate} bytes");
-    // Taking minutes because of many requested samples is not a fault.
+    // Scenes with very large outputs are left out. They may take minutes because of the requested samples, which is not
+    // a fault.
     if estimate > 1e7 {
         return End::Refused("large".to_owned());
     }
@@ -193,7 +193,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
         let finished = run.execute(&mut folder, &mut watch).expect("a run that is kept");
         folder.complete(&finished, &final_table::text(&finished)).expect("results");
         let page = report::page(&target).unwrap_or_else(|error| panic!("{error}"));
-        // Scripts may name it; data and texts may not.
+        // Scripts may contain the word NaN; data and texts may not.
         let scripts = page.html.split("<script>").enumerate();
         let mut besides = scripts
             .map(|(k, part)| if k == 0 { part } else { part.split_once("</script>").map_or("", |(_, rest)| rest) });

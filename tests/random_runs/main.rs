@@ -19,14 +19,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use choices::bytes;
 use instruments::End;
 
-/// Number of bytes per case.
+/// Number of random bytes per case.
 const BYTES: usize = 160;
 
 fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// Judges a number of cases. If any panic, panics with the first one, shown by `show`, and names the others.
+/// Runs `judge` on a number of random cases. If any of them panic, panics with the first one, shown by `show`, and
+/// names the others.
 fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let mut objections = Vec::new();

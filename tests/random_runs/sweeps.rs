@@ -54,7 +54,7 @@ const VALUES: [&str; 24] = [
     "1..3,2",
 ];
 
-/// The same number in different notations.
+/// Unusual notations of numbers.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
 /// A scene of two balls. Their mass distinguishes a replaced scene from the first scene.
@@ -67,7 +67,7 @@ fn scene(mass: u8) -> String {
     )
 }
 
-/// The axes from bytes, as typed.
+/// The axes that the bytes choose, as a user types them.
 pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     let count = choices.pick(&[1, 2, 3]);
     let list = |choices: &mut Choices<'_>| {
@@ -84,12 +84,12 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plans a sweep with the axes from these bytes. Every axis is rejected, or written in a form that reads back
-/// as the same axis. Every point has its own folder in the folder of the sweep, and a scene that no other
-/// point has.
+/// Plans a sweep with the axes that the bytes choose, and returns its number of points. Every axis must be rejected, or
+/// its text must read back as the same axis. Every point must have its own folder in the folder of the sweep, and its
+/// own scene.
 ///
 /// # Panics
-/// If this does not hold.
+/// If a requirement is not met.
 pub fn plan(bytes: &[u8]) -> Option<usize> {
     let axes: Vec<Axis> = axes(&mut Choices::new(bytes)).iter().filter_map(|text| text.parse().ok()).collect();
     for axis in &axes {
@@ -112,12 +112,12 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
     Some(sweep.points().len())
 }
 
-/// Two to four calls in one folder, in sequence or, with `has_races`, at the same time, with other axes and
-/// other texts, and with files removed or damaged in between. A point reported as done must then hold its own
-/// run.
+/// Makes two to four sweep calls in one folder, with different axes and scenes. The calls run in sequence or, with
+/// `has_races`, at the same time. Files are removed or damaged in between. A point that is reported as done must then
+/// hold its own run.
 ///
 /// # Panics
-/// If it does not.
+/// If such a point holds another run.
 pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
@@ -147,7 +147,7 @@ pub fn calls(bytes: &[u8], has_races: bool) -> usize {
             .map(|(sweep, _)| sweep)
             .collect();
         over += done.len();
-        // The last sweep determines the contents of the folder.
+        // The runs in the folder must agree with the sweep file that the last call left there.
         if let Ok(kept) = Sweep::from_file(SweepFolder::file_in(&folder)) {
             check(&kept, &folder);
         }
@@ -177,7 +177,7 @@ fn execute(sweep: &Sweep, folder: &Path) -> Result<Vec<(usize, Fate)>, SweepErro
     Ok(fates)
 }
 
-/// Whether each run reported as done belongs to its point.
+/// Asserts that each run that is reported as done has the seed and the mass of its point.
 fn check(sweep: &Sweep, folder: &Path) {
     let Ok(opened) = SweepFolder::existing(folder) else { return };
     for (point, result) in sweep.points().iter().zip(Results::read(&opened, sweep).points) {

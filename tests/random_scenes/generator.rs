@@ -9,7 +9,7 @@ struct Species {
     is_static: bool,
 }
 
-/// Properties shared by all parts of a scene.
+/// Properties of a scene that its species, interactions, particles and surfaces share.
 struct Shape {
     dimensions: usize,
     size: [f64; 3],
@@ -27,13 +27,12 @@ pub fn scene(seed: u64) -> String {
     written(seed, false, true)
 }
 
-/// The scene of a seed without its surfaces.
+/// The scene of a seed, but without surfaces.
 pub fn without_surfaces(seed: u64) -> String {
     written(seed, false, false)
 }
 
-/// A scene with ordinary sizes and masses, without surfaces, overlaps at the start and deliberate
-/// coincidences.
+/// A scene with ordinary sizes and masses. It has no surfaces, no overlaps at the start and no deliberate coincidences.
 pub fn usual(seed: u64) -> String {
     written(seed, true, false)
 }
@@ -70,7 +69,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if has_surfaces {
         surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
     }
-    // A few thousand mean free times; particles that meet no other are not waited for.
+    // The time limit is a few thousand mean free times. It ends scenes in which particles never meet another one.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     text
@@ -91,10 +90,11 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// In some scenes: surfaces around the box, which particles reach through open sides, and small ones inside;
-/// some of them move.
+/// Adds surfaces to some scenes. Some surfaces are around the box, where particles reach them through open sides;
+/// others are small and inside. Some of them move.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    // In an invalid start a particle may be in several surfaces at once, which have no defined order.
+    // In an invalid start a particle may be inside several surfaces at once. The order of these contacts is not
+    // defined, so such scenes have no surfaces.
     if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
@@ -193,9 +193,9 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
     all
 }
 
-/// Writes the interactions of all pairs of species; returns whether there is one for bonds.
+/// Writes the interactions of all pairs of species. Returns whether the scene has an interaction for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Energies are relative to masses of about 1 at the scene's speed.
+    // Energies are those of a mass of about 1 at the speed of the scene. A few scenes have far larger energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {
@@ -258,7 +258,7 @@ fn particles(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Speci
     for _ in 0..count {
         let kind = dice.below(species.len());
         let mut place = [0.0; 3];
-        // A bonded particle next to the last one, along x.
+        // A bonded particle is placed next to the last particle, along a random axis.
         let partner = placed.last().copied().filter(|_| has_bond && dice.chance(0.4));
         let is_free = (0..60).any(|_| {
             place = match partner {

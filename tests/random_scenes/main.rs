@@ -20,7 +20,7 @@ use std::panic::catch_unwind;
 use carom::check::verify::{Certificate, End, EventRange, Fault, Violation, verify};
 use carom::model::Scene;
 
-/// Number of proven events per scene.
+/// Number of events that the verifier checks per scene.
 const EVENTS: u64 = 150;
 /// Number of progress calls of the engine and the verifier after which a scene without a next event is
 /// abandoned, because particles are so fast that they travel around a box for ever.
@@ -41,11 +41,11 @@ struct Count {
     events: u64,
 }
 
-/// Objection to a proof, if anything is wrong with it.
+/// What is wrong with the certificate of a scene, if anything.
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
-        // The numbers have no digits left: the verifier says so, and claims nothing.
+        // Rounding leaves no significant digits. The verifier reports this and claims nothing.
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             count.without_digits += 1
         }
@@ -83,7 +83,7 @@ fn judge(text: &str, count: &mut Count) -> Option<String> {
     }
 }
 
-/// The seeds of the scenes to which a judge objects.
+/// Runs `judge` for the given number of seeds, and returns the seeds with an objection.
 fn over_seeds(scenes: u64, mut judge: impl FnMut(u64) -> Option<String>) -> Vec<u64> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let is_told = std::env::var_os("CAROM_FUZZ_TELL").is_some();

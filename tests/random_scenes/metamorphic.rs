@@ -13,13 +13,14 @@ use crate::generator;
 
 /// Number of scenes per comparison.
 const SCENES: usize = 60;
-/// Number of compared events if rounding differs: a difference grows by a factor of about ten with each event
-/// of a particle.
+/// Number of compared events when rounding may differ. A difference grows by a factor of about ten with each event of a
+/// particle.
 const FEW: u64 = 20;
-/// Tolerance: the difference to which 1e-15 grows by then, far less than the time between two events.
+/// Tolerance: a difference of 1e-15 may grow to this within the compared events. It is far less than the time between
+/// two events.
 const TOLERANCE: f64 = 1e-7;
 
-/// The scenes of the first seeds that can be built.
+/// The first random scenes that can be built, with their seeds and texts.
 fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
     let built = |seed| {
         let text = generator::usual(seed);
@@ -37,7 +38,7 @@ fn events(scene: &Scene, most: u64) -> Vec<Event> {
     events
 }
 
-/// The particles of an event, renumbered, the lower one first.
+/// The particles of an event by their new numbers, the lower number first.
 fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>) {
     match event.partner() {
         Some(partner) => {
@@ -48,7 +49,8 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// Number of events that agree, up to two that are so close that round-off decides their order.
+/// Compares the events of two scenes, and returns how many agree. Stops at two events that are so close that round-off
+/// decides their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
@@ -106,7 +108,7 @@ fn a_shifted_scene_has_the_same_events() {
         for Particle { position, .. } in &mut scene.particles {
             *position += by;
         }
-        // Along flat axes exactly in the plane.
+        // Along flat axes, the particles must lie exactly in the plane.
         for k in (0..3).filter(|&k| scene.space.boundary[k] == Boundary::Flat) {
             let plane = scene.space.lower[k];
             scene.particles.iter_mut().for_each(|particle| particle.position[k] = plane);
@@ -120,7 +122,7 @@ fn a_shifted_scene_has_the_same_events() {
 fn a_renumbered_scene_has_the_same_events() {
     let renumber = |scene: &mut SceneParts, dice: &mut Dice| {
         let count = scene.particles.len();
-        // `old[new]`, and the inverse.
+        // `old[new]` is the old number of a particle, and `new[old]` its new number.
         let mut old: Vec<u32> = (0..).take(count).collect();
         for k in (1..count).rev() {
             old.swap(k, dice.below(k + 1));
@@ -155,7 +157,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // Just beyond a wall, or where no particle arrives within a few events.
+        // The added sphere is just beyond a wall, or so far away that no particle reaches it within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -167,7 +169,7 @@ fn spheres_far_away_change_no_event() {
     assert!(all > 4 * changed_scenes && changed_scenes > 10, "{all} events of {changed_scenes} scenes compared");
 }
 
-/// A scene in other units: lengths, times and masses times powers of two, which rounds nothing.
+/// The scene in other units. Lengths, times and masses are multiplied by powers of two, which causes no rounding.
 fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     let (speed, energy) = (length / time, mass * length * length / (time * time));
     let mut scaled = scene.clone().into_parts();
@@ -220,7 +222,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Read, as for outputs.
+        // Observers read the state between two pieces, and this must not change the events.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events
@@ -232,7 +234,7 @@ fn limits_by_time_and_by_events_and_looks_in_between_change_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The time of an event is rounded once more when it is reported.
+        // The time of an event is rounded when it is reported, so the next larger number is used.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

@@ -20,11 +20,11 @@ use carom::{Scene, Until, Vector};
 use super::dice::Dice;
 use super::{PATIENCE, generator, over_seeds, setting};
 
-/// Numbers of threads, and so of domains.
+/// Numbers of threads, which are also numbers of domains.
 const THREADS: [usize; 7] = [1, 2, 2, 3, 4, 8, 13];
 /// Number of pieces of a run.
 const STRETCHES: usize = 6;
-/// Steps between two checks of the elapsed time.
+/// Number of steps between two checks of the elapsed time.
 const STEPS: u64 = 20_000;
 
 /// Outcomes of scenes.
@@ -32,8 +32,7 @@ const STEPS: u64 = 20_000;
 struct Count {
     refused: usize,
     given_up: usize,
-    /// Sums over all pieces of all scenes: pieces on several threads, and their windows, differences and
-    /// serial pieces.
+    /// Sums over all pieces of all scenes. `spread` counts the pieces that ran on several threads.
     compared: usize,
     spread: usize,
     windows: u64,
@@ -44,7 +43,7 @@ struct Count {
     baths: usize,
 }
 
-/// How a piece ends.
+/// The end of a piece of a run: at a time, at a number of events, or when the observer has seen a number of events.
 #[derive(Debug, Clone, Copy)]
 enum Stretch {
     Time(f64),
@@ -52,7 +51,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Events of a piece, and how it ended; `None` if it takes too long.
+/// Runs a piece. Returns its events and how it ended, or `None` if it takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -74,7 +73,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// A piece that starts at the current state: a system at rest may stay there for many epochs.
+/// Chooses the next piece of a run. In a system at rest the piece ends by time, possibly after many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -203,7 +202,7 @@ fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     }
 }
 
-/// A capsule, in some scenes: thermal, or moving.
+/// Adds a capsule to a quarter of the scenes. Some capsules have a temperature, and some move.
 fn surface(text: &mut String, dice: &mut Dice) {
     if dice.chance(0.25) {
         let heat = dice.pick(&["temperature = 1.4", "restitution = 1.0"]);
@@ -251,7 +250,7 @@ fn large(seed: u64) -> String {
             "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = {potential}\nrestitution = {restitution}\n"
         );
     }
-    // Particles of chains and of both species.
+    // Start temperatures of the chains and of the two species.
     let [links, first, second] = match dice.below(5) {
         0 => [0.0; 3],
         1 => [0.0, 0.0, 1.1],
@@ -284,7 +283,8 @@ fn large(seed: u64) -> String {
 
 #[test]
 fn threads_have_the_bits_of_one() {
-    // They include seeds whose windows had no end (42), and that ended at a different time (40).
+    // These scenes include two seeds that once failed: the windows of seed 42 had no end, and seed 40 ended at a
+    // different time.
     let scenes = setting("CAROM_FUZZ_SCENES", 44);
     let text = |seed: u64| if seed.is_multiple_of(2) { generator::scene(seed) } else { large(seed) };
     let mut count = Count::default();
@@ -293,7 +293,7 @@ fn threads_have_the_bits_of_one() {
     if let Some(&seed) = different.first() {
         panic!("{} of {scenes} scenes; the first is {seed}:\n{}", different.len(), text(seed));
     }
-    // A few scenes need not show all of these cases.
+    // With fewer than 40 scenes, some of these cases may not occur.
     assert!(
         scenes < 40 || count.spread as u64 > scenes && count.windows > 10 * scenes && count.undone > 0,
         "{count:?}"

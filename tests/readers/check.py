@@ -59,7 +59,7 @@ def reads_back(program, folder, writer):
     for has_velocities in (True, False):
         path = folder / f"from_{writer.__name__}_{has_velocities}.xyz"
         writer(path, folder / "mixture" / "trajectory.xyz", has_velocities)
-        # Positions with fewer digits may overlap.
+        # The other program writes fewer digits, so particles may overlap.
         text = "allow_invalid_start = true\n" + scenes.MIXTURE.split("[[fill]]")[0]
         text += f'[[file]]\npath = "{path}"\n[run]\nuntil_events = 10\n'
         scene = path.with_suffix(".toml")
@@ -67,7 +67,7 @@ def reads_back(program, folder, writer):
         call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
         start = native.read(path.with_suffix("") / "trajectory.xyz")[0]
         same("species", start.particle_names, frame.particle_names)
-        # Both programs write about ten digits.
+        # The files contain about ten digits.
         same("positions", start.positions, frame.positions, 1e-8)
         if has_velocities:
             same("velocities", start.velocities, frame.velocities, 1e-8)
@@ -81,7 +81,7 @@ def comes_back(program, folder, writer):
     head, rest = scenes.MIXTURE.split("[space]")
     rest = rest[rest.index("[[species]]") :].split("[[fill]]")[0]
     scene = path.with_suffix(".toml")
-    # Positions with fewer digits may overlap.
+    # The other program writes fewer digits, so particles may overlap.
     scene.write_text(f'allow_invalid_start = true\n{head}{rest}[[file]]\npath = "{path}"\n[run]\nuntil_events = 10\n')
     call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
     start = native.read(path.with_suffix("") / "trajectory.xyz")[0]
@@ -92,7 +92,8 @@ def comes_back(program, folder, writer):
     same("periodic axes", start.periodic, frame.periodic)
     same("velocities", start.velocities, frame.velocities, 1e-7)
     same("lower corner", start.lower, frame.lower)
-    # A position rounded to beyond a side is wrapped.
+    # Rounding may move a position beyond a side, and the reader then wraps it. So positions are compared up to whole
+    # periods.
     moved = start.positions - frame.positions
     moved -= frame.edges * np.round(moved / frame.edges)
     same("positions", frame.positions + moved, frame.positions, 1e-7)

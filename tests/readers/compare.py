@@ -3,7 +3,7 @@
 import numpy as np
 
 EXACT = 0.0
-# OVITO reads decimal numbers, and ASE converts units, with an error in the last bits.
+# OVITO reads decimal numbers and ASE converts units, both with errors in the last bits.
 ROUNDED = 4 * np.finfo(np.float64).eps
 SINGLE = np.finfo(np.float32).eps
 

@@ -170,8 +170,8 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
-    # MDAnalysis takes tilt factors for cosines of angles, so only edges can agree. It cannot store images,
-    # velocities and the time.
+    # MDAnalysis takes the tilt factors of a box for cosines of angles, so only the edges can be compared. It cannot
+    # store images, velocities and the time.
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
@@ -258,7 +258,7 @@ def pandas_csv(path, frames):
 
 def pandas_thermo(path, frames):
     whole = pandas.read_csv(path.parent / "thermo.csv", float_precision="round_trip")
-    # The trajectory belongs to the measurement.
+    # The trajectory contains only the measurement, so only its rows are compared.
     table = whole[whole["stage"] == "measurement"]
     same("first and last time", table["time"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
     if table["kinetic"].isna().any() or not table["events"].is_monotonic_increasing:

@@ -87,7 +87,7 @@ temperature = 1.0
 until_events = 1000
 """
 
-# A box whose images along y slide along x.
+# A sheared box: its periodic images along y move along x.
 SHEARED = """
 [space]
 lower = [-3.0, 1.0, 20.0]

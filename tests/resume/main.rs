@@ -18,7 +18,7 @@ use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, un
 /// Number of stops from which each scene must be continued.
 const STOPS: usize = 8;
 
-/// Number of tries for each stop, far more than a busy machine needs.
+/// Number of tries per stop, far more than a busy machine needs.
 const TRIES: usize = 200;
 
 #[test]
@@ -30,8 +30,8 @@ fn seventy_two_random_stops_change_no_bit() {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // Only the number of tries depends on this, not whether the test passes. It is the latest time of a
-        // stop: it decreases when a run ends before it, and increases when there is no checkpoint.
+        // The latest time of a stop, in milliseconds. It decreases when a run ends before its stop, and increases when
+        // there is no checkpoint yet. It affects the number of tries, but not whether the test passes.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {
@@ -82,7 +82,7 @@ fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
         let mut command = carom(&["run", &scene, "--quiet", "--until-time", time]);
         command.args(["--set", "run.equilibration_events=5000", "--set", "output.contacts=true"]);
         command.args(["--set", "output.events=true"]);
-        // A tenth is not a binary fraction: the tick before the end is not at the end.
+        // The interval 0.1 is not a binary fraction, so the last tick is not exactly at the end.
         command.args(["--set", "output.thermo_interval=0.1", "--set", "output.frame_interval=0.3"]);
         command.arg("--out").arg(folder);
         command
@@ -121,7 +121,7 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
-    // If there is no last checkpoint, the one before is continued.
+    // A run without its last checkpoint continues from the previous one, so both are removed.
     let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");
@@ -188,7 +188,8 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     // After the header.
     flip("events/time.npy", 128);
     refused("time.npy are not those of the checkpoint");
-    // The header is rewritten at the end, and everything after the checkpoint is cut off.
+    // Damage in these two places does no harm: the header is rewritten at the end, and everything after the checkpoint
+    // is cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);
@@ -196,18 +197,18 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     assert_same(&whole, &one, "granular cooling");
 }
 
-/// Simulates a full disk: the longest allowed file `[512 bytes]`.
+/// A limit on the length of files, in units of 512 bytes, acts like a full disk.
 #[cfg(unix)]
 #[test]
 fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
     let directory = tempfile::tempdir().unwrap();
-    // The second one writes frames in a separate thread.
+    // The run of the second scene writes its frames in a separate thread.
     for (scene, longest) in [("pendulum", "contacts.csv"), ("hard_sphere_fluid", "trajectory.xyz")] {
         let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(format!("{scene}_{name}")));
         let arguments = |folder: &Path| {
             let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
             let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
-            // In a millisecond no computer comes near the limit.
+            // With a checkpoint every millisecond, the first one comes long before the output reaches the size limit.
             command.arg(folder).args(["--checkpoint-every", "0.001"]);
             command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
             command.args(["--set", "run.equilibration_events=1000"]);

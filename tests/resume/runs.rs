@@ -172,7 +172,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
     let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
     let equilibration = match () {
         () if scene.contains("hard_sphere") => "100000",
-        // Long enough to end by itself.
+        // This limit is high enough for the equilibration to end by its own criterion.
         () if scene.ends_with("grown.toml") => "150000",
         () => "1000",
     };
@@ -188,7 +188,7 @@ pub fn resume(folder: &Path) -> Command {
     command
 }
 
-/// Stops a run in one of three ways; returns whether it was still running.
+/// Stops a run by SIGKILL, SIGTERM or SIGINT, for a `way` of 0, 1 or 2. Returns whether the run was still running.
 pub fn stop(child: &mut Child, way: u32) -> bool {
     if child.try_wait().unwrap().is_some() {
         return false;
@@ -235,7 +235,7 @@ pub fn assert_same(one: &Path, other: &Path, what: &str) {
     }
 }
 
-/// A message as one line, without its frame in a terminal.
+/// The text of a message on one line, without the frame that it has in a terminal.
 pub fn unwrapped(message: &[u8]) -> String {
     let message = String::from_utf8_lossy(message).replace('│', " ");
     message.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -245,8 +245,8 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Leaves a run as a kill after its last checkpoint would: finished, except for names and summary, with an
-/// incomplete part at the end.
+/// Turns a finished run into the run that a kill leaves after its last checkpoint: with temporary names, without a
+/// summary, and with incomplete data at the end of its files.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

@@ -129,7 +129,8 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
     }
 }
 
-/// The scenes in `tests/bad_scenes` whose error is visible without the rest of the scene.
+/// Scenes in `tests/bad_scenes` that the schema must reject, because their error does not depend on other parts of the
+/// scene.
 const REFUSED: [&str; 41] = [
     "barostat_of_no_pressure",
     "bond_id_too_large",
@@ -192,7 +193,7 @@ fn the_reader_knows_the_same_keys() {
     for (header, table) in tables {
         let text = format!("{header}no_such_key = 1\n");
         let error = Scene::from_toml(text.as_str(), "scene.toml").unwrap_err();
-        // Required keys may be missing, too.
+        // Required keys are missing as well, so the unknown key may not be the first error.
         let known = std::iter::once(&error).chain(error.others()).find_map(|error| match error.kind() {
             SceneErrorKind::UnknownKey { known, .. } => Some(known),
             _ => None,
@@ -326,7 +327,7 @@ fn limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // Equal spheres cannot fill everything, mixtures perhaps can.
+            // The limit of a packing fraction is left out: equal spheres cannot reach it, while mixtures perhaps can.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());
@@ -342,8 +343,8 @@ fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // The height of a shoulder is positive; the height of a penetrable core need not be. The ends of a
-        // slider are compared with each other.
+        // These limits depend on other keys. The height of a shoulder must be positive, but not that of a penetrable
+        // core, and the ends of a slider are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

@@ -112,7 +112,7 @@ fn is_of(name: &str, value: &Value) -> bool {
 
 /// Whether a text matches one of the patterns of the schema: character classes, each with a repetition count.
 fn fits(pattern: &str, text: &str) -> bool {
-    // Characters beyond ASCII may be letters.
+    // All characters beyond ASCII count as letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();
     let marks = |c: char| letters(c) || "_.+()-".contains(c);
     let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);

@@ -12,7 +12,7 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// First time at which two free particles are at a range, over all passing images, up to a limit.
+/// First time before `until` at which two free particles are `range` apart, over all images that pass.
 fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]
@@ -20,7 +20,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     let most = |axis: usize| periods(velocity[axis].abs() * until / size[axis]);
     let ups = if size.y > 0.0 { -most(1)..=most(1) } else { 0..=0 };
     for up in ups {
-        // The image further up is faster.
+        // The shear makes images further up faster.
         let faster = rate * size.y * f64::from(up);
         let most_beside = periods(((velocity.x - faster).abs() * until) / size.x);
         for beside in -most_beside..=most_beside {
@@ -39,7 +39,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     first
 }
 
-/// The two particles, among a number of other particles that rest and never meet.
+/// Two particles with an interaction of their own, among `others` particles that rest and never meet any other.
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())
@@ -68,7 +68,7 @@ fn well(range: f64) -> Potential {
     Potential::square_well(1.0, range, 1.0).unwrap()
 }
 
-/// Time of the first event, if there is one before a limit.
+/// Time of the first event, if it comes before the time `until`.
 fn first_event(scene: Scene, until: f64) -> Option<f64> {
     let mut found = None;
     let until = Until { time: until, events: 1 };
@@ -96,18 +96,18 @@ fn they_meet_in_the_first_image_that_comes_by() {
                 let vector = Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * scale;
                 if size.z == 0.0 { Vector::new(vector.x, vector.y, 0.0) } else { vector }
             };
-            // Far apart in the middle of the box, and fast enough to travel around it.
+            // The particles start far apart in the middle of the box, and are fast enough to travel around it.
             let (velocity, half) = (random_vector(4.0), random_vector(0.2));
             let direction = Vector::new(0.8, 0.55, 0.0);
             let middle = space.lower + 0.5 * size;
             let (a, b) = (middle + direction + half, middle - direction);
             let until = 6.0;
             let expected = first_meeting(RANGE, &size, rate.unwrap_or(0.0), &(a - b), &(2.0 * velocity), until);
-            // Few have lists, many have cells.
+            // With few particles the engine uses neighbour lists, with many it uses cells.
             let others = if case % 2 == 0 { 0 } else { 60 };
             let found = first_event(scene(&space, rate, well(RANGE), [(a, velocity), (b, -velocity)], others), until);
             match (found, expected) {
-                // Grazing contacts within rounding may be missed.
+                // Because of rounding, a grazing contact may be missed.
                 (Some(found), Some(expected)) => {
                     assert!((found - expected).abs() < 1e-9, "{size} {rate:?} {case}: {found} {expected}");
                 }
@@ -122,8 +122,9 @@ fn they_meet_in_the_first_image_that_comes_by() {
 
 #[test]
 fn they_meet_across_rows_of_cells_after_the_images_have_come_by_often() {
-    // Both rest along the gradient in the second row from the sliding sides. One drifts into range within its
-    // cell, at the sixth passage.
+    // The two particles do not move along y, the gradient of the shear. Both are in the second row of cells from the
+    // sliding sides. One drifts slowly along z within its cell, and comes into range when an image passes for the sixth
+    // time.
     let (size, range) = (Vector::repeat(10.0), 4.6);
     let states =
         [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
@@ -153,10 +154,11 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
         let v = velocities[0] - velocities[1];
         let (r2, b, v2) = (apart.norm_squared(), apart.dot(&v), v.norm_squared());
         let root = |distance: f64| (b * b - v2 * (r2 - distance * distance)).sqrt();
-        // NaN means that there is no inner contact.
+        // `inner` is NaN if the particles do not reach the inner end of the bond.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
-        // The other particle, wrapped into the box. From above or below, it arrives slower or faster.
+        // The other particle, wrapped into the box. If it was above or below the box, the shear changes its velocity
+        // along x.
         let mut other = (place - apart, velocities[1]);
         for axis in 0..3 {
             let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
@@ -177,8 +179,8 @@ fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide(
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // A few particles have neighbour lists. The list of the first particle does not reach the side; the other
-    // particle is 8 away across the side.
+    // With few other particles, the engine uses neighbour lists. The list of the first particle does not reach the
+    // side, and its partner is 8 away across the side.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

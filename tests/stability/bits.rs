@@ -13,7 +13,7 @@ use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
 
-/// A scene in `configs`, or all features in one box.
+/// The scene of this name in `configs`, or the scene with all features for `everything`.
 pub fn named(name: &str) -> Scene {
     if name == "everything" { everything() } else { Scene::from_file(format!("configs/{name}.toml")).unwrap() }
 }
@@ -119,7 +119,7 @@ fn who_looks_on_changes_nothing() {
         assert_eq!(seen, 10_000);
         assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
 
-        // A whole run with its rows and frames.
+        // The same scene as a whole run with rows and frames.
         let mut parts = named(name).into_parts();
         parts.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
         parts.output = OutputPlan {
@@ -132,8 +132,8 @@ fn who_looks_on_changes_nothing() {
     }
 }
 
-/// Few particles in a heat bath, in a sheared box, or in both. With so few, the queue is often empty before
-/// its epoch ends.
+/// Few particles in a heat bath, in a sheared box, or in both. With so few particles, the event queue is often empty
+/// before the end of its current epoch.
 fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let mut builder = SceneBuilder::new("driven")
@@ -179,7 +179,8 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
-    // With weight it is between a floor and a ceiling: the lattice is half a diameter away from both.
+    // With gravity, the fluid is between a floor and a ceiling. Both are at least half a diameter away from the spheres
+    // of the lattice.
     let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;
@@ -211,7 +212,7 @@ fn numbers_are_only_names() {
     }
 }
 
-/// Numbers of an event that do not depend on the start time.
+/// Properties of an event that do not depend on the start time.
 fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
     let numbers = [event.impulse.x, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
     (event.kind, event.particle.0, event.partner().map(|partner| partner.0), numbers)
@@ -239,7 +240,7 @@ fn the_start_of_time_changes_nothing() {
         let ((events, end), (late_events, late_end)) = (run(0.0), run(1e12));
         assert!(events.iter().map(timeless).eq(late_events.iter().map(timeless)));
         assert_eq!((&end.positions, &end.velocities), (&late_end.positions, &late_end.velocities));
-        // One rounding of the sum.
+        // The sum of the start time and the elapsed time is rounded once.
         for (event, late) in events.iter().zip(&late_events) {
             assert!((late.time - 1e12 - event.time).abs() <= 1e12 * f64::EPSILON);
         }

@@ -1,4 +1,4 @@
-//! Bonds of almost no length, whose two ends are met in turn.
+//! Bonds whose length is almost fixed, so that the particles reach both ends in turn.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -10,8 +10,8 @@ use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
 use carom::scene::SceneBuilder;
 
-/// Two beads of diameter 1 in contact, `range` away from the end of their bond; or at its end, `range` away
-/// from contact.
+/// Two beads of diameter 1 on a bond of length 1 to `1 + range`. They start at the outer end of the bond with
+/// `is_at_end`, otherwise in contact.
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {
     let distance = if is_at_end { 1.0 + range } else { 1.0 };
     SceneBuilder::new("bond")
@@ -45,8 +45,8 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert_eq!(kinds[0], first);
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
-                // 10,000 crossings of `range` at a speed of 2; the first one may take no time. Contacts are
-                // as exact as coordinates and distances below 2.
+                // The 10,000 events are crossings of `range` at a relative speed of 2. The first crossing may take no
+                // time. Contacts are as exact as coordinates and distances below 2.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());
@@ -71,7 +71,7 @@ fn a_tight_pair_spins_for_a_million_events() {
         watched.assert_sound(1.0);
         let drift = (angular(&watched) - before).norm() / before.norm();
         println!("range {range:e}: angular momentum drifted by {drift:.1e}");
-        // Positions and velocities below 16 and 1 are rounded about ten times per event, as often up as down.
+        // Positions below 16 and velocities below 1 are rounded about ten times per event, as often up as down.
         assert!(drift < 4.0 * 10.0 * 16.0 * f64::EPSILON * 1000.0, "{drift:e}");
         let now = watched.simulation.snapshot();
         let distance = (now.positions[1] - now.positions[0]).norm();
@@ -147,13 +147,13 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);
         reason
     };
-    // At rest and taut to the last digit there is no energy for a bounce, and none is added. A run reports it
+    // A bead at rest on a fully stretched bond has no energy for a bounce, and none is added. The run reports an arrest
     // at once.
     for contact_time in [None, Some(1e-3)] {
         let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));
     }
-    // If the bond is short of its full length by a rounding error, there is enough energy.
+    // A bond that is shorter than its full length by only a rounding error gives the bead enough energy to bounce.
     for short_by in [2.0 * f64::EPSILON, 1e-12, 1e-9] {
         assert_eq!(end(short_by, Some(1e-3)), Ok(Reason::Events));
         assert!(end(short_by, None).unwrap_err().arrest().unwrap().time < 1e-3);

@@ -28,12 +28,12 @@ fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocit
     builder.particle("A", position, velocity)
 }
 
-/// The position in which the ball touches all three spheres.
+/// Position of the ball at which it touches all three spheres.
 fn bottom() -> Vector {
     Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
 }
 
-/// Slightly above the bottom.
+/// A position slightly beside the bottom, at the given height.
 fn aside(height: f64) -> Vector {
     Vector::new(0.51, TRIANGLE / 3.0 - 0.003, height)
 }
@@ -44,7 +44,7 @@ fn ball(watched: &Watched) -> Vector {
 
 #[test]
 fn an_elastic_ball_jumps_in_the_corner_for_a_million_events() {
-    // Too low to escape.
+    // The ball starts too low to escape.
     let mut watched = Watched::new(corner(1.0, None, aside(0.86), Vector::zeros()).build().unwrap());
     watched.run(1_000_000);
     watched.assert_sound(1.0);
@@ -69,7 +69,8 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
             worst = worst.max((ball(&watched) - bottom()).norm());
-            // Energy is never gained, except for the roundings of this many events, as often up as down.
+            // The energy never grows, except by the rounding errors of these events, which are as often positive as
+            // negative.
             let now = above_bottom(&watched);
             assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
             last = now;
@@ -79,11 +80,10 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // At rest every flight is shorter than the contact time, or the contact after it would dissipate:
-        // speeds are below the speed of a free fall that lasts half the contact time, and heights are below g
-        // t_c^2 / 8. On slopes of up to 0.7 to the vertical this is at most t_c^2 sideways. A ball of
-        // restitution 0 first bounces elastically along the groove between two of the spheres, and takes
-        // longer to lose the energy of these bounces.
+        // In the corner at rest, flights are shorter than the contact time t_c, or the next contact dissipates energy.
+        // So speeds are below that of a free fall that lasts t_c / 2, and heights are below g t_c^2 / 8. On slopes of
+        // up to 0.7 to the vertical, this is at most t_c^2 sideways. A ball of restitution 0 is exempt: it first
+        // bounces elastically along the groove between two of the spheres, and takes longer to lose this energy.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }
@@ -97,11 +97,12 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         let events = simulation.event_counts().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
-        // The ball and one of the spheres: the first on which it comes to rest, or all three at the bottom.
+        // The arrested pair is the ball and one of the spheres: the sphere on which the ball comes to rest first, or
+        // any of the three at the bottom.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // At most 1,000, some in no time; about as many before, while each contact leaves a fraction of the
-        // speed.
+        // The arrest itself takes at most 1,000 events, some of them without an advance of time. About as many events
+        // come before it, while each contact leaves a fraction of the speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }
@@ -115,7 +116,7 @@ fn a_ball_dropped_exactly_into_the_middle_meets_all_three_at_once() {
         let mut watched = Watched::new(scene);
         let mut times = Vec::new();
         watched.simulation.advance_with(Until::events(12), |event| times.push(event.time)).unwrap();
-        // From a height of 1/2 it takes a time of 1.
+        // A fall from a height of 1/2 takes a time of 1.
         assert!(times[..3].iter().all(|time| (time - 1.0).abs() < 16.0 * f64::EPSILON), "{times:?}");
         assert_eq!(watched.simulation.advance(Until::time(30.0)), Ok(Reason::Time));
         watched.assert_sound(1.0);

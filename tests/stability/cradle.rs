@@ -8,8 +8,8 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
 
-/// Five spheres, the first at `first` and each at `next` of the one before. From the left come `strikers`
-/// more at a speed of 1, in contact with each other, and arrive at time 1.
+/// A row of five spheres. `strikers` of them come from the left in contact with each other, at a speed of 1, and arrive
+/// at time 1. The others are at rest: the first at `first`, and each further one at `next` of the one before.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -26,7 +26,7 @@ fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation 
         .space(line(16.0, boundary))
         .species("A", 1.0, diameter)
         .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
-        // Spheres in contact to the last digit may overlap by one floating-point number.
+        // Because of rounding, spheres in contact may overlap by one floating-point number.
         .allow_invalid_start(true);
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);
@@ -40,7 +40,7 @@ fn as_many_spheres_leave_as_strike_with_the_same_speed() {
         let mut simulation = cradle(1.0, Boundary::OPEN, &row(0.0, 1.0, |x| x + 1.0, strikers));
         let mut times = Vec::new();
         assert_eq!(simulation.advance_with(Until::time(2.0), |event| times.push(event.time)), Ok(Reason::Time));
-        // Each striker's velocity is passed on from sphere to sphere, all at time 1.
+        // The spheres pass on the velocity of each striker. All of these contacts are at time 1.
         assert_eq!(times, vec![1.0; strikers * (5 - strikers)]);
         let end = simulation.snapshot();
         let leaving = 5 - strikers;
@@ -67,8 +67,9 @@ fn a_cradle_between_walls_swings_for_ever() {
 
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
-    // Diameters, first positions and gaps: one floating-point number between two spheres, and rows with
-    // rounded coordinates, so that some of the spheres overlap by one and others are one apart.
+    // Diameter, first position and next position of each row. In the first row, the gaps are one floating-point number.
+    // The other rows have rounded coordinates, so that some spheres overlap by one floating-point number and others are
+    // one apart.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),
@@ -83,15 +84,14 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             let mut simulation = cradle(diameter, Boundary::OPEN, &start);
             assert_eq!(simulation.advance(Until::time(3.0)), Ok(Reason::Time));
             let events = simulation.event_counts().physical();
-            // Each event rounds two velocities of up to 1 a few times, and each velocity takes part in five
-            // events.
+            // Each event rounds two velocities of up to 1 a few times. Each velocity takes part in five events.
             let bound = 5.0 * 8.0 * f64::EPSILON;
             let end = simulation.snapshot();
             let error = |k: usize| (end.velocities[k].x - if k < 5 - strikers { 0.0 } else { 1.0 }).abs();
             let worst = (0..5).map(error).fold(0.0, f64::max);
             println!("row {which}, {strikers} strike: {events} events, speeds off by {worst:.1e}");
             assert!(worst <= bound, "row {which}, {strikers} strike: {:?}", end.velocities);
-            // A remaining speed of round-off may cause more contacts than the strikers' own.
+            // Round-off may leave a sphere with a small speed, which causes further contacts.
             assert!(events <= 2 * 25, "{events} events");
             assert_eq!(simulation.event_counts().in_invalid_state, 0);
         }
@@ -139,8 +139,9 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
         let scale: f64 = masses.iter().map(|m| (2.0 * after.kinetic * m).sqrt()).sum();
         let drift = (after.momentum.x - momentum).abs();
         assert!(drift <= 8.0 * f64::EPSILON * scale * (1.0 + events as f64), "{drift:e}");
-        // A light sphere between two of mass M bounces about pi/2 sqrt(M/m) times before it has turned them
-        // back: less than 100 for a ratio of a thousand, and there are at most two such spheres.
+        // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times before it has
+        // turned them back. This is less than 100 for a mass ratio of a thousand, and there are at most two such
+        // spheres.
         assert!(events < 400, "{events} events");
     }
 }
@@ -150,7 +151,7 @@ fn an_inelastic_cradle_loses_what_its_ledger_says() {
     let mut watched = Watched::new(of_masses([1.0; 5], 0.9).build().unwrap());
     assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
     watched.assert_sound(1.0);
-    // Passed on four times, each time by (1 + e) / 2.
+    // The velocity is passed on four times, and each contact multiplies it by (1 + e) / 2 with the restitution e.
     let last = watched.simulation.snapshot().velocities[4].x;
     assert!((last - 0.95_f64.powi(4)).abs() < 8.0 * 4.0 * f64::EPSILON, "{last}");
 }
@@ -165,7 +166,8 @@ fn a_long_row_hands_a_blow_through() {
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.event_counts().core, count as u64 - 1);
     let end = simulation.snapshot();
-    // Each sphere is where the contact put it, at a time that was rounded when neighbours were searched.
+    // The contacts leave the spheres at these positions, up to the rounding of a contact time when neighbours are
+    // searched.
     let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
     assert!(end.velocities[count - 1] == along(1.0) && is_at(count - 1, count as f64));
     assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && is_at(k, k as f64)));
@@ -173,8 +175,8 @@ fn a_long_row_hands_a_blow_through() {
 
 #[test]
 fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
-    // The impulse is of the size of the roundings of the velocities, and may be lost in some or all
-    // components. The pair must part nevertheless, or the event would be due again for ever.
+    // The impulse is as small as the rounding errors of the velocities, so rounding may remove some or all of its
+    // components. The pair must part nevertheless, or the same event would repeat for ever.
     let (mut pairs, mut most) = (0, 0);
     for index in 0..2000_u16 {
         let k = f64::from(index);
@@ -185,7 +187,7 @@ fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
         slower[axis] =
             if normal[axis] * velocity[axis] < 0.0 { velocity[axis].next_up() } else { slower[axis].next_down() };
         let start = [(Vector::zeros(), velocity), (normal, slower)];
-        // The unit vector may be short by one floating-point number.
+        // The unit vector may be too short by one floating-point number, so the spheres may overlap.
         let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][usize::from(index) % 3], &start);
         let mut simulation =
             Simulation::without_plan(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());

@@ -1,4 +1,4 @@
-//! Close to the densest packing: every particle is in the cage of its twelve neighbours.
+//! Crystals close to the densest packing. Every particle stays in the cage of its twelve neighbours.
 
 use crate::listed::{fluid, hard_sphere, listed, particles};
 use crate::watched::Watched;
@@ -10,7 +10,7 @@ use carom::scene::Amount;
 /// The densest packing fraction, `pi / sqrt(18)`.
 const DENSEST: f64 = 0.740_480_489_693_061;
 
-/// The largest displacement since the start, including periods.
+/// The largest displacement since the start. Positions are unwrapped from the periodic box.
 fn largest_displacement(space: &Space, start: &[(Vector, Vector)], now: &Snapshot) -> f64 {
     let size = space.size;
     let moved = |k: usize| {
@@ -28,13 +28,13 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     watched.run(1_000_000);
     // An event involves two of 500 particles, which have up to ten times the mean energy.
     watched.assert_sound(2.0 / 500.0 * 10.0);
-    // A contact is as exact as the coordinates of its two particles, up to the length of the box, with about
-    // 32 roundings each (see `Overlap::round_off`). Flights are far below a diameter and add no more than
-    // that.
+    // The overlap at a contact has the error of the coordinates of two particles. These are up to the length of the
+    // box, with about 32 roundings each (see `Overlap::round_off`). Flights are far shorter than a diameter and add no
+    // more than that.
     let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // No particle leaves its cage: the neighbours are 1.005 apart at 0.73, and two of them would need a gap
-    // of twice 0.2. The crystal as a whole does not move, because there is no momentum.
+    // No particle leaves its cage. At a packing fraction of 0.73 neighbours are 1.005 apart, and an exit between two of
+    // them would need a gap of twice 0.2. The total momentum is zero, so the crystal as a whole does not move.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");
     assert!(moved < 0.2, "{moved}");
@@ -42,7 +42,7 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
 
 #[test]
 fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
-    // The gap is 1 - (phi / DENSEST)^(1/3).
+    // At the packing fraction `phi`, the gap between neighbours is `1 - (phi / DENSEST)^(1/3)` of their distance.
     for gap in [1e-6_f64, 1e-9] {
         let fraction = DENSEST * (1.0 - gap).powi(3);
         let mut watched = Watched::new(fluid(108, Amount::PackingFraction(fraction)));
@@ -50,8 +50,8 @@ fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
         watched.assert_sound(2.0 / 108.0 * 10.0);
         let event_counts = watched.simulation.event_counts();
         println!("gap {gap:e}: time {:e}, virial {:e}", watched.simulation.time(), event_counts.virial.total());
-        // The free volume of a cage: Z -> 3 / (1 - phi / phi_0), here 1 / gap, as rho sigma^3 -> sqrt 2
-        // (Salsburg and Wood, J. Chem. Phys. 37, 798, 1962).
+        // Free-volume theory for a particle in a cage: near close packing Z -> 3 / (1 - phi / phi_0), which is 1 / gap
+        // here (Salsburg and Wood, J. Chem. Phys. 37, 798, 1962).
         let particles = 107.0;
         let z = 1.0 + event_counts.virial.total() / (3.0 * particles * watched.simulation.time());
         println!("Z gap = {}", z * gap);
@@ -70,7 +70,7 @@ fn a_crystal_at_rest_does_nothing() {
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));
-        // Each crossing of a cell or of the box rounds a coordinate once, and there are less than a hundred.
+        // Each crossing of a cell or of the box rounds a coordinate once, and there are fewer than a hundred crossings.
         let moved = |k: usize, axis: usize| {
             end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };

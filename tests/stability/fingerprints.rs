@@ -16,7 +16,7 @@ use hashes::Bits;
 pub use hashes::fingerprint;
 use systems::{SYSTEMS, scene_of};
 
-/// A scene in `configs`, or all features in one box, up to a number of events.
+/// The hashes of a scene that is advanced to a number of events.
 fn advanced(scene: Scene, events: u64, threads: usize) -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(scene));
     simulation.set_threads(threads);
@@ -69,7 +69,7 @@ fn exchanged() -> Bits {
     bits
 }
 
-/// A system with all features. On the way, its velocities and positions are set, and a bath heats it.
+/// A system with all features. During the run its velocities and positions are set, and a heat bath is switched on.
 fn set_on_the_way() -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(everything()));
     simulation.advance_with(Until::events(3_000), |event| bits.see(event)).unwrap();

@@ -1,4 +1,4 @@
-//! Boxes of four cells, and particles half a period apart: they may meet in either image.
+//! Particles half a period apart, in boxes that are four cells long. The particles may meet in either of two images.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -7,7 +7,7 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// A ball among static spheres whose centres are on the faces of cells of a quarter of the box.
+/// A ball among static spheres. Their centres are on faces of the cells, which have a quarter of the length of the box.
 fn lorentz_gas(velocity: [f64; 3]) -> Scene {
     let mut scene = SceneBuilder::new("lorentz")
         .species("ball", 0.7, 1.0)

@@ -1,4 +1,4 @@
-//! A heap of grains at rest, kept alive by the TC model.
+//! A heap of grains at rest, which the TC model keeps from a collapse.
 
 use crate::listed::hard_sphere;
 use crate::watched::Watched;
@@ -9,7 +9,7 @@ use carom::model::space::{Boundary, Face, Space};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 use std::time::Instant;
 
-/// Contact time of the TC model; gravity, masses and diameters are 1.
+/// Contact time of the TC model, in units in which gravity, masses and diameters are 1.
 const CONTACT_TIME: f64 = 3e-3;
 /// Number of grains.
 const COUNT: u64 = 24;
@@ -43,10 +43,10 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Largest displacement of the grains in a heap at rest, in units of `g t_c^2`.
+/// Largest displacement of the grains of a heap at rest, in units of `g t_c^2` with the contact time `t_c`.
 ///
-/// A contact opens by `g t^2 / 8` in a flight of length `t`, times the number of layers above it. Four layers
-/// of such contacts give 2; a grain in a wedge of other grains moves further, in 15 heaps up to 140.
+/// In a flight of duration `t`, a contact opens by `g t^2 / 8` times the number of layers above it. Four layers of such
+/// contacts give 2. A grain in a wedge between other grains moves further: up to 140 in 15 heaps.
 const AT_REST: f64 = 300.0;
 
 /// Lets grains fall until no grain has moved further than half of [`AT_REST`] in a time of 10. Some heaps
@@ -78,8 +78,8 @@ fn rest(restitution: f64, events: u64) {
         assert!(now > last, "time stands still at {now}");
         last = now;
         reach = reach.max(farthest(&at_rest, &positions(&watched)));
-        // Every flight is shorter than the contact time, between contacts that carry the weight of up to a
-        // few layers.
+        // A grain in a heap at rest flies for less than the contact time between two contacts, and each contact carries
+        // the weight of a few layers at most.
         let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
         assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
     }

@@ -14,11 +14,11 @@ use rand_core::{Rng, SeedableRng};
 /// Number of particles.
 const COUNT: usize = 500;
 
-/// Ingredients of a random start.
+/// Parameters of a random start.
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,
-    /// Diameters of the two halves of the particles; the second half is static with `has_static`.
+    /// Diameters of the two species. The second species is static with `has_static`.
     diameters: [f64; 2],
     restitution: f64,
     gravity: f64,
@@ -47,7 +47,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// Weight holds down particles that would leave; this needs the TC model.
+/// Where gravity presses overlapping particles onto static ones, a recipe needs the TC model.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [
@@ -83,7 +83,7 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 * 0.5 * f64::EPSILON
 }
 
-/// A packing fraction of 0.2, with random positions and velocities, in cubes.
+/// A scene with random positions and velocities in a periodic cube, at a packing fraction of 0.2.
 fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     let volume: f64 = recipe
         .diameters
@@ -124,12 +124,12 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// The cores of all pairs that have one, and the deepest overlap seen so far.
+/// Core diameters of all pairs with a core, and the overlap of each pair at the last check.
 struct Cores {
     periods: Vector,
     /// Pair and core diameter.
     pairs: Vec<([usize; 2], f64)>,
-    /// The overlap function `|r|^2 - s^2` when last seen, at most 0.
+    /// The overlap function `|r|^2 - s^2` of each pair at the last check, at most 0; `s` is the core diameter.
     last: Vec<f64>,
 }
 
@@ -160,10 +160,10 @@ impl Cores {
     }
 }
 
-/// By how much rounding may deepen an overlap between two checks.
+/// Largest increase of an overlap between two checks that rounding explains.
 ///
-/// Six coordinates of up to the length of the box are rounded a few times, and so is |r|^2 of up to 1.5. An
-/// overlap function has |r| times the error of twice its coordinates.
+/// Six coordinates of up to the length of the box are rounded a few times, and so is `|r|^2` of up to 1.5. A coordinate
+/// error changes the overlap function by twice the error times `|r|`.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
@@ -214,14 +214,14 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 
 #[test]
 fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
-    // Weight turns back a ball that is about to leave a static one: at its turning point no impulse helps.
+    // Gravity turns back a ball that is about to leave a static ball. At the turning point no impulse helps.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.event_counts().physical());
-    // The allowance for simultaneous events of a lattice.
+    // Carom allows many simultaneous events, as in a lattice, before it reports an arrest.
     assert!(simulation.event_counts().physical() < 1_000_000);
-    // The static particles are the last tenth.
+    // The last tenth of the particles is static.
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }
 
@@ -237,7 +237,8 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
-        // An improving overlap is left alone, and so is one at relative rest, which does not deepen.
+        // An overlap that decreases causes no event. Neither does an overlap of particles at relative rest, which does
+        // not grow.
         assert_eq!(simulation.event_counts().physical(), 0);
         assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
     }

@@ -1,4 +1,4 @@
-//! Scenes from given particles.
+//! Scenes that are built from lists of particles.
 
 use carom::Vector;
 use carom::engine::Snapshot;
@@ -10,7 +10,7 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 /// Position and velocity.
 pub type State = (Vector, Vector);
 
-/// A line from `-length / 2` to `length / 2`.
+/// A one-dimensional box from `-length / 2` to `length / 2`.
 pub fn line(length: f64, boundary: Boundary) -> Space {
     Space {
         lower: Vector::new(-0.5 * length, 0.0, 0.0),
@@ -54,7 +54,7 @@ pub fn particles(scene: &Scene) -> Vec<State> {
     scene.particles().iter().map(|p| (p.position, p.velocity)).collect()
 }
 
-/// The particles at a later time.
+/// The positions and velocities of a snapshot.
 pub fn states(snapshot: &Snapshot) -> Vec<State> {
     snapshot.positions.iter().copied().zip(snapshot.velocities.iter().copied()).collect()
 }

@@ -63,7 +63,8 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Last state and results of a run of a scene on a number of threads, with pauses after a number of events.
+/// Returns the last state and the results of a run on `threads` threads. With `pause`, the run pauses after each such
+/// number of events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;
@@ -134,7 +135,7 @@ fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
     assert!(finished.volume_moves.is_none() && finished.observable("volume").is_none());
     let volume = finished.simulation.volume();
     assert!(volume < 0.8 * scene.space().volume());
-    // N T / V at the current volume, plus the contacts.
+    // The pressure is `Z N T / V` with the current volume, not with the volume of the scene.
     let (pressure, _) = observable(&finished, "pressure");
     let (factor, _) = observable(&finished, "compressibility_factor");
     let (temperature, _) = observable(&finished, "temperature");

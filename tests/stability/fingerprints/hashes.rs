@@ -1,4 +1,4 @@
-//! Hashes of the bits of a run.
+//! Hashes of the states, events and counts of a run, bit by bit.
 
 use std::convert::Infallible;
 
@@ -38,7 +38,7 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
     hash.0
 }
 
-/// Hashes of a run. If only the second or third changes, all trajectories are unchanged.
+/// Hashes of a run. As long as `state` is unchanged, all trajectories are unchanged.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
     /// Last positions, velocities and time.
@@ -47,7 +47,7 @@ pub struct Bits {
     pub events: Hash,
     /// Event counts, energies, rows and means.
     pub ledger: Hash,
-    /// Whether the engine has acceleration, a table of interactions, and lists.
+    /// Whether the engine has acceleration, a table of interactions, and neighbour lists.
     pub engine: [bool; 3],
 }
 
@@ -66,7 +66,7 @@ impl Bits {
         self.events.add(vectors.flat_map(|v| [v.x, v.y, v.z]));
     }
 
-    /// Adds the last state of a simulation, and its event counts.
+    /// Adds the last state of a simulation, its event counts and its energies.
     pub fn close(&mut self, simulation: &Simulation) {
         let engine = simulation.engine();
         self.engine = [engine.is_falling, engine.has_table, matches!(engine.search, Search::Lists { .. })];
@@ -78,7 +78,7 @@ impl Bits {
             .add([energy.confined, energy.momentum, energy.peculiar_momentum].iter().flat_map(|v| [v.x, v.y, v.z]));
     }
 
-    /// Adds a finished run with its means.
+    /// Adds the last state and the means of a finished run.
     pub fn end(&mut self, finished: &Finished) {
         self.close(&finished.simulation);
         self.ledger.add(finished.observables.iter().map(|(_, estimate)| estimate.mean));

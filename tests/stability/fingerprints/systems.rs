@@ -1,4 +1,4 @@
-//! Small systems, each with one influence on trajectories: values set in one of three scenes.
+//! Small systems. Each has one influence on trajectories, which is set in one of three scenes.
 
 use carom::model::Scene;
 
