@@ -224,6 +224,8 @@ def test_everything_public_is_pickled_and_copied(fluid: dict, tmp_path: Path) ->
     assert len(again.frames) == len(run.frames) and again.frames[-1].time == run.frames[-1].time
     assert (copy.deepcopy(run.frames[-1]).positions == run.frames[-1].positions).all()
     assert (copy.deepcopy(run.curves)["radial_distribution"].y == run.curves["radial_distribution"].y).all()
-    # Read-only arrays stay read-only.
-    for read in (copy.deepcopy(run.frames[-1]).positions, pickle.loads(pickle.dumps(run.frames[-1])).positions):
-        assert not read.flags.writeable or read is not run.frames[-1].positions
+    # A copy has its own arrays.
+    first = run.frames[-1].positions[0, 0]
+    for copied in (copy.deepcopy(run.frames[-1]).positions, pickle.loads(pickle.dumps(run.frames[-1])).positions):
+        copied[0, 0] = first + 1.0
+        assert run.frames[-1].positions[0, 0] == first

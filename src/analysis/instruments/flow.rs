@@ -23,7 +23,8 @@ const SAMPLES: u32 = 2000;
 /// diameter, for example.
 const MOST_SPECIES: usize = 20;
 
-/// Largest number of crossings of one particle between two samples that are checked against a rectangle.
+/// Largest number of crossings of one particle between two samples that are handled one by one. More crossings are
+/// handled in groups: the first crossing of a group decides for all.
 const MOST_CROSSINGS: f64 = 1000.0;
 
 /// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
@@ -111,20 +112,22 @@ impl Flow {
         }
         let sign = crossings.signum();
         let first = if sign > 0.0 { planes[0] + 1.0 } else { planes[0] };
+        // Each step handles one crossing, or a group of crossings if there are very many.
+        let group = (crossings.abs() / MOST_CROSSINGS).ceil();
         let mut crossing = 0.0;
-        while crossing < crossings.abs().min(MOST_CROSSINGS) {
+        while crossing < crossings.abs() {
             let coordinate = if period.is_finite() { at + (first + sign * crossing) * period } else { at };
             let part = ((coordinate - start) / (end - start)).clamp(0.0, 1.0);
             let when = self.time + part * (time - self.time);
             if self.is_inside(&(from + (to - from) * part), system) {
-                let counted = self.forwards * trunc_to_i64(sign);
+                let counted = self.forwards * trunc_to_i64(sign * group.min(crossings.abs() - crossing));
                 self.passages.count(counted, system.masses[id as usize], when);
                 let species = system.species[id as usize];
                 if let Some((_, count)) = self.by_species.iter_mut().find(|(known, _)| *known == species) {
                     *count += counted;
                 }
             }
-            crossing += 1.0;
+            crossing += group;
         }
     }
 

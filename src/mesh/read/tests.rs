@@ -100,7 +100,7 @@ fn a_header_of_ten_gigabytes_is_checked_against_the_length() {
     }
     content[80..84].fill(0);
     content.truncate(84);
-    assert!(refused("stl", &content).starts_with("the file has no triangle: expected at least one triangle behind"));
+    assert!(refused("stl", &content).starts_with("the file has no triangle: expected at least one triangle after"));
     content.truncate(83);
     assert!(refused("stl", &content).contains("found 83 other bytes"));
 }

@@ -53,7 +53,7 @@ fn an_id_that_cannot_be_known_is_refused_and_so_is_a_species_without_a_mass() {
     };
     assert_eq!(insert(fill().count(27)).unwrap(), 27);
     let error = insert(fill().amount(Amount::NumberDensity(0.05))).unwrap_err().to_string();
-    assert!(error.starts_with("particle[0] is given behind a fill"), "{error}");
+    assert!(error.starts_with("particle[0] is given after a fill"), "{error}");
     // A particle may follow a fill of unknown count if the caller does not request its id.
     let (mut scene, _) = begun();
     let dense = fill().amount(Amount::NumberDensity(0.05)).region(Vector::repeat(4.0), Vector::repeat(11.0));

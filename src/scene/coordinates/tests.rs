@@ -139,7 +139,7 @@ fn bonds_that_nothing_holds_are_told_with_their_file_and_line() {
     assert!(found.contains("start.xyz, line 2: bonds are held by `link`") && found.contains("slack"), "{found}");
     let nameless = Frame { bond_kinds: Vec::new(), bond_names: Vec::new(), ..chains() };
     let found = error(&nameless, format!("{BEADS}{file}"));
-    assert!(found.contains("start.xyz, line 2: `bonds` do not say which interaction"), "{found}");
+    assert!(found.contains("start.xyz, line 2: `bonds` do not name their interaction"), "{found}");
     let found = error(&nameless, format!("{BEADS}{file}bond = \"lnk\"\n"));
     assert!(found.contains("file[0].bond: unknown interaction `lnk`"), "{found}");
     let mut lost = chains();
@@ -229,8 +229,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     let mut grown = chains();
     grown.particles.iter_mut().for_each(|particle| particle.radius *= 1.1);
     let found = error(&grown);
-    for expected in
-        ["start.xyz, line 3: ", "has a radius of 0.55", "species `bead`", "one of 0.5", "its diameter to 1.1"]
+    for expected in ["start.xyz, line 3: ", "has a radius of 0.55", "species `bead`", "has 0.5", "its diameter to 1.1"]
     {
         assert!(found.contains(expected), "{expected}: {found}");
     }
@@ -276,7 +275,7 @@ fn momenta_are_velocities_times_masses() {
     assert_eq!(velocities(of_text(&both).unwrap()), [Vector::new(7.0, 8.0, 9.0); 2]);
     let error = of_text(&file("masses:R:1:momenta:R:3", "1.0")).unwrap_err().to_string();
     assert!(
-        error.contains("start.xyz, line 3: the particle has a mass of 1, but the species `A` of the scene one of 2"),
+        error.contains("start.xyz, line 3: the particle has a mass of 1, but the species `A` of the scene has 2"),
         "{error}"
     );
     let error = of_text(&file("masses:R:1:momenta:R:3", "-1.0")).unwrap_err().to_string();

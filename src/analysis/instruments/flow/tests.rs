@@ -59,6 +59,22 @@ fn passages_are_signed_and_go_around_the_box() {
 }
 
 #[test]
+fn more_crossings_between_two_samples_than_are_handled_one_by_one_are_all_counted() {
+    let scene = SceneBuilder::new("fast").space(Space::periodic_cube(10.0)).species("A", 1.0, 1.0);
+    let scene =
+        scene.no_interaction("A", "A").particle("A", Vector::new(1.0, 5.0, 2.5), Vector::new(-25_003.0, 0.0, 0.0));
+    let coarse = Plan { interval: Some(50.0), ..plan("x", 4.0) };
+    for lower in [None, Some([-f64::MAX, 0.0, 0.0])] {
+        let plan = Plan { lower, ..coarse.clone() };
+        let (system, mut simulation) = start(scene.clone().build().unwrap());
+        let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
+        measure(&mut simulation, &system, &mut flow, 10.0);
+        // From 1 to 1 - 250,030.
+        assert_eq!(number(&report(&flow, &system), "flow_gate_count").mean, Some(-25_003.0));
+    }
+}
+
+#[test]
 fn a_tilted_plane_is_passed_where_it_is() {
     let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
     let scene = SceneBuilder::new("one").space(open).species("A", 1.0, 1.0).no_interaction("A", "A").particle(
