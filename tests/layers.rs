@@ -1,4 +1,4 @@
-//! The layers of the sources: no import goes up. `docs/architecture.md` shows the picture.
+//! Checks that no module imports from a higher layer. `docs/architecture.md` shows the layers.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -24,7 +24,7 @@ const LAYERS: [&str; 16] = [
     "cli",
 ];
 
-/// Files with code, by their paths below `src`. Unit tests may use everything.
+/// Collects all Rust files of a folder.
 fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -37,7 +37,7 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The code of a file without comments, and without modules in braces after `#[cfg(test)]`.
+/// The code of a file without comments and without its inline test module.
 fn code(text: &str) -> String {
     let end = text.match_indices("#[cfg(test)]").find(|(at, _)| {
         text[*at..].lines().nth(1).is_some_and(|line| line.contains("mod ") && line.trim_end().ends_with('{'))
@@ -46,7 +46,7 @@ fn code(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// Modules compiled only for tests: `#[cfg(test)]` and `mod name;`.
+/// Modules that are compiled only for tests, declared by `#[cfg(test)]` and `mod name;`.
 fn test_modules(text: &str) -> BTreeSet<String> {
     let lines: Vec<&str> = text.lines().collect();
     let pairs = lines.windows(2).filter(|pair| pair[0].trim() == "#[cfg(test)]");
@@ -54,7 +54,7 @@ fn test_modules(text: &str) -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// Everything after `crate::` (in the program `carom::`): at most two names.
+/// Paths after `crate::` or `carom::`: the first name and the second name, if there is one.
 fn imports(code: &str) -> Vec<(String, Option<String>)> {
     let mut found = Vec::new();
     for root in ["crate::", "carom::"] {
@@ -73,7 +73,7 @@ fn imports(code: &str) -> Vec<(String, Option<String>)> {
     found
 }
 
-/// The imports of each first-level module and of the modules in it.
+/// The imports of each top-level module, including those of its submodules.
 fn relations() -> BTreeMap<String, BTreeSet<(String, String)>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
