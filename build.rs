@@ -1,11 +1,11 @@
-//! Computes a fingerprint of everything that determines the layout of a run's state and the bits with which
-//! it continues. It distinguishes the checkpoints of different program versions.
+//! Computes a fingerprint of all code that affects the layout of a checkpoint or the exact results of a run. With it, a
+//! program recognises the checkpoints of other versions.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Sources without influence on a run: they only describe runs.
+/// Sources that only report on runs and have no influence on them.
 const OUTSIDE: [&str; 7] = ["cli", "cli.rs", "main.rs", "view", "view.rs", "check", "check.rs"];
 
 fn main() -> io::Result<()> {
@@ -25,17 +25,18 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Over all sources except those that only describe runs, and the versions of all dependencies.
+/// Hashes all sources, except those that only describe runs, and the versions of all dependencies.
 pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut files = Vec::new();
     collect(&root.join("src"), true, &mut files)?;
-    // Missing if Carom is a dependency of another program.
+    // `Cargo.lock` does not exist if Carom is a dependency of another program.
     files.extend(Some(root.join("Cargo.lock")).filter(|lock| lock.exists()));
     files.sort();
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for file in files {
         let name = file.strip_prefix(root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // The lengths ensure that no text can move from one file to the next.
+        // Each part is preceded by its length. Otherwise text that moves from one file to the next would not change the
+        // fingerprint.
         let text = fs::read_to_string(&file)?.replace("\r\n", "\n");
         for part in [name.as_bytes(), text.as_bytes()] {
             add(&mut hash, &(part.len() as u64).to_le_bytes());

@@ -1,13 +1,12 @@
-//! Events per second of one system, for comparison with another program:
+//! Measures the events per second of one system, for comparison with other programs:
 //!
 //!     cargo bench --bench rate -- hard_spheres 10976 0.49
 //!     cargo bench --bench rate -- square_well 10976 0.8 2.0
 //!     cargo bench --bench rate -- configs/hopper.toml
 //!     cargo bench --bench rate -- hard_spheres 1000000 0.49 threads=2
 //!
-//! Prints one line: the system, events per second of the loop alone, time from the scene to the first event,
-//! and peak memory per particle. Particles are in random order in the scene, as in a fluid after a long
-//! simulation.
+//! Prints one line: the system, events per second of the event loop alone, time from the scene to the first event, and
+//! peak memory per particle. Particles are in random order in the scene, as in a fluid after a long simulation.
 
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
@@ -20,10 +19,11 @@ use std::time::{Duration, Instant};
 /// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 30.0;
 
-/// Duration of a timing.
+/// Smallest wall time of a timing.
 const TIMED: Duration = Duration::from_secs(4);
 
-/// Crystals start from their own lattice, fluids from one that they do not form.
+/// Freezing packing fraction of hard spheres. Crystals start from their own lattice, fluids from a lattice that hard
+/// spheres do not form.
 const FREEZING: f64 = 0.494;
 
 fn spheres(
@@ -43,7 +43,7 @@ fn spheres(
     let mut random = 1_u64;
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {
-        // Knuth's linear congruential generator: any permutation will do.
+        // Shuffles the particles with Knuth's linear congruential generator. Any permutation would do.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         parts.particles.swap(last, (random >> 33) as usize % (last + 1));
     }
@@ -88,7 +88,8 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    // At least a second, because at its end several threads return the complete state to a single engine.
+    // Time of at least a million events. Short advances would be slow, because several threads return the complete
+    // state to a single engine at the end of an advance.
     let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {

@@ -1,4 +1,4 @@
-//! A bonded pair, built particle by particle: how often does its bond turn it back?
+//! Two bonded particles, added one by one: how many events do they have with each other in a given time?
 
 use std::error::Error;
 
@@ -8,8 +8,8 @@ use carom::model::Potential;
 use carom::model::space::Space;
 use carom::scene::{InteractionDraft, Model, SceneBuilder, SpeciesDraft};
 
-/// Number of contacts between two beads in a given time. Their bond holds from 1 to 1.4, and they approach
-/// each other with a speed of 2.
+/// Counts the events of two beads with each other in a given time. Their bond keeps the distance between 1 and 1.4, and
+/// they start with a relative speed of 2.
 pub fn contacts(duration: f64) -> Result<u64, Box<dyn Error>> {
     let mut scene = SceneBuilder::new("dimer").space(Space::periodic_cube(12.0));
     scene.insert_species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0));

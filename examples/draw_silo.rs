@@ -28,7 +28,7 @@ fn silo() -> TriangleMesh {
             squares.push(strip(OUTSIDE[level], OUTSIDE[level + 1]));
             squares.push(strip(INSIDE[level + 1], INSIDE[level]));
         }
-        // The rims at the outlet and at the top.
+        // Strips that connect the inner and the outer side, at the outlet and at the top.
         squares.push(strip(INSIDE[0], OUTSIDE[0]));
         squares.push(strip(OUTSIDE[2], INSIDE[2]));
     }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 const WIDTH: f64 = 0.25;
 
-/// For each bin of speeds, the mean fraction of particles in it. Checkpoints contain all of it.
+/// Measures the mean fraction of particles in each bin of speeds. All fields are saved in checkpoints.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Speeds {
     times: SamplingTimes,
@@ -43,7 +43,7 @@ impl Instrument for Speeds {
     }
 }
 
-/// Runs a fluid with it, and writes the files of the run to a folder.
+/// Runs a fluid with the instrument `Speeds`, and writes the files of the run to a folder.
 pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
     let scene = SceneBuilder::new("fluid")
         .species("sphere", 1.0, 1.0)
@@ -62,7 +62,7 @@ pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
     Ok(finished)
 }
 
-/// The most probable speed, which the instrument is asked for after the run.
+/// The most probable speed. It shows how to use an instrument after the run.
 pub fn most_probable(finished: &Finished) -> Option<f64> {
     let speeds = finished.instrument::<Speeds>("speeds")?;
     let densities = speeds.bins.iter().map(|bin| bin.estimate().map_or(0.0, |estimate| estimate.mean));

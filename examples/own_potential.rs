@@ -12,7 +12,7 @@ const CUTOFF: f64 = 2.0;
 const STRENGTH: f64 = 2.0;
 const SCREENING: f64 = 2.0;
 
-/// `e exp(-k (r - 1)) / r`.
+/// The Yukawa potential `e exp(-k (r - 1)) / r`, with the strength `e` and the screening constant `k`.
 fn yukawa(distance: f64) -> f64 {
     STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
 }
@@ -21,7 +21,7 @@ fn yukawa(distance: f64) -> f64 {
 pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     let width = (CUTOFF - 1.0) / f64::from(STEPS);
     let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();
-    // The volume mean, int u(r) r^2 dr / int r^2 dr, by the midpoint rule.
+    // Mean of the potential over the volume of a shell, int u(r) r^2 dr / int r^2 dr, by the midpoint rule.
     let mean = |outer: f64| {
         let points = (0..100).map(|k| outer - width * (f64::from(k) + 0.5) / 100.0);
         let (energy, volume) = points.fold((0.0, 0.0), |(e, v), r| (e + yukawa(r) * r * r, v + r * r));
@@ -32,7 +32,7 @@ pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     Ok(Potential::new(radii, energies)?)
 }
 
-/// A fluid of these spheres after a number of events, and its initial total energy.
+/// A fluid of Yukawa spheres after a number of events, and its initial total energy.
 pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
     let scene = SceneBuilder::new("yukawa")
         .species("sphere", 1.0, 1.0)

@@ -1,7 +1,6 @@
-//! Every wrong scene gives exactly one error that says what is wrong and on which line. Nothing ever panics.
+//! Every invalid scene gives exactly one error that says what is wrong and on which line. Reading a scene never panics.
 //!
-//! The first line of each `tests/bad_scenes/*.toml` gives the expected error: `# line 7: part of the
-//! message`.
+//! The first line of each `tests/bad_scenes/*.toml` gives the expected error, such as `# line 7: part of the message`.
 
 use std::path::PathBuf;
 
@@ -17,7 +16,7 @@ fn bad_scenes() -> Vec<PathBuf> {
     paths
 }
 
-/// The message as on a terminal, without colours.
+/// The error message as a terminal shows it, without colours.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor()).with_width(200);

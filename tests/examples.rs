@@ -1,4 +1,4 @@
-//! The programs in `examples/`: each runs and gives the right result.
+//! Runs the programs in `examples/` and checks their results.
 
 #![allow(dead_code, reason = "the tests call what the `main` of an example calls")]
 
@@ -26,7 +26,8 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
     let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
     let expected = carnahan_starling(0.3);
     assert!(error < 0.01 * expected, "{error}");
-    // Five standard errors, plus the error of the equation and of 500 particles: a few parts in a thousand.
+    // The tolerance is five standard errors, plus a few parts in a thousand for the equation of state and for the
+    // finite size of 500 particles.
     assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
 }
 
@@ -44,13 +45,14 @@ fn replicas_agree_with_kinetic_theory() {
     assert_eq!(rates, replicas_in_threads::contact_rates(4).unwrap(), "a function of the seed, in any thread");
     let (mean, error) = replicas_in_threads::mean_and_error(&rates);
     let expected = HardSphereFluid::reduced(0.2).collision_rate();
-    // 30,000 contacts in each replica: half a per cent in each rate, and the same for 256 particles.
+    // The 30,000 contacts of each replica determine its rate to half a per cent. The finite size of 256 particles has
+    // an effect of the same size.
     assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
 }
 
 #[test]
 fn a_bond_turns_its_beads_back_at_both_of_its_ends() {
-    // First after 0.1, then each time a distance of 0.4 is crossed at a speed of 2.
+    // The first event is at 0.1. After each event, the beads cross a distance of 0.4 at a relative speed of 2.
     assert_eq!(dimer::contacts(10.0).unwrap(), 50);
 }
 
@@ -59,8 +61,8 @@ fn events_of_wells_are_all_of_their_kinds() {
     let statistics = event_statistics::statistics(20_000).unwrap();
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
-    // A core and a barrier that is too high turn a pair back, a release slows it down, and a capture speeds
-    // it up. The impulse of a core points outwards, and the impulses of all other events point inwards.
+    // The core of the potential pushes the particles apart. The other three kinds of events happen at the edge of the
+    // well and pull the particles together.
     let is_outwards = |name: &str| statistics[name].1 > 0.0;
     assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
 }
@@ -81,8 +83,8 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let finished = own_instrument::measured_in(&run).unwrap();
     assert_eq!(finished.ending, Ending::Time);
     let curve = &finished.measured.curves[0];
-    // Maxwell's distribution at the temperature of 255 particles. Five standard errors, plus the effect of
-    // curvature on the mean over a bin: `w^2 / 24` of a second derivative of at most 2.
+    // The speeds have Maxwell's distribution at a temperature of 255 / 256. The tolerance is five standard errors plus
+    // the effect of averaging over a bin of width w, which is `w^2 / 24` times a second derivative of at most 2.
     let temperature = 255.0_f64 / 256.0;
     let (middles, series) = (&curve.variables[0].values, &curve.series[0]);
     for ((v, p), error) in middles.iter().zip(&series.values).zip(&series.standard_errors) {
@@ -94,7 +96,7 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v,p_v,p_v_error\n"), "{table}");
     assert_eq!(table.lines().count(), 21);
-    // The maximum is at sqrt(2), in its bin of a quarter or the next one.
+    // The exact maximum is at sqrt(2). The most probable bin, of width 0.25, may be the next one.
     let most_probable = own_instrument::most_probable(&finished).unwrap();
     assert!((most_probable - 2.0_f64.sqrt()).abs() < 0.375, "{most_probable}");
 }

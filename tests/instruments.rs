@@ -1,4 +1,5 @@
-//! Instruments written outside of the crate: results, checkpoints, pages, and runs that they end.
+//! Instruments written outside of the crate: their results, their checkpoints, their place on report pages, and runs
+//! that an instrument ends.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -13,7 +14,8 @@ use carom::run::{Ending, Finished, Progress, Run, Stage};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 use serde::{Deserialize, Serialize};
 
-/// The mean speed at even times, and the impulses of a number of events.
+/// An instrument that averages speeds at equal intervals of time and adds up impulses. It ends the run after a number
+/// of events.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Probe {
     times: SamplingTimes,
@@ -86,7 +88,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Runs into a folder up to a stage and a number of its events, where the callback stops it.
+/// Runs into a folder until a stage has had the given number of events. The callback then stops the run.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();
@@ -135,7 +137,7 @@ fn an_instrument_comes_back_with_its_type() {
     let events = finished.measurement.event_counts.physical();
     assert_eq!(finished.instrument::<Probe>("probe").unwrap().events, events);
     assert_eq!(finished.instrument::<Other>("other").unwrap().0, "kept");
-    // By name and type.
+    // An instrument is found by its name together with its type.
     assert!(finished.instrument::<Other>("probe").is_none() && finished.take_instrument::<Other>("probe").is_none());
     assert!(finished.instrument::<Probe>("nothing").is_none());
     let probe = finished.take_instrument::<Probe>("probe").unwrap();
@@ -158,7 +160,7 @@ fn what_an_instrument_is_made_of_where_a_run_goes_on_is_its_state() {
     let path = folder.path().join("run");
     interrupted(&path, 900, (Stage::Measurement, 300));
     let (_, checkpoint) = Folder::resume(&path, None).unwrap();
-    // Not 0, the initial value.
+    // The limit of 900 events comes from the checkpoint, not from the 0 given here.
     let finished = probed(Run::resume(checkpoint), 0).finish().unwrap();
     assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, 900));
 }
@@ -184,7 +186,7 @@ fn a_run_does_not_go_on_with_other_instruments() {
     assert!(matches!(twice, InstrumentError::Duplicate { name } if name == "probe"));
 }
 
-/// An instrument with another state under the same name.
+/// An instrument with another type of state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Other(String);
 

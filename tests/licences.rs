@@ -1,7 +1,7 @@
-//! Every dependency has a licence compatible with those of Carom, and `THIRD-PARTY.md` names everything from
-//! which the program and the Python package are built.
+//! Checks that every dependency has a licence compatible with those of Carom. `THIRD-PARTY.md` must name everything
+//! from which the program and the Python package are built.
 //!
-//! After a change of `Cargo.lock`: `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites that file.
+//! After a change of `Cargo.lock`, `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites that file.
 
 #![cfg(target_os = "linux")]
 
@@ -12,7 +12,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-/// Licences that require no more than a notice.
+/// Licences that require at most that a notice is kept.
 const PERMISSIVE: [&str; 14] = [
     "0BSD",
     "Apache-2.0",
@@ -30,12 +30,12 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Licences that also require changes of their own files to be published, by crate.
+/// Licences that also require changes of the licensed files to be published, by crate.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");
 
-/// A crate from a registry.
+/// A dependency from a crate registry.
 #[derive(Debug, Clone)]
 struct Crate {
     name: String,
@@ -44,11 +44,12 @@ struct Crate {
     authors: String,
     source: String,
     folder: String,
-    /// Whether the program or the Python package is built from it; others are for tests and benchmarks.
+    /// Whether the program or the Python package is built from the crate. Other crates are only for tests, benchmarks
+    /// or build scripts.
     is_built_in: bool,
 }
 
-/// All dependencies on Linux, by name and version.
+/// All dependencies on Linux, sorted by name and version.
 fn dependencies() -> Vec<Crate> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
     let arguments = "metadata --format-version 1 --locked --filter-platform x86_64-unknown-linux-gnu";
@@ -56,7 +57,7 @@ fn dependencies() -> Vec<Crate> {
         let words = arguments.split(' ').chain(more.iter().copied());
         Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
     };
-    // Crates that only the Python package needs may not have been downloaded so far.
+    // The first attempt is offline. Crates that only the Python package needs may still have to be downloaded.
     let offline = ask(&["--offline"]);
     let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -69,7 +70,7 @@ fn dependencies() -> Vec<Crate> {
     let mut open: Vec<String> = own.iter().cloned().collect();
     while let Some(id) = open.pop() {
         for dependency in nodes[&id]["deps"].as_array().unwrap() {
-            // Dependencies without a kind are neither for tests nor for build scripts.
+            // Normal dependencies have a kind of `null`. Other kinds are for tests and for build scripts.
             let is_normal = dependency["dep_kinds"].as_array().unwrap().iter().any(|kind| kind["kind"].is_null());
             let id = text(&dependency["pkg"]);
             if is_normal && built_in.insert(id.clone()) {
@@ -131,19 +132,18 @@ fn one(words: &[&str], at: &mut usize, licences: &[&str]) -> bool {
         return is_met;
     }
     if words.get(*at) == Some(&"WITH") {
-        // Exceptions only allow more.
+        // A licence exception after `WITH` only grants more rights.
         *at += 2;
     }
     licences.contains(word)
 }
 
-/// The line of a crate in the notice.
+/// Row of a crate in the table of `THIRD-PARTY.md`.
 fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }
 
-/// The licence texts in the folder of a crate; if there is a choice of licences, the shortest sufficient
-/// ones.
+/// The licence texts in the folder of a crate. If one of several licences is sufficient, only the shortest of them.
 fn texts(it: &Crate) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(&it.folder)
         .unwrap()

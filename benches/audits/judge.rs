@@ -8,12 +8,12 @@ use carom::run::{Ending, run};
 /// Number of checks after which a run is abandoned, about ten thousand steps apart.
 const PATIENCE: u32 = 2_000;
 
-/// Outcome of a scene.
+/// Result of building a scene, running it and auditing the run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// The scene is invalid, for this reason.
     Refused(String),
-    /// Its audit passed, after this many events.
+    /// The audit passed after this number of events.
     Sound(u64),
     /// Its audit failed.
     Condemned(String),

@@ -27,7 +27,7 @@ struct Tally {
 }
 
 fn main() -> ExitCode {
-    // Cargo adds its own flags.
+    // Skips flags such as `--bench`, which cargo adds.
     let numbers: Vec<u64> = std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
     let (scenes, first) = (numbers.first().copied().unwrap_or(20), numbers.get(1).copied().unwrap_or(1));
     let mut tallies: BTreeMap<scenes::Kind, Tally> = BTreeMap::new();

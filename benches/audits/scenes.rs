@@ -1,6 +1,6 @@
-//! Random valid scenes as text, whose coordinates have few digits left: long and distant boxes, clusters
-//! across their corners, narrow channels, rings, walls, shear, wells, chains, mixtures of masses, growing
-//! diameters.
+//! Random valid scenes, as text, with large round-off: in long or distant boxes, coordinates have few digits left for
+//! distances. The scenes contain clusters across corners of the box, narrow channels, rings, walls, shear, wells,
+//! chains, mixtures of masses and growing diameters.
 
 #[path = "dice.rs"]
 mod dice;
@@ -58,7 +58,7 @@ struct Box {
 const RANGE: f64 = 1.3;
 const LARGEST: f64 = 1.0;
 
-/// The scene of a seed.
+/// Creates a random scene from a seed.
 pub fn scene(seed: u64) -> RandomScene {
     let mut dice = Dice::new(seed);
     let dice = &mut dice;
@@ -151,8 +151,8 @@ fn sides(text: &mut String, dice: &mut Dice, kind: Kind, space: &Box) {
     }
 }
 
-/// Places particles in a cluster, across a corner of the box or elsewhere, or along the box. Returns the
-/// number of each species.
+/// Places particles in a cluster, often across a corner of the box, or along a channel. Returns the number of particles
+/// of each species.
 fn particles(
     text: &mut String,
     dice: &mut Dice,
@@ -232,8 +232,8 @@ fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), 
         })
 }
 
-/// Velocities of temperature 1, with the given drift of the centre of mass. Without a drift, a cluster stays
-/// where it is.
+/// Thermal velocities at temperature 1, plus a drift of the centre of mass. Without a drift, the cluster as a whole
+/// stays in place.
 fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], drift: [f64; 3]) -> Vec<[f64; 3]> {
     let thermal: Vec<[f64; 3]> =
         placed.iter().map(|(_, species)| [(); 3].map(|()| dice.normal() * masses[*species].powf(-0.5))).collect();

@@ -22,15 +22,16 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 /// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 25.0;
 
-/// Events per particle in one timing, and the least number of events. Both include the ends of epochs, and
+/// Events per particle in one timing, and the smallest total number of events. A timing includes the ends of epochs and
 /// the return of the state to a single engine.
 const TIMED: f64 = 6.0;
 const LEAST: f64 = 4e6;
 
-/// Number of turns of one thread and two.
+/// Number of turns. In each, the system runs on one thread and then on two.
 const TURNS: usize = 3;
 
-/// Crystals start from their own lattice, fluids from one that they do not form.
+/// Freezing packing fraction of hard spheres. Crystals start from their own lattice, fluids from a lattice that hard
+/// spheres do not form.
 const FREEZING: f64 = 0.494;
 
 const HEAD: &str = "\
@@ -49,7 +50,7 @@ not included. Ratios compare runs made side by side. Rates depend on the machine
 
 ";
 
-/// A system, and the numbers of cores for its estimate.
+/// A system, and the numbers of cores for which the speed is estimated.
 struct System {
     name: String,
     scene: Scene,
@@ -69,11 +70,11 @@ struct Row {
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Number of steps per necessary step.
+    /// Steps of all domains, divided by the steps of all particles. Domains also take the steps of copies of particles.
     steps: f64,
-    /// Mean time of the domains relative to the slowest.
+    /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,
-    /// Time for comparison and exchange relative to the slowest domain.
+    /// Time for comparison, exchange and new epochs, divided by the time of the slowest domain.
     others: f64,
 }
 
@@ -127,10 +128,11 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Events per second over a number of events per particle, and the time that they take.
+/// Events per second, measured over about `per_particle` events per particle. `before` is the previous number of events
+/// per particle and unit time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
-    // Until a time, not for a number of events: a single engine executes the last events of such a run.
+    // The limit is a time. If it were a number of events, a single engine would execute the last of these events.
     simulation.advance(Until::time(simulation.time() + per_particle / before))?;
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }
@@ -151,7 +153,7 @@ fn measure(system: &System) -> Outcome<Row> {
     let of = |domains: usize, threads: usize| -> Outcome<(f64, Simulation)> {
         let mut simulation = simulation.clone();
         simulation.set_domains(domains, threads);
-        // The domains are set up here.
+        // Divides the system into domains before the timing starts.
         simulation.advance(Until::time(simulation.time() + 0.1 / density))?;
         let rate = rate(&mut simulation, timed, density)?;
         Ok((rate, simulation))
@@ -244,7 +246,7 @@ fn execute(arguments: &[String]) -> Outcome {
 }
 
 fn main() -> ExitCode {
-    // Cargo adds its own flags.
+    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,

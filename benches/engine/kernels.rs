@@ -19,7 +19,7 @@ struct State {
     acceleration: Vector,
 }
 
-/// Separations from `lower` to `upper`, with random directions of motion.
+/// Random states with distances from `lower` to `upper`. Velocities and accelerations have random directions.
 fn states(lower: f64, upper: f64) -> Vec<State> {
     let mut generator = ChaCha8Rng::seed_from_u64(1);
     let mut uniform = || (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -44,7 +44,7 @@ fn measure<T>(criterion: &mut Criterion, name: &str, inputs: &[T], ask: impl Fn(
     });
 }
 
-/// Algorithms 2 to 6 and the plane.
+/// Benchmarks the detection functions: Algorithms 2 to 6 of the paper, and contacts with a plane.
 pub fn all(criterion: &mut Criterion) {
     let (outside, inside) = (states(1.05, 3.0), states(0.1, 0.95));
     let quadratics = |states: &[State]| -> Vec<Quadratic> {

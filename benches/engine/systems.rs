@@ -8,8 +8,8 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 pub struct System {
     pub name: &'static str,
     pub start: fn() -> Simulation,
-    /// Whether it is in a steady state. A heap, a pendulum or a cooling gas is restarted for each
-    /// measurement.
+    /// Whether the system is in a steady state. Other systems, such as a heap, a pendulum or a cooling gas, are
+    /// restarted for each measurement.
     pub is_steady: bool,
 }
 

@@ -24,7 +24,7 @@ use tally::Tally;
 const LENGTHS: [f64; 2] = [1.0, 5.0];
 
 fn main() -> ExitCode {
-    // Cargo adds its own flags.
+    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
     let seeds: u64 = arguments.first().and_then(|number| number.parse().ok()).unwrap_or(4);
     let is_asked_for = |system: &&System| arguments.get(1).is_none_or(|part| system.name.contains(part.as_str()));
@@ -81,7 +81,7 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
     }
 }
 
-/// Runs a scene, or its exchange, and adds its results.
+/// Runs a scene, or its replica exchange if it has one, and adds the results to the tally.
 fn simulate(text: &str, add: impl Fn(&dyn Fn(&mut Tally))) -> Result<(), String> {
     let scene = Scene::from_toml(text, "errors.toml").map_err(|refused| refused.to_string())?;
     if scene.exchange().is_none() {

@@ -1,10 +1,10 @@
-//! Systems whose means have errors of different origins.
+//! Systems to test error estimates. The errors of their means have different origins.
 
 /// A system, and the length of a short run of it.
 #[derive(Debug)]
 pub struct System {
     pub name: &'static str,
-    /// Everything but the seed, the times and what acts during the run.
+    /// The scene without its seed, equilibration, end, thermostat and barostat.
     pub scene: String,
     /// Thermostat and barostat, in the table `[run]`.
     pub ensemble: &'static str,
@@ -13,7 +13,7 @@ pub struct System {
 }
 
 impl System {
-    /// The scene of a run `factor` times as long as a short one.
+    /// Text of the scene for a run that is `factor` times as long as a short run.
     pub fn scene(&self, factor: f64, seed: u64) -> String {
         let Self { scene, ensemble, equilibration, short, .. } = self;
         let until = equilibration + factor * short;
@@ -124,7 +124,7 @@ pub fn systems() -> [System; 13] {
             10.0,
             40.0,
         ),
-        // Point particles between two walls at different temperatures, which never meet.
+        // Particles that do not interact, between two walls at different temperatures.
         system(
             "ideal gas",
             &[
@@ -181,7 +181,7 @@ const DENSE: &str = "packing_fraction = 0.40";
 const MEASURED: &str = "[measure]\nfree_paths = true\npressure_tensor = true\ndiffusion = true\n";
 const RADIAL: &str = "radial_distribution = true\n";
 
-/// A box, and the keys of its sides.
+/// The table `[space]`, with the size of the box and the keys of its sides.
 fn space(size: [f64; 3], sides: &str) -> String {
     format!("[space]\nsize = {size:?}\n{sides}\n")
 }

@@ -31,12 +31,12 @@ struct Verdict {
     /// Standard deviation of the means divided by the root mean square of the claimed errors; `None` if fewer
     /// than half of the runs give an error.
     ratio: Option<f64>,
-    /// Largest deviation of a mean from the mean of all, in units of its own error.
+    /// Largest deviation of the mean of one run from the mean of all runs, in units of the claimed error of this run.
     deviation: f64,
 }
 
 impl Tally {
-    /// Adds the results of a run.
+    /// Adds the observables and the measured numbers of a run.
     pub fn add(&mut self, finished: &Finished) {
         for (name, estimate) in &finished.observables {
             self.add_estimate(name.to_string(), estimate);
@@ -44,7 +44,8 @@ impl Tally {
         self.add_numbers(&finished.measured, "measured");
     }
 
-    /// Adds the results of an exchange by temperature, and the maximum of its heat capacity.
+    /// Adds the results of an exchange: observables at each temperature, acceptances of swaps, and the maximum of the
+    /// heat capacity.
     pub fn add_exchange(&mut self, results: &ExchangeResults, curves: &ThermalCurves) {
         for at in &results.temperatures {
             let place = format!("T = {}", at.place());
@@ -79,7 +80,8 @@ impl Tally {
         self.0.iter().filter_map(|(name, runs)| Some((name.as_str(), verdict(runs)?)))
     }
 
-    /// Numbers of observables within, below, above, and without errors, and the largest deviation.
+    /// Cells of a table: numbers of observables whose claimed errors are right, too large, too small and missing, and
+    /// the largest deviation.
     pub fn line(&self) -> String {
         let (mut within, mut below, mut above, mut withheld) = (0, 0, 0, 0);
         let mut largest: f64 = 0.0;
@@ -96,10 +98,11 @@ impl Tally {
     }
 }
 
-/// `None` for constants, and for observables that no run has.
+/// Compares the scatter of the means with the claimed errors. `None` for constants, and for observables of fewer than
+/// two runs.
 fn verdict(runs: &[Claim]) -> Option<Verdict> {
     let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
-    // Conserved quantities have the error of round-off.
+    // Errors of conserved quantities are only round-off and are left out.
     let claimed: Vec<(f64, f64)> = runs
         .iter()
         .filter_map(|run| Some((run.mean?, run.error?)))

@@ -13,14 +13,14 @@ use std::error::Error;
 use std::process::{Command, ExitCode};
 use systems::{SYSTEMS, System};
 
-/// The argument with which this program calls itself.
+/// First argument of the child processes, each of which runs one system.
 const CHILD: &str = "instructions-of-one";
 
 /// Number of counted physical events.
 const EVENTS: u64 = 50_000;
 
 fn main() -> ExitCode {
-    // Cargo adds its own flags.
+    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let outcome = match &arguments[..] {
         [word, name] if word == CHILD => run_one(name),
@@ -77,7 +77,7 @@ fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The counted part of a run, found by its name.
+/// The counted part of a run. `callgrind` finds it by the name of this function.
 #[inline(never)]
 fn counted_events(simulation: &mut Simulation) {
     let events = simulation.event_counts().physical() + EVENTS;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-/// A title, the plotted value, and whether a random walk is drawn beside it.
+/// A title, the plotted value, and whether the error of a random walk is drawn for comparison.
 type Quantity = (&'static str, fn(&Row) -> f64, bool);
 
 const QUANTITIES: [Quantity; 3] = [
@@ -56,10 +56,10 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Position of zero on a logarithmic axis.
+/// Smallest value on the logarithmic axis. Smaller values, such as zero, are drawn here.
 const FLOOR: f64 = 1e-18;
 
-/// Distinct for colour-blind eyes.
+/// Colours that colour-blind readers can distinguish.
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 90, 160), RGBColor(220, 110, 0), RGBColor(0, 140, 110), RGBColor(160, 60, 140)];
 
@@ -75,8 +75,8 @@ fn plot(path: &Path, series: &[(&str, Vec<Row>)]) -> Result<(), Box<dyn Error>> 
             .y_label_area_size(70)
             .build_cartesian_2d((1e3..most).log_scale(), (1.0..1e-10 / FLOOR).log_scale())?;
         let power = |x: &f64| format!("1e{:.0}", x.log10());
-        // The library does not label an axis below its own precision, so the axis counts multiples of the
-        // floor.
+        // The plot library does not label values below its own precision. The axis therefore counts multiples of the
+        // smallest value.
         let of_floors = |x: &f64| power(&(x * FLOOR));
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("events").y_labels(9).light_line_style(WHITE).bold_line_style(BLACK.mix(0.15));

@@ -1,4 +1,4 @@
-//! Measurements after one number of events.
+//! Rows of long runs: measurements after a number of events.
 
 use std::error::Error;
 use std::fmt;
@@ -10,13 +10,13 @@ use std::path::PathBuf;
 pub struct Row {
     pub events: f64,
     pub time: f64,
-    /// `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`, with its sign.
+    /// Relative energy error with its sign, `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`.
     pub energy: f64,
-    /// `|P - P_initial| / sum m |v|`; NaN if momentum is not conserved.
+    /// Relative momentum error, `|P - P_initial| / sum m |v|`; NaN if momentum is not conserved.
     pub momentum: f64,
     /// Deepest overlap at any event so far, relative to the distance of the discontinuity.
     pub overlap: f64,
-    /// Number of events so far that were deeper than round-off.
+    /// Number of events so far in an invalid state, that is, with an overlap deeper than round-off.
     pub invalid: f64,
     pub seconds: f64,
 }
@@ -44,7 +44,7 @@ pub fn file(name: &str) -> PathBuf {
     PathBuf::from(super::FOLDER).join(format!("{name}.csv"))
 }
 
-/// The rows of a run; empty if it was not measured.
+/// Reads the rows of a long run from its file; empty if the run has not been measured.
 pub fn read(name: &str) -> Result<Vec<Row>, Box<dyn Error>> {
     match fs::read_to_string(file(name)) {
         Ok(text) => text.lines().skip(1).map(Row::parse).collect(),

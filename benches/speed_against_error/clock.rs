@@ -13,7 +13,8 @@ impl Stopwatch {
         Self { wall: Instant::now(), processor: processor_seconds() }
     }
 
-    /// The system counts in intervals of a few milliseconds, so shorter times are wall times.
+    /// Processor time since the start `[s]`. Short times are wall times, because the system updates the processor time
+    /// only every few milliseconds.
     pub fn seconds(&self) -> f64 {
         const SHORT: f64 = 0.05;
         let wall = self.wall.elapsed().as_secs_f64();
@@ -24,7 +25,7 @@ impl Stopwatch {
     }
 }
 
-/// Linux: the first number in this file is the time on the processor in nanoseconds.
+/// Processor time of this thread `[s]`. On Linux, the first number in `schedstat` is this time in nanoseconds.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;

@@ -22,8 +22,8 @@ pub fn measure() -> Outcome {
 const CAROM: &str = "Carom";
 const BASELINE: &str = "spring-dashpot";
 
-/// Parameters of a row: the method with the stiffness of contacts and the time step in units of their
-/// duration, or with the contact time.
+/// Parameters of a row: stiffness and time steps per contact for springs, or the contact time of the TC model for
+/// Carom.
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Carom { contact_time: f64 },
@@ -52,8 +52,8 @@ fn sheet(name: &str, columns: &[&str]) -> Sheet {
     Sheet::new(name, &METHOD_COLUMNS.into_iter().chain(last).collect::<Vec<_>>())
 }
 
-/// Repeats a run until its processor time is measurable `[us]`; returns the time of one run and the result of
-/// the last one.
+/// Repeats a run until the total processor time is measurable. Returns the time of one run `[us]` and the result of the
+/// last run.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     const SECONDS: f64 = 0.2;
     let stopwatch = Stopwatch::start();
@@ -130,13 +130,13 @@ pub fn describe(text: &mut String) -> Outcome {
     )
 }
 
-/// Name of the column for the remaining motion.
+/// Column of the kinetic energy, which shows whether the grains have come to rest.
 const UNREST: &str = "kinetic energy per particle";
 
 /// Name of the column for the processor time.
 const COST: &str = "us per particle and time";
 
-/// One series for Carom, one for each stiffness.
+/// One series for Carom, and one for each stiffness of the springs.
 fn series(sheet: &Sheet, value: &str) -> Vec<Series> {
     let named = |name: String, rows: Sheet| Series { name, points: rows.points(COST, value), has_line: true };
     let mut all = vec![named(CAROM.to_owned(), sheet.with("method", CAROM))];

@@ -20,8 +20,7 @@ use std::time::Instant;
 /// Number of states of each class and problem.
 const STATES: usize = 1_000;
 
-/// Number of passes over the states. The fastest one is reported, because other work of the machine can only
-/// add time.
+/// Number of passes over the states. The fastest pass is reported, because other programs can only slow down a pass.
 const PASSES: usize = 9;
 
 /// Fewest calls in a pass, so that the resolution of the clock does not matter.
@@ -142,7 +141,7 @@ fn errors(problem: &str, rows: &Sheet) -> Panel {
     }
 }
 
-/// If none is wrong, half of the smallest fraction is drawn.
+/// If no verdict is wrong, half of the smallest possible share is drawn, because zero has no logarithm.
 const NO_FAILURE: f64 = 0.5 / STATES as f64;
 
 fn failures(problem: &str, rows: &Sheet) -> Panel {

@@ -14,7 +14,8 @@ use fluid::{Fluid, State, Thermodynamics};
 
 const SHEET: &str = "lennard_jones";
 
-/// `4 [(1/r)^12 - (1/r)^6]`, cut off here and shifted to zero, in units of sigma and epsilon.
+/// Distance at which the potential `4 [(1/r)^12 - (1/r)^6]` is cut off and shifted to zero, in units of sigma and
+/// epsilon.
 const CUTOFF: f64 = 2.5;
 
 /// Steps of the potential.
@@ -26,7 +27,7 @@ const TIME_STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.015, 0.02];
 /// Simulated time between samples.
 const INTERVAL: f64 = 0.05;
 
-/// Processor time after which the reference, and another run of velocity Verlet, ends early `[s]`.
+/// Processor time after which a run of velocity Verlet ends early, for the reference and for other runs `[s]`.
 const MOST_SECONDS: [f64; 2] = [40.0, 8.0];
 
 /// A fluid of 864 particles, and the length of its simulation.
@@ -35,7 +36,7 @@ struct Plan {
     density: f64,
     temperature: f64,
     duration: f64,
-    /// Simulated first, without a measurement.
+    /// Simulated time before the measurement.
     relaxation: f64,
     /// Skin of a neighbour list beyond the cut-off.
     skin: f64,
@@ -141,7 +142,7 @@ fn run(plan: &Plan, fluid: &mut impl Fluid, particles: f64, most_seconds: f64) -
     }
 }
 
-/// The columns from the processor time on.
+/// Cells of a row from the processor time on. Energies and pressures are also compared with the reference.
 fn compared(run: &Measured, reference: &Measured, start: &State) -> Vec<String> {
     let both = |a: f64, b: f64| if std::ptr::eq(run, reference) { a } else { a.hypot(b) };
     [
@@ -206,7 +207,7 @@ fn series(rows: &Sheet, error: &str, spread: &str) -> Vec<Series> {
     let mut all = Vec::new();
     for method in rows.values("method") {
         let of_method = rows.with("method", &method);
-        // The reference has no error relative to itself.
+        // Leaves out the reference, whose error relative to itself is zero.
         let points = of_method.points("us per particle and time", error);
         let points = points.into_iter().filter(|point| point.1 != 0.0).collect();
         all.push(Series { name: method.clone(), points, has_line: true });

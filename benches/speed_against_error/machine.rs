@@ -1,4 +1,4 @@
-//! The provenance of a measurement.
+//! Describes the machine and the program that made a measurement.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -42,10 +42,8 @@ mod oracle {
 use std::error::Error;
 use std::process::ExitCode;
 
-/// Result of a section.
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
-/// A part of the report.
 struct Section {
     name: &'static str,
     /// Measures and writes csv files.
@@ -65,7 +63,7 @@ const SECTIONS: [Section; 5] = [
 const FOLDER: &str = "benches/results/speed_against_error";
 
 fn main() -> ExitCode {
-    // Cargo adds its own flags.
+    // Skips flags such as `--bench`, which cargo adds.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     match execute(&arguments) {
         Ok(()) => ExitCode::SUCCESS,

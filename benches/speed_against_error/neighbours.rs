@@ -15,13 +15,13 @@ pub struct List {
 /// A box with some periodic axes.
 #[derive(Debug, Clone)]
 pub struct Periods {
-    /// Zero for open axes, and so are the inverses.
+    /// Edge lengths of the box, and their inverses. Both are zero along open axes.
     lengths: Vector,
     inverses: Vector,
 }
 
 impl Periods {
-    /// From periods, which are infinite for open axes.
+    /// `periods` are the edge lengths of the box, which are infinite along open axes.
     pub fn new(periods: &Vector) -> Self {
         Self { lengths: periods.map(|x| if x.is_finite() { x } else { 0.0 }), inverses: periods.map(f64::recip) }
     }
@@ -36,7 +36,7 @@ impl Periods {
         d
     }
 
-    /// The image of a position in `[0, period)`.
+    /// Moves a position into the periodic box, `[0, period)` along each axis.
     pub fn wrapped(&self, position: &Vector) -> Vector {
         position - position.component_mul(&self.inverses).map(f64::floor).component_mul(&self.lengths)
     }

@@ -9,11 +9,11 @@ use std::path::Path;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Points of one kind.
+/// Points of a plot with a common name.
 pub struct Series {
     pub name: String,
     pub points: Vec<(f64, f64)>,
-    /// Whether neighbouring points are joined.
+    /// Whether lines connect the points.
     pub has_line: bool,
 }
 
@@ -25,7 +25,7 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
-/// Position of numbers that are zero or negative.
+/// Smallest magnitude on a logarithmic axis. Smaller magnitudes, such as zero, are drawn here.
 const FLOOR: f64 = 1e-17;
 
 /// Okabe and Ito's colours, distinct for colour-blind eyes.
@@ -121,7 +121,7 @@ fn logarithm(x: f64) -> f64 {
     if x.is_nan() { x } else { x.abs().max(FLOOR).log10() }
 }
 
-/// The powers of ten around all values, at least one apart.
+/// The range of powers of ten that contains all values, at least one decade wide.
 fn decades(logarithms: &[f64]) -> (f64, f64) {
     let finite = || logarithms.iter().copied().filter(|x| x.is_finite());
     let (lower, upper) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));

@@ -32,7 +32,7 @@ impl Sheet {
         Ok(fs::write(file(&self.name), text)?)
     }
 
-    /// The file of this name, if it was measured.
+    /// Reads the table with this name from its csv file; `None` if the table has not been measured.
     pub fn read(name: &str) -> Option<Self> {
         let text = fs::read_to_string(file(name)).ok()?;
         let mut lines = text.lines();
@@ -43,7 +43,7 @@ impl Sheet {
         Some(Self { name: name.to_owned(), provenance, columns, rows })
     }
 
-    /// The rows with this text in a column.
+    /// Selects the rows that have this text in a column.
     pub fn with(&self, column: &str, value: &str) -> Self {
         let index = self.index(column);
         let rows = self.rows.iter().filter(|row| row[index] == value).cloned().collect();
@@ -62,13 +62,13 @@ impl Sheet {
         values
     }
 
-    /// A column as numbers; other text becomes NaN.
+    /// The numbers of a column. A cell that is not a number becomes NaN.
     pub fn numbers(&self, column: &str) -> Vec<f64> {
         let index = self.index(column);
         self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect()
     }
 
-    /// Pairs of two columns.
+    /// Points whose coordinates are in two columns.
     pub fn points(&self, x: &str, y: &str) -> Vec<(f64, f64)> {
         self.numbers(x).into_iter().zip(self.numbers(y)).collect()
     }
@@ -94,7 +94,7 @@ fn file(name: &str) -> PathBuf {
     PathBuf::from(FOLDER).join(format!("{name}.csv"))
 }
 
-/// A number with as many digits as are worth reading; text unchanged.
+/// Formats a number with as many digits as are worth reading. Other text stays unchanged.
 fn short(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if !x.is_finite() => "-".to_owned(),
@@ -110,7 +110,7 @@ fn short(cell: &str) -> String {
     }
 }
 
-/// A cell with all digits of a number that are worth keeping.
+/// Formats a number for a csv file, with seven significant digits.
 pub fn number(x: f64) -> String {
     if x.is_nan() { "NaN".to_owned() } else { format!("{:e}", format!("{x:.6e}").parse::<f64>().unwrap_or(x)) }
 }

@@ -14,7 +14,7 @@ use std::process::Command;
 
 const SHEET: &str = "size";
 
-/// The argument with which this program calls itself.
+/// First argument of the child processes, each of which measures one size.
 pub const CHILD: &str = "size-of-one";
 
 /// Numbers of particles that fill a cube of the face-centred cubic lattice.
@@ -22,7 +22,7 @@ const SIZES: [u64; 5] = [1_372, 10_976, 108_000, 1_000_188, 10_061_824];
 
 const PACKING_FRACTIONS: [f64; 2] = [0.49, 0.10];
 
-/// Largest number of events before the timing, which is 20 per particle otherwise.
+/// Largest number of events before the timing. Small systems have 20 events per particle.
 const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;
@@ -63,7 +63,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// Runs in the process of one size and prints its row.
+/// Measures one size in a child process, and prints the row of the table.
 pub fn measure_one(arguments: &[String]) -> Outcome {
     let [size, packing_fraction] = arguments else { return Err("a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
@@ -75,7 +75,8 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
         .temperature(1.0)
         .build()?;
     let placed = stopwatch.seconds();
-    // Neighbours in space are not neighbours in memory, as in a fluid after a long simulation.
+    // Shuffles the particles: neighbours in space are then not neighbours in memory, as in a fluid after a long
+    // simulation.
     let mut random = Random::new(size);
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {

@@ -21,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
         }
         let again = read(&written);
         let [again] = &again[..] else { panic!("written, but cannot be read back: {}", String::from_utf8_lossy(&written)) };
-        // The texts are compared because NaN is not equal to itself.
+        // Compares the debug texts, because NaN is not equal to itself.
         assert_eq!(format!("{:?}", frame.particles), format!("{:?}", again.particles));
     }
 });

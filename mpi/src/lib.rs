@@ -13,8 +13,7 @@ use std::io::Write;
 /// start.
 const STARTED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"];
 
-/// The processes started together by `mpiexec`, MPI's `MPI_COMM_WORLD`. MPI is finalised when this is
-/// dropped.
+/// All processes that `mpiexec` has started together (`MPI_COMM_WORLD`). Dropping this value finalises MPI.
 pub struct Mpi {
     _universe: Universe,
     rank: usize,
@@ -37,7 +36,7 @@ impl Mpi {
         (size > 1).then_some(Self { _universe: universe, rank, size })
     }
 
-    /// The offset of each piece, from the lengths of all, and the total length.
+    /// Converts the lengths of pieces to the counts and offsets that MPI needs, and returns their total length.
     fn offsets(&self, lengths: &[u64]) -> (Vec<i32>, Vec<i32>, usize) {
         let (mut counts, mut offsets, mut sum) = (Vec::new(), Vec::new(), 0_usize);
         for &length in lengths {

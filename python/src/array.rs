@@ -29,7 +29,7 @@ number!(f64, "f8");
 number!(i32, "i4");
 number!(i64, "i8");
 
-/// Owner of the memory of an array, which is never written again.
+/// Owner of the memory of an array. The memory never changes after its creation.
 #[pyclass(frozen, module = "carom._carom")]
 struct Memory {
     _numbers: Box<dyn Any + Send + Sync>,
@@ -46,7 +46,7 @@ impl Memory {
         all.set_item("version", 3)?;
         all.set_item("typestr", self.kind)?;
         all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
-        // The second element says that the array is read-only.
+        // In the array interface, `true` marks the memory as read-only.
         all.set_item("data", (self.address, true))?;
         Ok(all)
     }

@@ -20,10 +20,10 @@ use pyo3::types::PyDict;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Columns of a message. A traceback and a notebook show this width without wrapping.
+/// Width of a message in columns. Tracebacks and notebooks do not wrap lines of this width.
 const WIDTH: usize = 100;
 
-/// An exception of the package, from the name of its class, its message and its attributes.
+/// Creates an exception of the package from the name of its class, its message and its attributes.
 pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>)]) -> PyErr {
     Python::attach(|py| {
         let made = (|| {
@@ -44,7 +44,7 @@ pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     exception(class, &text, &[("cure", cure.map(str::to_owned))])
 }
 
-/// A wrong scene: the message of the program, with the position.
+/// The exception for an invalid scene, with the message of the program and the position of the error.
 pub fn scene(error: &SceneError) -> PyErr {
     let mut text = String::new();
     let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(WIDTH);
@@ -76,7 +76,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
     let text = std::str::from_utf8(code.data()).ok()?;
-    // An override consists of its key and its value. No TOML file has a path like this name.
+    // An override consists of a key and a value. It is named `override`, which is not the path of a TOML file.
     if code.name() == Some("override") {
         let mut steps = text.split_once('=')?.0.split('.').map(str::trim);
         let first = steps.next()?.to_owned();
@@ -88,7 +88,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
 }
 
-/// Path of a key in a table. The name or the value of the key is at the position `at` in the text.
+/// Path of a key in a table. The position `at` in the text is within the name or the value of the key.
 fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -98,8 +98,7 @@ fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     })
 }
 
-/// Path of the innermost key in a value. The name or the value of the key is at the position `at` in the
-/// text.
+/// Path of the innermost key in a value. The position `at` in the text is within the name or the value of the key.
 fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
     match value.get_ref() {
         DeValue::Table(table) => key_in(table, path, at),
@@ -170,7 +169,7 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
     }
 }
 
-/// A preparation that did not finish.
+/// The exception for a simulation that ended before the measurement.
 pub fn unprepared(ending: &Ending) -> PyErr {
     let why = ending.trouble().unwrap_or_else(|| "nothing will happen any more before the measurement".to_owned());
     let cure = match ending {
@@ -224,12 +223,12 @@ pub fn convert(error: &ConvertError) -> PyErr {
     cured("FolderError", &with_causes(error), error.cure())
 }
 
-/// An error of reading a file of a run.
+/// The exception for a file of a run that cannot be read.
 pub fn unreadable(path: &std::path::Path, error: &(dyn Error + 'static)) -> PyErr {
     cured("FolderError", &format!("cannot read {}: {}", path.display(), with_causes(error)), None)
 }
 
-/// A value that another thread is using.
+/// The exception for an object that another thread is using.
 pub fn busy(what: &str) -> PyErr {
     PyRuntimeError::new_err(format!("{what} is advancing in another thread; wait for it, or give each thread a copy"))
 }

@@ -11,7 +11,7 @@ use crate::error;
 use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::Scene;
 
-/// Runs or continues the replicas of a scene in a folder. Returns the objections of the audits.
+/// Runs or continues a replica exchange in a folder. Returns the faults that the audits found.
 #[pyfunction]
 pub fn exchange(
     py: Python<'_>,
@@ -51,8 +51,8 @@ pub fn exchange(
     })
 }
 
-/// Temperatures for equal acceptance of swaps, from a complete exchange; `None` if its density of states is
-/// unknown.
+/// Suggests temperatures for which all swaps have an equal acceptance, at least the given one. They follow from a
+/// complete exchange; `None` if its density of states is unknown.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
     let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;

@@ -12,7 +12,7 @@ use crate::array::array;
 use crate::error;
 use crate::scene::names;
 
-/// A trajectory in extended XYZ, with the positions of its frames in the file.
+/// A trajectory file in extended XYZ, and the positions of its frames in the file.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Trajectory {
     path: PathBuf,
@@ -79,7 +79,7 @@ pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> Py
     Ok(all)
 }
 
-/// The components, one after the other.
+/// The components of all vectors, in one list.
 fn flat(vectors: impl Iterator<Item = carom::Vector>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

@@ -14,15 +14,15 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::frames::dictionary_of;
 
-/// A frame that replaces a file of particles, with information on which parts are known.
+/// Particles that replace the particles in a scene file: a frame, and which of its parts are known.
 #[pyclass(frozen, from_py_object, module = "carom._carom")]
 #[derive(Clone)]
 pub struct Given(pub Arc<GivenParticles>);
 
 #[pymethods]
 impl Given {
-    /// From the parts of a `carom.Frame`. Its arrays are bytes here, of the types `f8` and `i8`, and `i4` for
-    /// images.
+    /// Takes the parts of a `carom.Frame`. Arrays are passed as bytes, with numbers of the types `f8` and `i8`, and
+    /// `i4` for images.
     #[new]
     fn new(name: &str, parts: &Bound<'_, PyDict>, bond: Option<String>, known: [bool; 3]) -> PyResult<Self> {
         let mut given = GivenParticles::new(name, frame_of(parts)?);
@@ -46,7 +46,7 @@ impl Given {
     }
 }
 
-/// A value of the dictionary.
+/// Extracts an entry of the dictionary.
 fn part<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
     parts: &Bound<'py, PyDict>,
     name: &str,
@@ -55,7 +55,7 @@ fn part<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
     value.extract().map_err(Into::into)
 }
 
-/// Numbers of an array.
+/// Reads the numbers of an array from its bytes.
 fn numbers<T, const SIZE: usize>(
     parts: &Bound<'_, PyDict>,
     name: &str,

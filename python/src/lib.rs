@@ -53,7 +53,7 @@ mod _carom {
     #[pymodule_export]
     use super::writer::Writer;
 
-    /// The program, as at the prompt; returns its exit code.
+    /// Runs the command-line program. Returns its exit code.
     #[pyfunction]
     fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
         py.detach(|| carom::cli::main(&arguments, || None))

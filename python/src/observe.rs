@@ -1,4 +1,4 @@
-//! User functions of a frame, measured during a run by an instrument that calls them.
+//! Functions of the user that observe a run. An instrument calls them with frames and records their values.
 
 use std::cell::RefCell;
 
@@ -34,7 +34,8 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Functions of a frame, given as a dictionary of arrays, by name, and the time between two calls.
+    /// Takes functions with their names, and the time between two calls. Each function receives a frame as a dictionary
+    /// of arrays.
     ///
     /// # Errors
     /// `ValueError` for an invalid time.
@@ -50,7 +51,7 @@ impl Observation {
         self.by_name.iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// The run with an instrument for each function.
+    /// Adds an instrument for each function to the run.
     pub fn of(&self, run: Run) -> Run {
         self.by_name.iter().fold(run, |run, (name, _)| {
             let (name, every) = (name.clone(), self.every);
@@ -62,7 +63,7 @@ impl Observation {
         })
     }
 
-    /// The run with its instruments. From now on until [`end`], this thread calls their functions.
+    /// Adds the instruments to the run. Until [`end`], this thread calls their functions.
     pub fn begin(&self, run: Run) -> Run {
         FUNCTIONS.set(Some(self.functions()));
         self.of(run)
@@ -75,26 +76,28 @@ impl Observation {
         Functions { by_name, raised: None }
     }
 
-    /// Does work that calls the functions, on this thread, and returns the exception of one of them.
+    /// Does work on this thread during which the functions can be called. Returns its result and the exception of a
+    /// function, if any.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-        // A function may start its own run.
+        // A function may itself start a run, which has other functions.
         let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))
     }
 }
 
-/// Ends what [`Observation::begin`] started on this thread, and returns the exception of a function.
+/// Removes the functions that [`Observation::begin`] has set on this thread. Returns the exception that a function
+/// raised, if any.
 pub fn end() -> Option<PyErr> {
     FUNCTIONS.take().and_then(|functions| functions.raised)
 }
 
-/// Whether a function has raised an exception, which ends the run.
+/// Whether a function of the user has raised an exception. The run then ends.
 pub fn has_failed() -> bool {
     FUNCTIONS.with_borrow(|functions| functions.as_ref().is_some_and(|functions| functions.raised.is_some()))
 }
 
-/// The values of a function during the measurement.
+/// An instrument that records the values of a user function during the measurement.
 #[derive(Clone, Serialize, Deserialize)]
 struct Observed {
     name: String,
@@ -134,7 +137,7 @@ impl Instrument for Observed {
     }
 }
 
-/// The current value of a function.
+/// Calls a function with the current frame.
 fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<f64> {
     let function = FUNCTIONS.with_borrow(|functions| {
         let by_name = functions.iter().flat_map(|functions| &functions.by_name);

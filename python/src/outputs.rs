@@ -28,8 +28,8 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns the trajectory of a run. Checks that the output neither replaces a file of the run nor follows a
-/// link under a default name.
+/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. If the user has not
+/// named the output, it must not be a link.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;
@@ -123,7 +123,7 @@ pub fn movie(
 ) -> PyResult<PathBuf> {
     let ((first, last), (every, fps, turn)) = (frames, pace);
     let source = trajectory(&run, &out, true)?;
-    // A movie has the requested size.
+    // Movies are never cropped: `is_cut` has no effect and keeps its default.
     let style = Style { is_cut: Style::default().is_cut, ..style(colour, Some(size), seen) };
     let follow = follow.map(|id| u32::try_from(id).map_or(Follow::CentreOfMass, |id| Follow::Particle(ParticleId(id))));
     let movie = Movie { style, frames_per_second: fps, first, last, every, turn, follow };
@@ -151,12 +151,12 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
     Ok(target)
 }
 
-/// Names of the files that equal the files of a replay; files that differ, with the difference; files not
+/// Names of the files that equal the files of a replay; files that differ, with the difference; and files that were not
 /// compared, with the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
-/// Proves events of a run. Returns the printed text, numbers of the certificate, and, if the proof failed,
-/// the reason with a suggestion.
+/// Proves events of a run. Returns the printed text, numbers of the certificate, the comparison of the files and, if
+/// the proof failed, the reason with a suggestion.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

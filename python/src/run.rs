@@ -76,7 +76,7 @@ impl Watch {
     }
 }
 
-/// Largest size that may be written in a folder, if `what` is expected to write `bytes`.
+/// Largest size that may be written to a folder. Raises an error if `what` would write more, as `bytes` predicts.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);

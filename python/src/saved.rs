@@ -12,7 +12,7 @@ use crate::given::Given;
 use crate::scene::Scene;
 use crate::simulation::State;
 
-/// Everything saved with an engine. Texts are bytes here, so that they can have any length.
+/// Data that are saved beside the engine. Texts are stored as bytes, so that they can have any length.
 #[derive(Serialize, Deserialize)]
 pub struct Beside {
     model: Model,
@@ -54,7 +54,6 @@ pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads
     (State { engine, pending, baths }, scene)
 }
 
-/// The text from its bytes.
 fn string(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned())
 }

@@ -23,21 +23,21 @@ use crate::given::Given;
 pub struct Scene {
     pub model: Model,
     pub text: String,
-    /// The file, or the name that represents it.
+    /// Path of the scene file, or a name that stands for it.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
-    /// Particles of the scene from arrays.
+    /// Particles given as arrays.
     pub given: Option<Given>,
 }
 
-/// Pairs in the form that the library takes.
+/// Pairs of borrowed strings, as the library takes them.
 pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
     pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene from its text; `name` represents the file.
+    /// Reads a scene from its text. `name` stands for the path of its file.
     #[new]
     fn new(
         py: Python<'_>,
@@ -53,7 +53,7 @@ impl Scene {
         Ok(Self { model: made.map_err(|error| error::scene(&error))?, text, name, set, given })
     }
 
-    /// TOML of a dictionary.
+    /// Converts a dictionary with the keys of a scene file to TOML.
     #[staticmethod]
     fn toml_of(dictionary: &Bound<'_, PyAny>) -> PyResult<String> {
         match value_of(dictionary, "the scene")? {
@@ -80,7 +80,7 @@ impl Scene {
         py.detach(|| self.complete_record())
     }
 
-    /// Particles of the scene from arrays, if there are any.
+    /// Particles given as arrays, if there are any.
     fn given(&self) -> Option<Given> {
         self.given.clone()
     }
@@ -93,7 +93,7 @@ impl Scene {
         description::warnings(&self.model)
     }
 
-    /// Name, text, file and overrides.
+    /// Source of the scene: its text, the path of its file, and the overrides.
     fn source(&self) -> (String, PathBuf, Vec<(String, String)>) {
         (self.text.clone(), self.name.clone(), self.set.clone())
     }
@@ -175,7 +175,7 @@ impl Scene {
         self.record_with(self.given.as_ref().map(|Given(particles)| KeptParticles::InTables(particles)))
     }
 
-    /// TOML from which the scene can be recreated, with its particles from arrays in a file or in tables.
+    /// TOML from which the scene can be recreated. Particles that were given as arrays are in a file or in tables.
     pub fn record_with(&self, given: Option<KeptParticles<'_>>) -> PyResult<String> {
         let record = self.model.record_with(self.text.clone(), &self.name, &borrowed(&self.set), given);
         record.map_err(|error| error::scene(&error))
@@ -207,7 +207,7 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if let Ok(mapping) = value.cast::<PyMapping>() {
         return table_of(mapping, place).map(Value::Table);
     }
-    // NumPy arrays and numbers.
+    // NumPy arrays and scalars have the method `tolist`, which returns plain Python values.
     if value.hasattr("tolist")? {
         return value_of(&value.call_method0("tolist")?, place);
     }
@@ -278,7 +278,7 @@ fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// A dictionary of the names and values.
+/// Creates a dictionary from names and values.
 pub fn dictionary<'py, V: IntoPyObject<'py>>(
     py: Python<'py>,
     items: impl IntoIterator<Item = (&'static str, V)>,
@@ -290,7 +290,7 @@ pub fn dictionary<'py, V: IntoPyObject<'py>>(
     Ok(all)
 }
 
-/// Names as a list.
+/// A Python list of names.
 pub fn names<'py>(py: Python<'py>, names: impl IntoIterator<Item = String>) -> PyResult<Bound<'py, PyList>> {
     PyList::new(py, names.into_iter().collect::<Vec<_>>())
 }

@@ -4,12 +4,12 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-/// Time between two checks.
+/// Wall time between two checks for signals.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Engine steps between two checks of the clock: at first, and at most.
+/// Initial and largest number of engine steps between two checks of the clock.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Checks for signals now and then.
+/// Checks for signals at regular intervals. Most engine steps do not look at the clock.
 pub struct Signals {
     looked: Instant,
     steps: u64,
@@ -26,7 +26,7 @@ impl Signals {
         self.steps
     }
 
-    /// Whether a check for signals is due, or other work that is done equally often.
+    /// Whether it is time to check for signals. Other work, such as calls of a callback, can use the same interval.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {

@@ -24,7 +24,7 @@ use crate::saved::{Beside, engine_of};
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
-/// A simulation, with the data that only Python has.
+/// An engine, with data of the Python package that belong to the simulation.
 pub struct State {
     pub engine: Engine,
     /// Requested events that were not returned because a signal came.
@@ -39,11 +39,11 @@ impl State {
     }
 }
 
-/// Temperature, rate and axes of a heat bath.
+/// Temperature of a heat bath, its rate, and the axes along which it acts.
 type Bath = (f64, f64, [bool; 3]);
 
-/// A simulation. No thread waits for its lock while holding Python's own lock. A call from another thread
-/// during this time raises an error.
+/// A simulation that one thread can use at a time. A call from another thread during this time raises an error. It does
+/// not wait.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Simulation(Mutex<State>);
 
@@ -55,7 +55,7 @@ impl Simulation {
         })
     }
 
-    /// Numbers of all particles, in the order of their ids: `K` for each, written once.
+    /// An array with `K` numbers for each particle, in the order of the ids.
     fn numbers<'py, T: Number, const K: usize>(
         &self,
         py: Python<'py>,
@@ -97,8 +97,8 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 
 #[pymethods]
 impl Simulation {
-    /// The dynamics of a scene from its start. With `plan`, features that only a run has are rejected.
-    /// Without `plan`, these features are left out.
+    /// Creates a simulation that begins at the start of a scene. With `plan`, a scene is rejected if only a run can do
+    /// what it plans. Without `plan`, the simulation ignores the plan.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
@@ -111,7 +111,7 @@ impl Simulation {
         Ok(Self(Mutex::new(State::of(engine))))
     }
 
-    /// The dynamics of a scene at the start of its last measurement, after everything before it.
+    /// Runs a scene up to the start of its last measurement. Returns a simulation at this point.
     #[staticmethod]
     fn prepared(py: Python<'_>, scene: &Scene, threads: Option<&str>, callback: Option<Py<PyAny>>) -> PyResult<Self> {
         let (model, threads) = (scene.model.clone(), threads_of(threads)?);
@@ -156,7 +156,7 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// The bytes of a file with the saved simulation and scene.
+    /// Returns the content of a file with the saved simulation and its scene.
     fn to_bytes<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Bound<'py, PyBytes>> {
         let state = self.state()?;
         let bytes = py.detach(|| simulation_to_bytes(&state.engine, &Beside::of(scene, &state)));
@@ -224,7 +224,7 @@ impl Simulation {
         Ok(Self(Mutex::new(copied)))
     }
 
-    /// Runs until a time or a number of events since the start; returns the reason for its end.
+    /// Advances to a time or to a total number of events, whichever comes first. Returns the reason for the end.
     fn advance(&self, py: Python<'_>, time: f64, events: u64, callback: Option<Py<PyAny>>) -> PyResult<&'static str> {
         let until = until(time, events)?;
         let mut state = self.state()?;

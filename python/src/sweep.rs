@@ -1,4 +1,4 @@
-//! Sweeps: their points, which any process can run, and their tables.
+//! Sweeps: points that any process can run, and tables of the results.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -23,14 +23,14 @@ use crate::scene::borrowed;
 /// Time between two checks of runs in other threads.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// A scene with axes.
+/// A scene, and the axes along which a sweep varies it.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Sweep(Model);
 
 /// Functions of a frame by name, and the time between two calls.
 type Observed = (Vec<(String, Py<PyAny>)>, f64);
 
-/// Whether files are replaced, the time between two checkpoints, and the observing functions.
+/// Whether files are replaced, the time between two checkpoints, and the functions that observe the runs.
 type Observing = ((bool, f64), Observed);
 
 /// Folder of a point with its keys and values.
@@ -38,7 +38,7 @@ type PointOf = (String, Vec<(String, String)>);
 
 #[pymethods]
 impl Sweep {
-    /// A sweep of the scene in a file, or of a text, for which `name` represents the file.
+    /// A sweep of a scene. The scene is in a file or is a text, and `name` is then used as the path of its file.
     #[new]
     fn new(name: PathBuf, text: Option<String>, set: Vec<(String, String)>, vary: Vec<String>) -> PyResult<Self> {
         let axes = vary.iter().map(|axis| axis.parse::<Axis>()).collect::<Result<Vec<_>, _>>();
@@ -50,7 +50,7 @@ impl Sweep {
         made.map(Self).map_err(|error| error::sweep(&error))
     }
 
-    /// The sweep in a folder.
+    /// Opens the sweep in a folder.
     #[staticmethod]
     fn open(folder: PathBuf) -> PyResult<Self> {
         Model::from_file(SweepFolder::file_in(&folder)).map(Self).map_err(|error| error::sweep(&error))
@@ -61,12 +61,12 @@ impl Sweep {
         self.0.points().iter().map(|point| (point.folder().to_owned(), point.settings().to_vec())).collect()
     }
 
-    /// Short names of the keys, as in the tables.
+    /// Short names of the varied keys, as in the tables.
     fn names(&self) -> Vec<String> {
         self.0.short_names()
     }
 
-    /// Checks for errors before anything is created, also if the folder does not exist.
+    /// Checks the sweep before any file or folder is created. The folder need not exist.
     fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
             let scene = self.0.check().map_err(|error| error::sweep(&error))?;
@@ -79,13 +79,13 @@ impl Sweep {
         })
     }
 
-    /// Creates the folder, or opens it again.
+    /// Creates the folder of the sweep, or opens it if it exists.
     fn begin(&self, folder: PathBuf) -> PyResult<()> {
         SweepFolder::open(folder, &self.0).map(|_| ()).map_err(|error| error::sweep(&error))
     }
 
-    /// Runs one point, by the name of its folder, if it has no results. Returns the outcome, and why it
-    /// failed.
+    /// Runs the point that has this folder name, unless it has results. Returns the outcome and, if the point failed,
+    /// the reason.
     fn run_point(
         &self,
         py: Python<'_>,
@@ -186,7 +186,7 @@ impl Sweep {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
             let results = Results::read(&opened, &self.0);
             opened.write_tables(&self.0, &results).map_err(|error| error::sweep(&error))?;
-            // A run without its page is still a run.
+            // Ignores failures to write the pages of runs, because runs are complete without them.
             let _ = report::write_run_pages(&opened, &self.0, &results);
             let page = report::sweep_page(&opened, &self.0, &results);
             let written = report::write(&page, &report::sweep_page_in(&folder), Existing::Replace);
@@ -212,7 +212,7 @@ impl Sweep {
     }
 }
 
-/// Number of finished points, and completed fraction of all.
+/// Number of finished points, and completed fraction of the sweep.
 fn so_far(parts: &[f64]) -> (u64, f64) {
     let done = parts.iter().filter(|part| **part >= 1.0).count();
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)

@@ -11,14 +11,14 @@ use pyo3::prelude::*;
 use crate::error;
 use crate::given::Given;
 
-/// Writes frames to a file or folder; `None` inside once the output is complete.
+/// Writes frames to a file or folder. `series` is `None` once the output is complete or has failed.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Writer {
     series: Mutex<Option<FrameSeries>>,
     path: PathBuf,
 }
 
-/// The format of this name, or for the extension of a path.
+/// Finds a format by its name or, without a name, by the extension of the path.
 pub fn format_of(path: &Path, name: Option<&str>) -> PyResult<Format> {
     let names = || Format::ALL.map(Format::name).join(", ");
     if let Some(name) = name {
@@ -52,7 +52,7 @@ impl Writer {
             let mut series = self.series.lock().unwrap_or_else(PoisonError::into_inner);
             let open = series.as_mut().ok_or_else(|| self.closed())?;
             open.write(&frame.0.frame).map_err(|failed| {
-                // A format cannot undo what it has written.
+                // Closes the writer, because a partly written frame cannot be removed.
                 *series = None;
                 error::convert(&failed)
             })

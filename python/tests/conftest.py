@@ -31,8 +31,8 @@ FALLING = {
     "run": {"until_time": 100.0},
 }
 
-#: Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: no column
-# is empty.
+#: A scene for which no column of the outputs is empty: two species of unequal masses and diameters, wells, walls along
+# one axis, gravity, restitution.
 MIXTURE = {
     "name": "mixture",
     "seed": 3,

@@ -56,7 +56,7 @@ def test_what_is_a_copy_is_for_reading_only(mixture: dict, tmp_path: Path) -> No
             array[0] = 1.0
         with pytest.raises(ValueError, match="WRITEABLE"):
             array.flags.writeable = True
-    # A copy can be written to, and assigned.
+    # A copy can be changed, and it can be assigned to the simulation.
     velocities = simulation.velocities.copy()
     velocities[0] = [0.5, 0.25, 0.125]
     simulation.velocities = velocities
@@ -76,7 +76,7 @@ def test_an_event_is_for_reading_only(fluid: dict) -> None:
 
 def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     kinds = {name: array.dtype.kind for name, array in arrays(mixture, tmp_path) if array.dtype.names is None}
-    # The log of events has the types of its files.
+    # Events are left out: the log of events has the types of its files, which may be unsigned.
     assert [name for name, kind in kinds.items() if kind == "u" and not name.startswith("events ")] == []
     simulation = carom.Simulation(BONDED)
     simulation.advance(events=200)
@@ -86,7 +86,7 @@ def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     assert set((bonds[:, 0] - bonds[:, 1]).tolist()) == {-1}
     batch = next(iter(simulation.events(events=50)))
     assert (batch["particle"] - 1).min() >= -1
-    # Aligned, with padding after the kind.
+    # All numbers of an event are aligned, with padding after its kind.
     assert carom.EVENT.isalignedstruct and carom.EVENT.itemsize == 232
 
 
@@ -110,7 +110,7 @@ def test_pandas_has_the_columns(fluid: dict, tmp_path: Path) -> None:
     for frame in (pandas.DataFrame(run.thermo), run.thermo.to_pandas()):
         assert list(frame.columns) == list(run.thermo) and len(frame) == len(run.thermo["time"])
         assert (frame["kinetic"] == run.thermo["kinetic"]).all()
-    # Vectors are not columns of pandas: it raises an error instead of making a table of the names.
+    # pandas accepts no vectors as columns. It must raise an error and not make a table of the column names.
     with pytest.raises(ValueError, match="1-dimensional"):
         pandas.DataFrame(run.events)
     assert run.events is not None

@@ -188,7 +188,7 @@ def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path)
         ("checkpoint_every", lambda: carom.resume(tmp_path / "run", checkpoint_every="300")),
         ("checkpoint_every", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", checkpoint_every=True)),
         ("until_time", lambda: carom.run(fluid, tmp_path / "new", until_time=np.True_)),
-        # With `force`, an existing run is lost.
+        # A text must not count as `force=True`, which would delete the existing run.
         ("force", lambda: carom.run(fluid, tmp_path / "run", seed=2, force="no")),
         ("force", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", force="no")),
         ("plan", lambda: carom.Simulation(fluid, plan="no")),
@@ -283,7 +283,7 @@ def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
     other = carom.Simulation(fluid)
     other.advance(events=count)
     assert (other.positions == simulation.copy().positions).all() or other.time <= simulation.time
-    # An interrupted batch loses no events.
+    # The events of an interrupted batch are not lost: the next call returns them.
     simulation = carom.Simulation(fluid)
     interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
     with pytest.raises(ValueError, match="continue with events"):
@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With `force`, the call fails for another reason.
+    # With `force=True`, the size limit does not apply. The calls then fail because a file is in the way.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

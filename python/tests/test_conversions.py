@@ -58,7 +58,7 @@ def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
     from MDAnalysis.lib.distances import distance_array
 
     run = carom.run(mixture, tmp_path / "run", until_events=2000)
-    # Distances with the box would reach through the walls.
+    # A box in MDAnalysis is periodic along all axes. Distances with it reach through the walls, so there is a warning.
     with pytest.warns(carom.CaromWarning, match="not along z"):
         universe = run.to_mdanalysis()
     assert universe.trajectory.n_frames == len(run.frames) > 3
@@ -78,7 +78,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
     pytest.importorskip("MDAnalysis")
     from MDAnalysis.analysis.base import AnalysisFromFunction
 
-    # The times of frames are even except the last one, which is at the end of the run.
+    # Frames have equal intervals, except that the last frame is at the end of the run.
     run = carom.run(fluid, tmp_path / "run", set={"output.frame_interval": 0.25, "run.until_events": 20_000})
     times = run.frames.times
     assert len(times) > 5 and 0.0 < times[-1] - times[-2] < 0.25
@@ -90,7 +90,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
         assert [step.time for step in same.trajectory[1:4:2]] == [times[1], times[3]]
     analysis = AnalysisFromFunction(lambda atoms: atoms.positions.mean(), universe.atoms).run()
     assert (analysis.times == times).all()
-    # A frame other than the first.
+    # A frame other than the first has its own time.
     late = run.frames[-1].to_mdanalysis()
     assert late.trajectory.time == times[-1]
 
@@ -119,7 +119,7 @@ def test_mdanalysis_has_no_box_where_nothing_is_periodic(fluid: dict) -> None:
         "fill": [{"species": "sphere", "arrangement": "random", "count": 20, "temperature": 1.0}],
     }
     assert carom.Simulation(walls).to_mdanalysis().dimensions is None
-    # A flat axis needs no images.
+    # If x and y are periodic and z is flat, MDAnalysis gets a box, because a flat axis has no periodic images.
     flat = {**walls, "space": {"size": [12.0, 12.0, 0.0], "z": "flat"}}
     dimensions = carom.Simulation(flat).to_mdanalysis().dimensions
     assert dimensions[:2].tolist() == [12.0, 12.0]
@@ -184,7 +184,7 @@ def test_velocities_of_unknown_masses_are_kept(tmp_path: Path) -> None:
 
 
 def test_unwrapped_positions_of_a_sheared_box_are_flights(tmp_path: Path) -> None:
-    # A single particle meets nothing: it flies straight on, and through the sides the box streams past.
+    # A single particle has no contacts: it flies in a straight line, also through the sides of the sheared box.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
         "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],

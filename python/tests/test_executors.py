@@ -110,7 +110,7 @@ def test_a_worker_of_dask_is_killed(fluid: dict, tmp_path: Path) -> None:
 
 
 def test_mpi(undisturbed: carom.Sweep, tmp_path: Path) -> None:
-    # Prefers the `mpiexec` of the tests' own environment.
+    # Prefers an `mpiexec` that is installed beside this Python interpreter.
     mpiexec = shutil.which("mpiexec", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
     if mpiexec is None:
         pytest.skip("there is no mpiexec")

@@ -34,7 +34,7 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     simulation.advance(events=5_000)
     assert np.array_equal(simulation.positions, longer.frames[-1].positions)
     assert np.array_equal(simulation.velocities, longer.frames[-1].velocities)
-    # Values can be replaced, also for a temporary run.
+    # A simulation that continues a run can override values of its scene, also if the run is temporary.
     assert carom.Simulation(carom.run(fluid), set={"dynamics.gravity": [0, 0, -1]}).temperature is None
 
 
@@ -44,7 +44,7 @@ def test_what_is_over_is_left_out(fluid: dict, tmp_path: Path) -> None:
     assert simulation.advance(events=100) == "events"
     with pytest.raises(carom.SceneError, match="stage"):
         carom.Simulation(staged)
-    # Fills are left out, too. Walls and gravity stay.
+    # A simulation that continues a run ignores the fills of the scene. It keeps the walls and the gravity.
     chain = carom.run(
         {
             **fluid,
@@ -90,7 +90,7 @@ def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> N
     run = carom.run(scene, tmp_path / "run")
     simulation = carom.Simulation.prepared(scene, progress=False)
     frame = simulation.frame()
-    # All frames except the frames of the measurement belong to the stages.
+    # The prepared simulation is at the start of the measurement: the heat bath acts, and the spheres have grown.
     assert simulation.thermostat == {"kind": "andersen", "temperature": 2.0, "rate": 1.0, "axes": ["x", "y", "z"]}
     assert frame.radii[0] > 0.5 and (frame.radii == run.frames[-1].radii).all()
     before = simulation.event_counts["core"]
@@ -100,7 +100,7 @@ def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> N
     assert np.array_equal(simulation.positions, run.frames[-1].positions)
     assert np.array_equal(simulation.velocities, run.frames[-1].velocities)
     assert simulation.deepest_overlap < 1e-12
-    # Particles can be moved after they have grown.
+    # Positions can be set although particles have grown.
     simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
 
 
@@ -138,7 +138,7 @@ def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
     bathed = carom.Simulation({**fluid, "run": {"thermostat": bath}})
     assert bathed.thermostat == {**bath, "axes": ["x", "y", "z"]}
     assert carom.Simulation(fluid, set={"run.thermostat": bath}).thermostat == bathed.thermostat
-    # Other mistakes are reported as they are.
+    # Other errors in the scene are reported, too.
     with pytest.raises(carom.SceneError, match="sead") as error:
         carom.Simulation({**fluid, "sead": 1})
     assert error.value.key == "sead" and error.value.missing is None

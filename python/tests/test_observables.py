@@ -77,7 +77,7 @@ def test_what_cancels_leaves_no_error() -> None:
 def test_sums_of_one_value_and_of_several() -> None:
     assert sum([X, X]).error == pytest.approx(0.04, rel=1e-12)
     assert sum([X, Y]).error == pytest.approx(math.hypot(0.02, 0.03), rel=1e-12)
-    # Shared parts of two results are recognised as equal.
+    # The sum and the difference are correlated: the result is 2 Y, with twice the error of Y.
     assert ((X + Y) - (X - Y)).error == pytest.approx(0.06, rel=1e-12)
     values = np.array([X, X, Y], dtype=object)
     assert values.sum().error == pytest.approx(math.hypot(0.04, 0.03), rel=1e-12)
@@ -89,7 +89,7 @@ def test_copies_and_pickles_are_the_same_value() -> None:
         assert again == X and (again - X).error == 0.0
     product = pickle.loads(pickle.dumps(X * Y))
     assert (product / X - Y).error == pytest.approx(0.0, abs=1e-15)
-    # Another value with equal numbers is a different value.
+    # An independent value with the same mean and error compares equal, but the errors do not cancel.
     other = Observable(2.5, 0.02, "length", True)
     assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
 

@@ -75,7 +75,7 @@ def test_it_is_a_result_like_others(fluid: dict, tmp_path: Path) -> None:
         assert abs(found.mean - 3.0 * 107 / 108) < 5.0 * found.error and found.error > 0.0
         assert read.observables["drift"].is_stationary is False
     assert (run.folder / "measurements" / "v2.csv").exists() and "v2" in run.page()
-    # A simulation starts from the end of the run, and another run replaces the run.
+    # A simulation continues from the end of the run. Another run in the folder replaces the measurements.
     assert carom.Simulation(run).advance(events=100) == "events"
     again = carom.run(fluid, tmp_path / "run", seed=2, force=True)
     assert "v2" not in again.observables and not (run.folder / "measurements").exists()
@@ -114,7 +114,7 @@ def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir() if path.is_file()}
     resumed = carom.resume(tmp_path / "run", observe={"v2": first_speed}, every=0.5, until_events=20_000)
     assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
-    # Apart from the value that failed, the run is as if it had never stopped.
+    # Except for the missing value, the resumed run equals the uninterrupted run.
     missing = np.isin(whole.curves["v2"].x, resumed.curves["v2"].x, invert=True)
     assert missing.sum() >= 1 and missing[19] and not missing[:19].any()
     assert (whole.curves["v2"].y[~missing] == resumed.curves["v2"].y).all()
@@ -191,7 +191,8 @@ def test_all_points_of_a_sweep_are_observed(how: str, fluid: dict, tmp_path: Pat
         assert (other.curves["v2"].y == alone.curves["v2"].y).all() and len(other.curves["v2"].y) == 40
         assert seen.table["v2"][at] == pytest.approx(other.observables["v2"].mean, rel=1e-6)
     assert seen.mean["v2"].shape == (3,) and "v2" in seen.page()
-    # Existing points have the observable `v2` and are not run again. With another name, they are rejected.
+    # All points of `seen` are complete and have the observable `v2`, so `broken` is never called. A new name is
+    # rejected.
     with_others = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", observe={"v2": broken}, every=0.1)
     assert (with_others.mean["v2"] == seen.mean["v2"]).all()
     for out in ("plain", "seen"):

@@ -73,7 +73,7 @@ def test_events_are_proven(run: carom.Run, program: str) -> None:
     assert str(proof) == subprocess.run(command, check=True, capture_output=True, text=True).stdout
     with pytest.raises(carom.FolderError, match="the run has only 3000 events"):
         run.verify(from_events=5000, progress=False)
-    # A scene that differs from the scene of the run.
+    # The scene in the folder no longer belongs to the run.
     path = run.folder / "scene.toml"
     path.write_text(path.read_text().replace("packing_fraction = 0.3", "packing_fraction = 0.31"))
     with pytest.raises(carom.SimulationError, match="does not reproduce the end of this run"):

@@ -54,7 +54,7 @@ def test_a_temporary_run_stays_with_what_made_it(fluid: dict) -> None:
     frames = run.frames
     sent = again(run)
     assert len(sent.frames) == len(frames)
-    # Copies keep the folder; pickles do not.
+    # Copies of a temporary run keep its folder alive. Pickles do not.
     copies = [copy.copy(run), copy.deepcopy(run)]
     del run, frames
     gc.collect()

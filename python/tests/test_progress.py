@@ -40,7 +40,7 @@ class Bar:
 def bars(monkeypatch: pytest.MonkeyPatch) -> type[Bar]:
     clock = itertools.count()
     monkeypatch.setattr(_progress, "_kind_of_bar", lambda: Bar)
-    # Each time Python reads the clock, a second has passed.
+    # This replacement clock advances by one second each time it is read.
     monkeypatch.setattr(_progress, "monotonic", lambda: float(next(clock)))
     Bar.shown, Bar.closed = [], 0
     return Bar
@@ -80,7 +80,7 @@ def test_advance_shows_how_far_it_is(
     assert len(parts) > 1 and parts == sorted(parts) and 0.0 < parts[0] < parts[-1] <= 1.0
     assert all(text.startswith("advancing, ") and "events" in text and "t = " in text for _, text in bars.shown)
     assert bars.closed == 1
-    # The progress bar changes nothing.
+    # A progress bar does not change the trajectory.
     plain.advance(until=simulation.time)
     assert np.allclose(plain.positions, simulation.positions, rtol=0, atol=1e-9)
 

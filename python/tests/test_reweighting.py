@@ -13,7 +13,8 @@ import carom
 
 pymbar = pytest.importorskip("pymbar")
 
-#: A chain of eight beads in wells, with many levels, and a falling particle, with a continuous energy.
+#: A chain of eight beads with attractive wells, which has many energy levels. The second scene, a falling
+#: particle, has a continuous energy.
 CHAIN = {
     "name": "chain",
     "space": {"size": [12.0, 12.0, 12.0]},
@@ -83,8 +84,8 @@ def test_a_multicanonical_exchange_agrees_with_swaps_and_says_at_which_temperatu
         for one, other in zip(swapped.observable(name), walked.observable(name), strict=True):
             assert abs(one.mean - other.mean) < 4.0 * np.hypot(one.error, other.error), name
     levels, energies = walked.density_of_states, walked.potential_energies
-    # Rows visit all levels between the mean energies at the ends, the lower levels far more often than with
-    # swaps.
+    # The rows visit all energy levels between the mean energies at the two end temperatures. They visit the
+    # lower levels far more often than with swaps.
     visits = [np.isclose(energies, energy).mean() for energy in levels["energy"]]
     means = [8 * it.mean for it in walked.observable("potential_energy_per_particle")]
     inside = (levels["energy"] > min(means)) & (levels["energy"] < max(means))

@@ -13,10 +13,11 @@ import pytest
 import carom
 from conftest import ROOT
 
-#: Scenes with gravity, meshes, bonds, wells, chains, shear, walls, growth, thermostats and two dimensions.
+#: All example scenes without replica exchange. They have gravity, meshes, bonds, wells, chains, shear, walls,
+#: growth, thermostats and two dimensions.
 SCENES = sorted(path.stem for path in (ROOT / "configs").glob("*.toml") if "\n[exchange]" not in path.read_text())
 SHORT = {"run.until_events": 2000, "run.equilibration_events": 500}
-#: Fewer grains in scenes with earlier stages.
+#: Scenes with earlier stages get fewer grains, so that the test stays short.
 FEWER = {"outlet": {"fill.0.count": 150}, "silo": {"fill.0.count": 150}}
 
 
@@ -120,7 +121,7 @@ def test_a_sweep_goes_on_with_that_of_the_program(program: str, fluid: dict, tmp
     for name in ("sweep.csv", "sweep-mean.csv", "sweep-columns.csv", "sweep.toml"):
         assert filecmp.cmp(tmp_path / "whole" / name, tmp_path / "half" / name, shallow=False), name
     assert len(result) == 6 and not result.failures
-    # And vice versa: the program finds that everything is there.
+    # The program also continues a sweep that Python ran, and finds all six runs complete.
     done = subprocess.run([program, "sweep", result.folder], check=True, capture_output=True, text=True)
     assert "6 were there already" in done.stdout
 

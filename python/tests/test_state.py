@@ -18,7 +18,7 @@ import carom
 
 from test_going_on import staged_growth
 
-#: A heat bath, bonds and wells: everything that an engine can remember.
+#: A scene with a heat bath, bonds and wells, so that the engine has every kind of internal state.
 CHAINS = {
     "name": "chains",
     "space": {"size": [9.0, 9.0, 9.0]},
@@ -78,7 +78,8 @@ def test_what_was_set_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # The next bath does not repeat the previous bath.
+    # The second heat bath uses other random numbers than the first. The saved state includes the number of
+    # heat baths used so far.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)
@@ -101,7 +102,7 @@ def test_it_is_loaded_where_the_program_runs_elsewhere(fluid: dict, tmp_path: Pa
     monkeypatch.chdir("elsewhere")
     again = carom.Simulation.load("../a")
     assert carom.Simulation(carom.Scene(again.scene, seed=3)).scene.seed == 3
-    # The saved file contains the files that its scene reads.
+    # The saved file includes the files that the scene refers to, so the original is not needed.
     os.remove("../box.stl")
     same(simulation, carom.Simulation.load("../a"), events=5)
 

@@ -39,7 +39,8 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
     w = result.potential_of_mean_force
     inside = w["distance"] < 1.5
     potential, error = w["potential_of_mean_force"], w["potential_of_mean_force_error"]
-    # The potential is zero for the mean density in the last window. This window is outside of the well.
+    # The potential of mean force is zero at the mean density of the last window, which lies outside of the
+    # well.
     deviations = (potential - np.where(inside, -DEPTH, 0.0)) / error
     assert np.abs(deviations).max() < 4.5 and (deviations**2).mean() < 3.0
     difference = w["potential_of_mean_force"] - w["free_energy"]
@@ -60,7 +61,8 @@ def test_an_exchange_without_windows_says_so() -> None:
 
 
 def test_a_window_that_cannot_be_reached_is_named() -> None:
-    # A core is rejected with the scene; this step is equivalent.
+    # A scene with a hard core that excludes the first window would be rejected. This high step keeps the
+    # distance out of the window in the same way.
     step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}

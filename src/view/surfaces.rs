@@ -17,8 +17,8 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// Largest distance by which a surface may extend beyond the particles and the box if it is framed as a
-/// whole. It is relative to the longest edge of the bounding box of the particles and the box. Larger
+/// Largest distance by which a surface may extend beyond the particles and the box if the whole surface is to be
+/// visible. The distance is relative to the longest edge of the bounding box of the particles and the box. Larger
 /// surfaces extend out of the picture, so that particles stay large.
 const REACH: f64 = 0.5;
 
@@ -46,7 +46,7 @@ impl Surfaces {
         Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Meshes from the files of a run, which has a list of their presence and motion.
+    /// Meshes from the files of a run, with the presence and motion that the run folder lists for them.
     ///
     /// # Errors
     /// [`ViewError::SurfaceFile`] if the list exists but cannot be read.
@@ -70,8 +70,8 @@ impl Surfaces {
         Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
     }
 
-    /// Pose of each surface at a time: the columns of `R`, and `d`, in `R x + d`; `None` if it is absent.
-    /// Empty if all are present and at rest.
+    /// Pose of each surface at a time, `R x + d`: the columns of the rotation `R`, then the displacement `d`. A pose is
+    /// `None` if the surface is absent. The list is empty if all surfaces are present and at rest.
     pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {
             return Vec::new();
@@ -94,14 +94,14 @@ impl Surfaces {
         self
     }
 
-    /// Whether there is nothing to draw.
+    /// Whether there are no surfaces to draw.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.skins.is_empty()
     }
 
-    /// Corners of the boxes around the surfaces that are framed as a whole, given the lower and upper corner
-    /// of everything else.
+    /// Corners of the bounding boxes of all surfaces that are small enough to be visible as a whole. The arguments are
+    /// the lower and upper corner of everything else in the picture.
     pub(super) fn framed(&self, [lower, upper]: [Vector; 2]) -> Vec<Vector> {
         let room = REACH * (upper - lower).max();
         let is_near =
@@ -110,7 +110,7 @@ impl Surfaces {
         near.flat_map(|[low, high]| super::render::corners(&low, &(high - low))).collect()
     }
 
-    /// Memory of an image for the surfaces, in addition to its pixels `[bytes]`.
+    /// Memory that drawing the surfaces needs in addition to the pixels of an image `[bytes]`.
     pub(super) fn image_bytes(&self) -> u64 {
         self.skins.iter().map(|skin| 24 * skin.vertices.len() as u64 + 28 * skin.triangles.len() as u64).sum()
     }

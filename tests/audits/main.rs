@@ -1,6 +1,6 @@
-//! Audits of random valid scenes whose coordinates have few digits left: none may fail. `cargo bench --bench
-//! audits` judges any number of them. The contacts that an audit must find are dropped in
-//! `src/engine/audit/drops.rs`.
+//! Audits of random valid scenes whose coordinates have lost most digits to rounding: no audit may fail. `cargo bench
+//! --bench audits` runs any number of them. `src/engine/audit/drops.rs` tests that an audit finds contacts that were
+//! left out.
 
 #[path = "../../benches/audits/judge.rs"]
 mod judge;

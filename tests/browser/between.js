@@ -1,4 +1,4 @@
-// Tests in Node what the player draws between frames and beyond periodic sides: between.js
+// Tests what the player draws between frames and beyond periodic sides. Run it with Node.
 "use strict";
 
 const assert = require("node:assert");
@@ -30,7 +30,7 @@ function recording(places, flights, { fall = [0, 0, 0], slide = 0, periodic = [f
 
 const states = {
   "a parabola is that of gravity"() {
-    // From (1, 5, 5) with (2, 0, 1) under gravity of 1 along -z.
+    // The particle starts at (1, 5, 5) with velocity (2, 0, 1), under gravity of 1 along -z.
     const between = new Between(recording([[1, 5, 5], [3, 5, 5.5], [5, 5, 5]], [[1], [1]], { fall: [0, 0, -1] }));
     for (const s of [0, 0.25, 0.5, 0.9]) {
       near(between.state(0, s, -1).positions, [1 + 2 * s, 5, 5 + s - 0.5 * s * s]);
@@ -45,7 +45,8 @@ const states = {
     near(between.state(0, 0.75, -1).positions, [0.5, 9.5, 5]);
   },
   "a flight through a sliding side is straight where it starts, and displaced behind"() {
-    // From (5, 9.5) with (1, 1): the next image up is displaced by 3 + 2 t, and the particle comes in at (6, 10.5) - (5, 10).
+    // The particle starts at (5, 9.5) with velocity (1, 1). The next image of the box above is displaced by 3 + 2 t. At
+    // t = 0.5 the particle leaves at (5.5, 10), where the displacement is 4.
     const sheared = { periodic: [true, true, true], slide: 2, displacements: [3, 5] };
     const between = new Between(recording([[5, 9.5, 5], [1, 0.5, 5]], [[1]], sheared));
     near(between.state(0, 0.25, -1).positions, [5.25, 9.75, 5]);
@@ -58,7 +59,7 @@ const states = {
     assert(Math.abs((x[1] - x[0]) / 0.01 - 1) < 0.05, "it comes with a speed of 1");
   },
   "what falls and then meets something leaves with the speed of its fall"() {
-    // From (5, 5, 9) at rest under gravity of 1 along -z: after a unit of time it has a speed of 1.
+    // The particle starts at rest at (5, 5, 9) under gravity of 1 along -z. After a unit of time its speed is 1.
     const between = new Between(recording([[5, 5, 9], [5, 5, 8.5], [5, 5, 7.4], [5, 5, 7]], [[1], [0], [0]], { fall: [0, 0, -1] }));
     const [start, soon] = [0, 0.01].map((s) => between.state(1, s, -1).positions[2]);
     assert(Math.abs((soon - start) / 0.01 + 1) < 0.05, `${(soon - start) / 0.01}`);

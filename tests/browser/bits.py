@@ -12,7 +12,7 @@ from devtools import Browser, find
 
 ROOT = Path(__file__).parents[2]
 
-# A scene in the page's worker, without a page around it.
+# Runs a scene with the page's engine and returns a hash of the final state.
 REPEAT = """(async ({ text, changes, files }) => {
   const engine = await Engine.of(window.compiled);
   for (const { name, content } of files) {

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# The contents of the canvas: the number of colours, a number that changes with any pixel, and the number of
-# hues out of 24.
+# Three properties of the canvas: the number of colours, a hash of all pixels, and how many of 24 hues occur.
 PIXELS = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -32,8 +31,8 @@ PIXELS = """(() => {
   return [colours.size, hash, hues.filter((count) => count > 30).length];
 })()"""
 
-# Stores the pixels of the canvas. Returns the mean row, from below, of the pixels that have changed since the
-# last call, or -1 if there are none.
+# Stores the pixels of the canvas. Returns the mean row, counted from below, of the pixels that have changed since the
+# last call, or -1 if no pixel has changed.
 ROW = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -50,7 +49,7 @@ ROW = """(() => {
   return count ? sum / count : -1;
 })()"""
 
-# Whether everything requested has been drawn; a resized canvas needs one more request.
+# Waits until everything requested has been drawn for three frames in a row: a resized canvas requests another drawing.
 DRAWN = """new Promise((done) => {
   let still = 0;
   const look = () => {
@@ -74,7 +73,7 @@ class Page:
         self.browser.open(self.path.as_uri())
         self.browser.until("document.getElementById('player').dataset.frame === '0'")
         self.browser.evaluate("document.getElementById('player').scrollIntoView()")
-        # Slow graphics would switch the shadows off at some point.
+        # On slow graphics, the player would switch the shadows off during the test.
         self.browser.evaluate("(() => { const box = document.getElementById('player-shadows'); box.checked = false;"
                               " box.dispatchEvent(new Event('change')); })()")
         self.browser.evaluate(DRAWN)
@@ -354,11 +353,11 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
-# Elements that do not fit on A4 with its margins in print: 182 mm are 688 pixels.
+# CSS classes of the elements that are too wide for print on A4 with margins: 182 mm are 688 pixels.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
 
-# Screen position of a point in a plot: half-way along the line with this number.
+# Screen position of the middle point of a line in a plot. The argument is the number of the line.
 POINT = """((figure, number) => {
   const plot = figure.querySelector('svg.plot');
   plot.scrollIntoView({ block: 'center', behavior: 'instant' });

@@ -39,7 +39,7 @@ class Browser:
         self.read_end, from_child = os.pipe()
 
         def place_pipes():
-            # The browser reads commands from file 3 and answers on file 4.
+            # The browser reads commands from file descriptor 3 and writes answers to file descriptor 4.
             first, second = os.dup(to_child), os.dup(from_child)
             os.dup2(first, 3)
             os.dup2(second, 4)

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# Counts animation frames from the first one on, with the longest gap between them, and records when the
-# picture first moved.
+# Counts animation frames and measures the longest time between two frames. Also records when the simulated time shown
+# on the page first changed.
 WATCH = """
 window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 (() => {
@@ -37,7 +37,7 @@ window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 })();
 """
 
-# A number that changes with any pixel of the picture.
+# A hash of all pixels of the canvas, and the number of colours.
 PIXELS = """(() => {
   const canvas = document.getElementById('live-view');
   const gl = canvas.getContext('webgl2');
@@ -53,7 +53,7 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# Whether the picture has shown everything requested for a few frames in a row, or runs.
+# Waits until, for four frames in a row, the simulation is playing or the picture shows everything requested.
 SETTLED = """new Promise((done) => {
   let still = 0;
   const look = () => {

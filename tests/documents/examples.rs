@@ -4,12 +4,12 @@ use std::fs;
 
 use crate::markdown::{pages, root};
 
-/// Lines of code without their indentation.
+/// Lines of code without indentation and without empty lines.
 fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
 }
 
-/// Whether a program contains these pieces in order, each without a gap.
+/// Whether a program contains all pieces in the given order. The lines of each piece must be consecutive.
 fn has_pieces(program: &[&str], pieces: &[Vec<&str>]) -> bool {
     let mut rest = program;
     pieces.iter().all(|piece| {
@@ -25,7 +25,7 @@ fn every_block_of_rust_is_part_of_an_example() {
     let mut count = 0;
     for page in pages() {
         for block in page.blocks().iter().filter(|block| block.info == "rust") {
-            // Omitted code is marked by a comment.
+            // The comment `// ...` in a document stands for omitted code.
             let code = lines(&block.text);
             let pieces: Vec<Vec<&str>> = code.split(|line| *line == "// ...").map(<[&str]>::to_vec).collect();
             let is_there = programs.iter().any(|program| has_pieces(&lines(program), &pieces));

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
 
-/// A row of a table of keys.
+/// Type, unit and default value in a row of a table of keys.
 #[derive(Debug, PartialEq)]
 struct Key {
     kind: String,
@@ -15,17 +15,17 @@ struct Key {
     default: String,
 }
 
-/// The head of tables of keys.
+/// Column titles of a table of keys.
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// The tables named in a heading as code; without any, the top level.
+/// Names of the tables in a heading, which are marked as code. A heading without code is about the top level.
 fn tables(heading: &str) -> Vec<String> {
     let names: Vec<String> =
         heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
-/// Every documented key by its path, with the contents of its row and its line.
+/// Every documented key by its path, with its row, its meaning and its line number.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
     let mut keys = BTreeMap::new();
@@ -74,7 +74,7 @@ fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool
     }
 }
 
-/// The limits of a number, in reading order.
+/// The limits of a number as the documents write them, such as `> 0, <= 1`.
 fn range(rules: &Map<String, Value>) -> String {
     let limits = [("exclusiveMinimum", ">"), ("minimum", ">="), ("exclusiveMaximum", "<"), ("maximum", "<=")];
     let limits = limits.iter().filter_map(|(key, sign)| {
@@ -116,7 +116,7 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The unit in the description of a key.
+/// The unit of a key. Its description in the schema has the unit in brackets.
 fn unit(schema: &Value) -> String {
     let description = schema["description"].as_str().unwrap_or_default();
     description.split("`[").nth(1).and_then(|rest| rest.split("]`").next()).unwrap_or_default().to_owned()
@@ -130,14 +130,14 @@ fn words(schema: &Value) -> Vec<&str> {
     branches.chain(own).chain(items).collect()
 }
 
-/// Whether a cell shows the default value of a key.
+/// Whether a table cell shows the default value of a key as code.
 fn is_default(cell: &str, value: &Value) -> bool {
     let Some(text) = cell.strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) else { return false };
     let Ok(table) = format!("value = {text}").parse::<toml::Table>() else { return false };
     same(&serde_json::to_value(&table["value"]).unwrap(), value)
 }
 
-/// Whether two values are equal, however their numbers are written.
+/// Whether two values are equal. Numbers such as 1 and 1.0 are equal.
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.as_f64() == b.as_f64(),
@@ -189,7 +189,7 @@ fn every_word_of_the_schema_is_documented() {
     expected(&schema(), "", &mut keys);
     let mut count = 0;
     for (path, (_, meaning, line)) in documented() {
-        // One axis represents all.
+        // The words for `space.x` also apply to `space.y` and `space.z`.
         let Some((rules, _)) = keys.get(&path).filter(|_| !["space.y", "space.z"].contains(&path.as_str())) else {
             continue;
         };

@@ -52,7 +52,7 @@ fn every_relative_link_leads_to_a_file_and_a_heading() {
     assert!(count > 50, "{count} links");
 }
 
-/// A path without `..`.
+/// Resolves each `..` in a path.
 fn plain(path: &Path) -> String {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.to_str().unwrap().split('/') {
@@ -64,7 +64,7 @@ fn plain(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Lines of shell with their positions, from blocks without a language and from code within the text.
+/// Lines of shell commands with their positions, from code blocks without a language and from code within the text.
 fn lines() -> Vec<(String, String)> {
     let mut lines = Vec::new();
     for page in pages() {
@@ -77,7 +77,7 @@ fn lines() -> Vec<(String, String)> {
     lines
 }
 
-/// The arguments after a command, up to a comment or a redirection.
+/// The arguments after a command on a line, up to a comment or a redirection. Returns `None` for another command.
 fn arguments<'a>(line: &'a str, command: &str) -> Option<Vec<&'a str>> {
     let words = line.strip_prefix(command)?.split_whitespace();
     Some(words.take_while(|word| !word.starts_with(['#', '>'])).collect())
@@ -152,7 +152,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // A module, or a folder of modules, in `src`.
+            // The path may be relative to `src`: a module, or a folder of modules.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {
@@ -165,7 +165,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     assert!(count > 20, "{count} paths");
 }
 
-/// Names with their files in a text, written as "`name` in `file`".
+/// Pairs of a name and a file that a text mentions as "`name` in `file`".
 fn names_in_files(text: &str) -> Vec<(&str, &str)> {
     let pairs = text.match_indices("` in `").filter_map(|(at, mark)| {
         let name = text[..at].rsplit('`').next()?;

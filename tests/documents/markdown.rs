@@ -1,21 +1,20 @@
-//! Markdown: headings, links, code, and tables.
+//! Reads the headings, links, code and tables of the Markdown documents.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A page of the documents.
 pub struct Page {
-    /// Its path from the root of the repository.
+    /// Path relative to the root of the repository.
     pub path: String,
     pub text: String,
 }
 
-/// A fenced block, or lines indented by four spaces.
+/// A code block, either fenced or indented by four spaces.
 pub struct Block {
-    /// Info string of the fence; empty for indented lines.
+    /// Text after the opening fence, such as `toml`; empty for an indented block.
     pub info: String,
     pub text: String,
-    /// Number of its first line, from 1.
+    /// Line number of the first line of code, counted from 1.
     pub line: usize,
 }
 
@@ -44,7 +43,7 @@ impl Page {
         pages().into_iter().find(|page| page.path == path).unwrap_or_else(|| panic!("there is no {path}"))
     }
 
-    /// Lines outside of code, with their numbers from 1.
+    /// Lines outside of code blocks, with their line numbers from 1.
     pub fn prose(&self) -> Vec<(usize, &str)> {
         let mut is_code = false;
         let mut lines = Vec::new();
@@ -81,7 +80,7 @@ impl Page {
         blocks
     }
 
-    /// Code within the text.
+    /// Code spans within the text, with their line numbers.
     pub fn spans(&self) -> Vec<(usize, &str)> {
         let mut spans = Vec::new();
         for (line, text) in self.prose() {
@@ -92,12 +91,12 @@ impl Page {
         spans
     }
 
-    /// Headings without their leading `#` characters.
+    /// Headings without the leading `#` characters.
     pub fn headings(&self) -> Vec<&str> {
         self.prose().into_iter().filter_map(|(_, line)| heading(line)).collect()
     }
 
-    /// Targets of links and images.
+    /// Targets of links and images, with their line numbers.
     pub fn links(&self) -> Vec<(usize, &str)> {
         let mut links = Vec::new();
         for (line, text) in self.prose() {
@@ -112,7 +111,7 @@ pub fn heading(line: &str) -> Option<&str> {
     (line.starts_with('#') && text.starts_with(' ')).then(|| text.trim())
 }
 
-/// Anchor of a heading.
+/// Anchor under which a link finds a heading.
 pub fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
     kept.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect()

@@ -1,4 +1,4 @@
-//! Reads the scenes in the documents as scenes.
+//! Checks that the scenes in the documents are valid.
 
 use carom::model::Scene;
 use carom::scene::schema;
@@ -8,7 +8,7 @@ use toml::Table;
 use crate::markdown::pages;
 use crate::validator::mistakes;
 
-/// The scene that fragments belong to.
+/// The scene to which the fragments in the documents are added.
 const BASE: &str = r#"
 [[species]]
 name = "sphere"
@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// A fragment in a scene. Its tables replace the tables of the base scene.
+/// A complete scene from a fragment. The tables of the fragment replace those of the base scene.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();
@@ -56,7 +56,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             let table = match block.info.as_str() {
                 "toml" => block.text.parse().unwrap_or_else(|error| panic!("{place}: {error}")),
                 "toml fragment" => completed(&block.text),
-                // A part of a Cargo.toml.
+                // A fragment of a `Cargo.toml` file.
                 "toml manifest" => {
                     assert!(block.text.parse::<Table>().is_ok(), "{place}");
                     continue;
@@ -68,7 +68,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             };
             let value: Value = serde_json::to_value(&table).unwrap();
             assert_eq!(mistakes(&schema, &value), [""; 0], "{place}");
-            // A coordinate file, or a run, would have to exist.
+            // A scene that starts from a coordinate file or from a run can only be built if that file or run exists.
             if !table.contains_key("file") && !table.contains_key("start") {
                 Scene::from_toml(toml::to_string(&table).unwrap(), "scene.toml")
                     .unwrap_or_else(|error| panic!("{place}: {error}"));

@@ -16,15 +16,17 @@ mod surfaces;
 
 use surfaces::{motions, surfaces};
 
-/// Number of events compared in each scene. Each collision of a particle multiplies differences from rounding by
-/// about ten, the mean free path divided by the radius. With at least eight particles and forty
-/// events, a particle has about ten collisions.
+/// Number of events compared in each scene. Each collision of a particle multiplies rounding errors by about ten, the
+/// ratio of the mean free path to the radius. With at least eight particles and forty events, a particle has about ten
+/// collisions.
 const EVENTS: usize = 40;
 
-/// Tolerance: 1e-15 grows to `1e-15 * 10^8` by then, which is far less than the time between two events.
+/// Tolerance for times and positions. Round-off of 1e-15 grows to about `1e-15 * 10^8` during the compared events,
+/// which is still far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
-/// Simulated time after which a scene counts as dispersed: nothing may ever happen again.
+/// Simulated time after which a comparison ends. The particles of an open scene may disperse and never have another
+/// event.
 const LONGEST: f64 = 20.0;
 
 #[derive(Debug, Clone)]
@@ -32,7 +34,7 @@ struct Recipe {
     seed: u64,
     count: u64,
     potential: usize,
-    /// Depths of wells and heights of shoulders, in units of the values in [`potential`].
+    /// Depth of wells and height of shoulders, in units of the values in [`potential`].
     depth: f64,
     masses: [f64; 2],
     boundary: [usize; 3],
@@ -42,13 +44,13 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
-    /// Which surfaces there are, in boxes without periodic axes.
+    /// Number that selects the surfaces. It has an effect only in boxes without periodic axes.
     surfaces: usize,
     /// How they move.
     motion: usize,
 }
 
-/// Elastic hard spheres of two masses in open space.
+/// A recipe for elastic hard spheres of two masses in open space.
 const PLAIN: Recipe = Recipe {
     seed: 1,
     count: 12,
@@ -69,7 +71,7 @@ const PLAIN: Recipe = Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
-        // Numbers that are not powers of two, so products and quotients are rounded.
+        // Numbers that are not powers of two, so that products and quotients are rounded.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             prop::sample::select(vec![1.0, 0.9, 0.5]),
@@ -147,14 +149,14 @@ impl Recipe {
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
-        // Static particles and bonded pairs come first, in their own planes, so their ids and distances are
+        // Static particles and bonded pairs come first, in planes of their own, so that their ids and distances are
         // known.
         let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);
         for k in 0..self.statics {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
         }
         for k in 0..self.bonds {
-            // Without symmetry, which would make pairs meet at the same time.
+            // The bonds have different positions and velocities. With symmetry, pairs would collide at the same time.
             let (x, part) = (1.0 + 2.0 * k as f64, 0.07 * (k * k) as f64);
             let first = u32::try_from(self.statics + 2 * k).unwrap();
             builder = builder
@@ -187,7 +189,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// Kind of an event in the terms of the reference; the two share no types.
+/// Kind of an event in terms of the reference engine, which shares no types with the fast engine.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
@@ -208,25 +210,25 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
-    // An arrest ends the list, and so does the absence of events.
+    // The list also ends if the simulation is arrested or has no more events.
     let until = Until { time: LONGEST, events: count as u64 };
     let _ = simulation.advance_with(until, |event| events.push(*event));
     events
 }
 
-/// Slowest normal motion of a contact whose time is compared. Positions differ by as much as times do,
-/// [`TOLERANCE`] at the end, which shifts the time of a slow contact by much more. By chance one in `2 / v^2`
-/// events is this slow; events of an inelastic collapse always are.
+/// Slowest normal velocity of a contact whose time is compared. Positions of the two engines may finally differ by
+/// [`TOLERANCE`]. This shifts the time of a slower contact by much more than the tolerance. By chance, one in `2 / v^2`
+/// events is this slow; the events of an inelastic collapse always are.
 const SLOWEST: f64 = 1e-3;
 
-/// Number of events that both engines executed alike, and whether rounding ended the comparison: two events
-/// of the reference are too close in time to be ordered, or a pair collapses.
+/// Number of events that both engines executed alike. The comparison is cut short if two events of the reference engine
+/// are too close in time to be ordered, or if a contact is too slow.
 struct Compared {
     events: usize,
     is_cut_short: bool,
 }
 
-/// Compares events up to a number, to a tie, or until nothing more happens.
+/// Compares the events of both engines in order, until rounding could change the order or no more events happen.
 fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
     let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
     let fast = fast_events(scene, EVENTS);
@@ -244,7 +246,7 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // For a surface this is the work, with the round-off of velocities.
+        // The energy step of an event with a surface is the work of the surface. It has the round-off of velocities.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }
@@ -252,18 +254,17 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
     Ok(Compared { events: fast.len(), is_cut_short: false })
 }
 
-/// Number of scenes in the property test.
 const CASES: u32 = 400;
 
-/// Fewest events that it must compare, of at most 16,000. Six scenes in a hundred are open and disperse
-/// before their fortieth event, which removes 22 of their events on average. Twelve runs compared 15,480
-/// events with a standard deviation of 110, close to the expected `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) =
-/// 120`. The limit is five of these below.
+/// Fewest events that all scenes together must compare, of at most 16,000. Six scenes in a hundred are open and
+/// disperse before their fortieth event, which removes 22 of their events on average. Twelve runs compared 15,480
+/// events with a standard deviation of 110, close to the expected `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`. The
+/// limit is lower by five standard deviations.
 const FEWEST: usize = 14_880;
 
-/// Most scenes that rounding may cut short. In a run of 400, on average six were, all by a collapse on a wall
-/// or at the end of a bond. The number is Poisson distributed; the limit is five standard deviations above,
-/// `6 + 5 sqrt(6)`.
+/// Most scenes whose comparison rounding may cut short. On average, this happened in six of 400 scenes, always by a
+/// collapse on a wall or at the end of a bond. The number has a Poisson distribution. The limit is higher by five
+/// standard deviations, `6 + 5 sqrt(6)`.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]
@@ -323,7 +324,7 @@ fn walls_are_met_by_both() {
     assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
 }
 
-/// `CAROM_MOVING_SCENES` sets the number of scenes for each kind of moving surface and of motion.
+/// `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and motion.
 #[test]
 fn surfaces_of_every_kind_are_met_by_both() {
     let moving: usize = std::env::var("CAROM_MOVING_SCENES").map_or(4, |scenes| scenes.parse().unwrap());
@@ -362,6 +363,6 @@ fn surfaces_of_every_kind_are_met_by_both() {
 fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
     let recipe = Recipe { seed: 462_767, count: 10, boundary: [2, 0, 0], box_length: 5.0, ..PLAIN };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
-    // Open along x: after about thirty events the rest never meets again.
+    // The box is open along x: after about thirty events the particles have dispersed.
     assert!(!compared.is_cut_short && compared.events >= 20, "{}", compared.events);
 }

@@ -1,11 +1,11 @@
-//! Surfaces of every kind, and their motions.
+//! Surfaces and surface motions for random scenes.
 
 use carom::Vector;
 use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
 use nalgebra::Rotation3;
 
-/// Motions of one kind, or of all kinds in turn.
+/// Motions of a surface: none, a single motion, or different motions one after the other.
 pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     let always = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let flies =
@@ -27,11 +27,11 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Surfaces of different kinds around the box, which are met by particles that leave through open sides.
+/// Surfaces around the box. They stop particles that leave through its open sides.
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
-    // No face is perpendicular to an axis, because lattices would meet it in many points at once.
+    // No face is perpendicular to an axis: a lattice of particles would hit such a face in many points at once.
     let turned = |mesh: TriangleMesh| {
         let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))
@@ -54,7 +54,8 @@ pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft>
                 SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
             })
             .collect(),
-        // Bars around the box, and an octahedron of bars outside: many ways through, and edges.
+        // A cuboid around the box that contains three bars and a sphere, so that particles also hit edges and round
+        // surfaces.
         _ => {
             let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;
             let bar = |a: Vector, b: Vector| SurfaceShape::Capsule { ends: [a, b], radius: 0.1 * length };

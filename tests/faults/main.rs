@@ -1,9 +1,9 @@
-//! Runs every command while the disk fails or the command is killed: nothing existing is lost, and unfinished
-//! work can be continued to the same bits. Each call that changes the disk may fail, or may be the last call
-//! of the program (`shim.c`).
+//! Runs every command while the disk fails or the command is killed. No existing file may be lost, and unfinished work
+//! must continue to bitwise identical results. Each call that changes the disk may fail, or may be the last call of the
+//! program (`shim.c`).
 //!
-//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` draws more faults than by default,
-//! and prints their number.
+//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` runs 1000 faults instead of the default number
+//! and prints counts.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -18,7 +18,7 @@ use rand_core::{Rng, SeedableRng};
 use place::{Kind, Place};
 use scenarios::SCENARIOS;
 
-/// Default number of faults, which take a few seconds.
+/// Default number of faults. They take a few seconds.
 const FEW: usize = 64;
 
 #[test]
@@ -35,7 +35,7 @@ fn no_fault_and_no_kill_loses_a_file_or_changes_a_bit() {
     for trial in 0..trials {
         let which = trial % SCENARIOS.len();
         let kind = (trial / SCENARIOS.len()) % Kind::ALL.len();
-        // The times of checkpoints depend on the clock, and so does the number of calls.
+        // The number of calls varies from run to run, because checkpoints are written at intervals of real time.
         let at = 1 + random.next_u64() % counts[which];
         met[kind] += usize::from(place.meet(&SCENARIOS[which], Kind::ALL[kind], at));
     }

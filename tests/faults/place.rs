@@ -1,4 +1,4 @@
-//! A folder with runs and other files that a user keeps, and commands in it that meet faults.
+//! A folder with runs and other files of a user, in which commands run with faults.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use super::files::files;
 use super::scenarios::Scenario;
 
-/// Spheres with all kinds of files, in a number for which frames are written by a thread.
+/// A run with all kinds of output files. With this number of spheres, a thread of its own writes the frames.
 const SCENE: &str = r#"
 [[species]]
 name = "A"
@@ -37,7 +37,7 @@ events = true
 formats = ["gsd", "npy"]
 "#;
 
-/// A pair at two temperatures.
+/// Replica exchange of eight square-well particles at two temperatures.
 const PAIR: &str = r#"
 [[species]]
 name = "A"
@@ -63,7 +63,7 @@ until_time = 20.0
 frame_interval = 5.0
 "#;
 
-/// How a call fails.
+/// The way in which a call fails (`shim.c`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Kill,
@@ -76,19 +76,19 @@ impl Kind {
     pub const ALL: [Self; 4] = [Self::Kill, Self::Fail, Self::Torn, Self::Full];
 }
 
-/// All files, by name.
+/// Contents of the files of a folder, by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
 pub struct Place {
     folder: tempfile::TempDir,
     shim: PathBuf,
-    /// Folders left by commands that meet no fault, by scenario.
+    /// The folder that each trial starts from, prepared without faults.
     template: PathBuf,
 }
 
 impl Place {
-    /// Contains a finished run (`one`, seed 1), a killed one (`cut`, seed 2), a long one (`long`), exchanges
-    /// (`pair`, and a longer one, `later`), a sweep, and other files. `None` without a compiler.
+    /// Prepares finished runs (`one`, `two`, `whole` and `long`), a killed one (`cut`), exchanges (`pair` and a longer
+    /// one, `later`), a sweep, and other files. Returns `None` without a C compiler.
     pub fn new() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let shim = folder.path().join("shim.so");
@@ -107,7 +107,7 @@ impl Place {
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
             place.done(&place.template, &run(seed, out));
         }
-        // Instruments choose their times from the first end.
+        // The run is extended after its end, because instruments derive their sampling times from the first end.
         place.done(&place.template, &words("run -q --resume long --until-time 3.0"));
         place.cut();
         fs::write(place.template.join("one/notes.txt"), "my notes").unwrap();
@@ -125,7 +125,7 @@ impl Place {
         Some(place)
     }
 
-    /// A run as left by a kill before its last renamings.
+    /// Changes a finished run to the state after a kill just before its last files are renamed.
     fn cut(&self) {
         let cut = self.template.join("cut");
         fs::remove_file(cut.join("summary.json")).unwrap();
@@ -140,7 +140,7 @@ impl Place {
         command
     }
 
-    /// A command that meets no fault.
+    /// Runs a command without a fault.
     fn done(&self, folder: &Path, arguments: &[String]) -> Output {
         let output = self.command(folder, arguments).output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
@@ -148,7 +148,7 @@ impl Place {
         output
     }
 
-    /// Number of calls of a command that change the disk.
+    /// Number of calls with which a command changes the disk.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));
@@ -167,8 +167,8 @@ impl Place {
         folder
     }
 
-    /// Runs a command that meets a fault. Checks that existing files are kept and that the work can continue.
-    /// Returns whether the fault came before the end.
+    /// Runs a command with a fault at one call. Checks that existing files are kept and that the work can continue.
+    /// Returns whether the command failed.
     pub fn meet(&self, scenario: &Scenario, kind: Kind, at: u64) -> bool {
         let what = format!("{}, {kind:?} at call {at}", scenario.name);
         let folder = self.copy();

@@ -1,4 +1,4 @@
-//! Commands that meet faults, and what must hold afterwards.
+//! Commands that run with a fault, and checks of the files that they leave.
 
 use std::path::Path;
 
@@ -7,13 +7,13 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Names that may change; all other files must be unchanged.
+    /// Beginnings of the names of files that may change. All other files must be unchanged.
     pub touches: &'static [&'static str],
-    /// Check directly after the fault.
+    /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),
-    /// The user's next command.
+    /// Runs the command with which a user would continue.
     pub go_on: fn(&Place, &Path, &str),
-    /// Check at the end.
+    /// Checks the files after the user has continued.
     pub check: fn(&Files, &str),
 }
 
@@ -52,7 +52,8 @@ pub const SCENARIOS: [Scenario; 12] = [
         command: "run scene.toml -q --seed 2 --out one --force --checkpoint-every 0.001",
         touches: &["one/"],
         kept: |before, after, what| {
-            // The existing run is complete until the other one is, and a note says that it is being replaced.
+            // The existing run must stay complete until the new run is complete. From then on, a note says that the run
+            // is being replaced.
             let is_noted = String::from_utf8_lossy(&after["one/.carom"]).contains("replacement complete");
             if !is_noted && !is_new(after, "one", "two") {
                 for (name, bytes) in of(before, "one").filter(|(name, _)| *name != ".carom") {
@@ -177,24 +178,24 @@ fn succeed(place: &Place, folder: &Path, command: &str, what: &str) {
     assert!(output.status.success(), "{what}: then {command}: {message}");
 }
 
-/// The files of a folder, by their names in it.
+/// The files of a folder, by their names relative to it.
 fn of<'a>(files: &'a Files, folder: &'a str) -> impl Iterator<Item = (&'a str, &'a Vec<u8>)> {
     let inside = move |name: &'a String| name.strip_prefix(folder).and_then(|rest| rest.strip_prefix('/'));
     files.iter().filter_map(move |(name, bytes)| inside(name).map(|name| (name, bytes)))
 }
 
-/// A file must be the old one or a new one.
+/// Checks that a file is either unchanged or new, but not damaged.
 fn whole(before: &Files, after: &Files, name: &str, start: &[u8], what: &str) {
     let now = after.get(name).unwrap_or_else(|| panic!("{what}: {name} is lost"));
     assert!(now == &before[name] || now.starts_with(start), "{what}: {name} is neither the old one nor the new one");
 }
 
-/// Whether a folder contains the rows of another run.
+/// Whether a run has been replaced by another run. Both then have the same `thermo.csv`.
 fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }
 
-/// Checks that the results are equal in spite of the faults.
+/// Checks that a run that met a fault has the same results as a run without faults.
 fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     let is_result = |name: &str| {
         !["checkpoint", ".carom", "report.txt", "notes.txt", "run.html"].iter().any(|other| name.starts_with(other))

@@ -1,5 +1,5 @@
-//! Every detection function on every family of hard cases: no verdict is wrong, and no time is off by more
-//! than rounding.
+//! Tests every detection function on every family of hard cases. No verdict may be wrong, and no time may be off by
+//! more than rounding.
 
 use crate::compare::largest_ratio;
 use crate::detection::Algorithm;
@@ -7,7 +7,7 @@ use crate::per_family;
 use crate::tally::run;
 use carom::physics::overlap::Side;
 
-/// States of each family and algorithm.
+/// Number of states for each family and algorithm.
 const PER_FAMILY: usize = 500;
 
 const SEED: u64 = 20_260_101;

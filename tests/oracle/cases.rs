@@ -1,14 +1,14 @@
-//! States of pairs on which detection may fail, by family.
+//! Families of pair states for which detection is difficult.
 
 use super::exact::State;
 use super::hard_cases;
 use super::random::Random;
 use carom::Vector;
 
-/// A family of states, with or without a relative acceleration.
+/// Draws a state of a family, with or without a relative acceleration.
 pub type Family = fn(&mut Random, falling: bool) -> State;
 
-/// All families, by their names in the table.
+/// All families, with their names in the table of results.
 pub const FAMILIES: [(&str, Family); 21] = [
     ("fluid", fluid),
     ("30 decades of every scale", scales),
@@ -37,19 +37,19 @@ pub fn state(position: Vector, velocity: Vector, acceleration: Vector, distance:
     State { position, velocity, acceleration, distance }
 }
 
-/// The vector if falling, otherwise zero.
+/// The acceleration if `falling`, otherwise zero.
 pub fn if_falling(falling: bool, acceleration: Vector) -> Vector {
     if falling { acceleration } else { Vector::zeros() }
 }
 
-/// Everything of order one.
+/// A state in which all numbers are of order one.
 fn fluid(random: &mut Random, falling: bool) -> State {
     let acceleration = random.vector();
     state(2.0 * random.vector(), random.vector(), if_falling(falling, acceleration), random.between(0.5, 1.5))
 }
 
-/// A vector whose length, and half of the time each of its components independently, covers decades around
-/// one.
+/// A vector whose length covers decades around one. Half of the time, each of its components covers these decades
+/// independently.
 fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     let own = random.chance(0.5);
     let scale = random.scale(-decades, decades);
@@ -57,7 +57,7 @@ fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     if own {
         Vector::from_fn(|k, _| vector[k].signum() * random.scale(-decades, decades))
     } else {
-        // A component may be a thousandth of the scale, but not below the smallest allowed magnitude.
+        // A component may be much smaller than the scale, but its magnitude must be allowed in scenes.
         vector.map(|x| x.signum() * (x * scale).abs().clamp(SMALLEST, 1.0 / SMALLEST))
     }
 }
@@ -67,7 +67,8 @@ const SMALLEST: f64 = 1e-50;
 
 fn of_scales(random: &mut Random, falling: bool, decades: f64) -> State {
     let [position, velocity, acceleration] = [(); 3].map(|()| of_any_scale(random, decades));
-    // Most spheres would be missed, so half of the time the distance is close to that of the pair.
+    // At random contact distances, most pairs would miss each other. Half of the contact distances are therefore close
+    // to the distance of the pair.
     let near = (position.norm() * random.scale(-1.0, 1.0)).clamp(SMALLEST, 1.0 / SMALLEST);
     let distance = if random.chance(0.5) { near } else { random.scale(-decades, decades) };
     state(position, velocity, if_falling(falling, acceleration), distance)
@@ -103,7 +104,7 @@ const EXACT_LENGTHS: [([f64; 3], f64); 6] = [
     ([2.0, 6.0, 9.0], 11.0),
 ];
 
-/// A separation whose length is an exact number: along an axis, or from a table.
+/// A separation and its length, which is exactly a floating-point number: along an axis, or from a table.
 pub fn touching(random: &mut Random) -> (Vector, f64) {
     let (separation, length) = EXACT_LENGTHS[random.below(EXACT_LENGTHS.len())];
     let scale = if length == 1.0 { random.between(0.5, 2.0) } else { random.power_of_two(-8, 8) };
@@ -116,7 +117,7 @@ fn contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let mut velocity = random.vector() * random.scale(-8.0, 2.0);
     if random.chance(0.3) {
-        // At rest along the line of centres; exactly, if that is an axis.
+        // Removes the velocity along the line of centres. This is exact if the line is an axis.
         velocity -= position * (velocity.dot(&position) / position.norm_squared());
     }
     let acceleration = random.vector() * random.scale(-4.0, 2.0);
@@ -132,7 +133,7 @@ fn beside_contact(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// Inside or outside by any fraction of the distance, improving or not.
+/// A pair closer or farther than the contact distance by any fraction of it, approaching or not.
 fn overlapped(random: &mut Random, falling: bool) -> State {
     let (along, across) = random.directions();
     let depth = random.sign() * random.scale(-16.0, 0.0);
@@ -148,7 +149,7 @@ fn unequal_terms(random: &mut Random, falling: bool) -> State {
     s.velocity *= factor(random);
     s.acceleration *= factor(random);
     if random.chance(0.5) {
-        // Aimed at the centre, so that a fast pair meets.
+        // Aims the particle at the centre of the other one. Otherwise a fast pair would miss.
         s.velocity = -s.position * (s.velocity.norm() / s.position.norm()) + s.velocity * 1e-3;
     }
     s
@@ -183,7 +184,7 @@ fn far_away(random: &mut Random, falling: bool) -> State {
     let impact = random.between(0.0, 1.2);
     let time = length / random.scale(-2.0, 4.0);
     let acceleration = if_falling(falling, random.vector() * (length / (time * time)));
-    // Arrives near the sphere after about that time.
+    // The pair comes near contact after `time`.
     let position = along * length;
     state(position, (across * impact - position - acceleration * (0.5 * time * time)) / time, acceleration, 1.0)
 }

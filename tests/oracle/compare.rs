@@ -1,8 +1,8 @@
-//! Compares an answer of a detection function with the oracle.
+//! Judges an answer of a detection function by the oracle.
 //!
-//! The answer must equal the answer of the oracle for the exact overlap function. If the input is within its own rounding of
-//! the boundary between two verdicts, it may equal the answer of the oracle for a witness: another polynomial
-//! inside the boxes of [`Overlap::rounding`].
+//! The answer must equal the oracle's answer for the exact overlap function. If the input is within its own rounding of
+//! the boundary between two verdicts, the answer may equal the oracle's answer for a witness: another polynomial inside
+//! the boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};
@@ -12,36 +12,36 @@ use crate::witness::witness;
 
 /// The largest allowed error of a time, in units of what rounding allows ([`Distance::ratio`]).
 ///
-/// Beyond the root's condition every evaluation of `f` has the right sign. So the ends of a bracket lie
-/// inside of it or enclose it, and are at most 2 ulp apart (4 in Algorithm 1, whose search ends at twice the
-/// width): `condition + 2` or `+ 4`. The closed forms of Algorithms 2 and 3 and of the plane round a root,
-/// then a sum and a quotient, each by half an ulp, or by one across a power of two: `condition + 3`.
+/// The condition of a root is how far round-off can shift it, in ulp. Farther away, every evaluation of `f` has the
+/// right sign. So the ends of a bracket lie within the condition or enclose it. They are at most 2 ulp apart, or 4 in
+/// Algorithm 1, whose search ends at twice the width: `condition + 2` or `+ 4`. The closed forms of Algorithms 2 and 3
+/// and of the plane have three roundings: of a root, of a sum and of a quotient. Each rounding is half an ulp, or a
+/// whole one across a power of two: `condition + 3`.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }
 
-/// The verdict on an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
-    /// The oracle's verdict and time.
+    /// The answer has the oracle's verdict and time.
     Right,
-    /// The verdict or time of a witness.
+    /// The answer has the verdict or time of a witness.
     WithinRounding,
     /// Neither.
     Wrong(&'static str),
 }
 
-/// An answer, and the oracle's verdict on it.
+/// An answer of a detection function, and the oracle's verdict.
 #[derive(Debug)]
 pub struct Comparison {
     pub answer: Option<f64>,
     pub verdict: Verdict,
     pub judgement: Judgement,
-    /// If both give a time after now.
+    /// Error of the time, if both the answer and the oracle give a time after now.
     pub distance: Option<Distance>,
 }
 
-/// Calls a detection function and the oracle.
+/// Calls a detection function and judges its answer by the oracle.
 pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     let answer = algorithm.ask(state);
     let overlap = algorithm.overlap(state);
@@ -71,7 +71,8 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Whether the returned end is the valid one, with an invalid state within the width of the bracket.
+/// Checks that the right end of the bracket was returned. The overlap function must not be negative at this time, but
+/// must be negative within the width of the bracket after it.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;
@@ -79,7 +80,7 @@ fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind,
     let f = quartic(state);
     let value = |t: f64| algorithm.side().sign() * f.value(t);
     if value(t) < 0.0 {
-        // Only right if a turning point below zero is within rounding.
+        // A negative value is right only if, within rounding, the event is a turning point below zero.
         let is_turn = witness(overlap, Some(t), Some(Kind::TurningPoint));
         return if is_turn { Judgement::WithinRounding } else { Judgement::Wrong("invalid end") };
     }

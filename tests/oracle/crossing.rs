@@ -1,4 +1,4 @@
-//! The first fall of a polynomial through zero, as a bracket that can be narrowed to any width.
+//! The first time at which a polynomial falls through zero, in a bracket that can be narrowed to any width.
 
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
@@ -21,7 +21,7 @@ impl Crossing {
         self.bracket.borrow().clone()
     }
 
-    /// Whether the crossing is after `x`. Narrows the bracket to find out.
+    /// Whether the crossing is after `x`. The bracket is narrowed to decide this.
     pub fn is_after(&self, x: &Dyadic) -> bool {
         let (lower, upper) = self.bracket();
         if *x <= lower {
@@ -58,7 +58,8 @@ pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     if f.degree() == 0 {
         return None;
     }
-    // Budan's theorem with an open upper end: there are at most this many roots, or fewer by an even number.
+    // By Budan's theorem, at most this many roots are later than `after`. The true number may be smaller by an even
+    // number.
     let most = if after.sign() == 0 { f.variations() } else { f.around(after).variations() };
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if most == 0 || *after >= upper {
@@ -74,7 +75,7 @@ pub fn first_fall(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (&lower, counts.0), (&upper, counts.1))
 }
 
-/// Like [`first_fall`], by Sturm's theorem alone, to test the shortcut.
+/// Like [`first_fall`], but by Sturm's theorem alone. Tests compare the two.
 pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     let upper = Dyadic::power_of_two(f.bound_of_roots());
     if f.degree() == 0 || *after >= upper {
@@ -84,14 +85,15 @@ pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (after, chain.variations(after)), (&upper, chain.variations(&upper)))
 }
 
-/// A `k` such that no positive root is at or below `2^k`; roots at zero are left out.
+/// Returns a `k` such that no positive root is at or below `2^k`. Roots at zero are left out.
 fn lower_bound(f: &Polynomial) -> i64 {
     let at_zero = f.coefficients.iter().position(|c| c.bits() != 0).expect("not the polynomial 0");
     let rest = Polynomial::of_integers(f.coefficients[at_zero..].to_vec(), 0);
     if rest.degree() == 0 { 0 } else { rest.bound_of_positive_roots_below() }
 }
 
-/// Halves `(from, to]` until each part holds at most one distinct root; searches the first with a fall.
+/// Finds the first fall through zero in `(from, to]`. The interval is halved until each part holds at most one distinct
+/// root.
 fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, usize)) -> Option<Crossing> {
     match from.1 - to.1 {
         0 => None,
@@ -107,7 +109,8 @@ fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, u
     }
 }
 
-/// Halfway between two non-negative numbers: in the exponent while they differ by powers of two.
+/// A number between two non-negative numbers: halfway in the exponent while they differ by powers of two, otherwise
+/// their mean.
 fn middle(lower: &Dyadic, upper: &Dyadic) -> Dyadic {
     let below = if lower.sign() == 0 { upper.magnitude() - 64 } else { lower.magnitude() };
     if upper.magnitude() - below > 2 {

@@ -1,5 +1,4 @@
-//! The detection functions, each called with the data that the engine would compute from a floating-point
-//! state.
+//! The detection functions, called with the data that the engine would compute from a floating-point state.
 
 use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::check::reference::{self, Polynomial};
@@ -7,7 +6,7 @@ use carom::physics::detection::{accelerated, inertial, plane};
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// The function to call.
+/// The detection function to call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
     /// Algorithm 2.
@@ -16,11 +15,11 @@ pub enum Algorithm {
     InertialNegative,
     /// Algorithm 4.
     AcceleratedPositive,
-    /// Algorithm 5 with Algorithm 6.
+    /// Algorithm 5 together with Algorithm 6.
     AcceleratedNegative,
-    /// The rule in one dimension, for the first coordinate of the separation.
+    /// The detection function for planes, with the first coordinate of the separation as the height.
     Plane,
-    /// Algorithm 1 of the reference engine.
+    /// Algorithm 1, as used by the reference engine.
     General(Side),
 }
 
@@ -47,7 +46,7 @@ impl Algorithm {
         }
     }
 
-    /// Whether it accepts pairs with a relative acceleration: always, never, or either (`None`).
+    /// Whether the function requires a relative acceleration or excludes it; `None` if it works for both.
     pub fn takes_acceleration(self) -> Option<bool> {
         match self {
             Self::InertialPositive | Self::InertialNegative => Some(false),
@@ -84,7 +83,7 @@ impl Algorithm {
         }
     }
 
-    /// The overlap function by which the answer is judged.
+    /// The exact overlap function for which the algorithm's answer must be right.
     pub fn overlap(self, state: &State) -> Overlap {
         match self {
             Self::Plane => {
@@ -116,7 +115,7 @@ pub fn quartic(state: &State) -> Quartic {
     Quartic::new(&relative(state), &state.acceleration, state.distance * state.distance)
 }
 
-/// Signed distance from a plane at the distance of the discontinuity, with its first two derivatives.
+/// Distance from the plane of contact, with its first two time derivatives.
 fn height(state: &State) -> [f64; 3] {
     [state.position.x - state.distance, state.velocity.x, state.acceleration.x]
 }

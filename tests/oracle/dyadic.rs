@@ -1,4 +1,4 @@
-//! Exact numbers `m 2^e`: every floating-point number is one, and so are sums and products of them.
+//! Exact numbers of the form `m 2^e`. Every floating-point number has this form, and so have all sums and products.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
@@ -20,7 +20,7 @@ impl Dyadic {
         Self { mantissa: BigInt::from(1), exponent }
     }
 
-    /// The mantissa as an integer in units of `2^exponent`, which must not exceed the exponent of the number.
+    /// The number as an integer multiple of `2^exponent`. This exponent must not exceed that of the number.
     pub fn in_units_of(&self, exponent: i64) -> BigInt {
         &self.mantissa << (self.exponent - exponent) as u64
     }
@@ -29,17 +29,16 @@ impl Dyadic {
         Self { mantissa: self.mantissa.clone(), exponent: self.exponent - 1 }
     }
 
-    /// -1, 0 or 1.
     pub fn sign(&self) -> i32 {
         sign(&self.mantissa)
     }
 
-    /// The `k` with `2^(k-1) <= |x| < 2^k`; meaningless for zero.
+    /// Returns the `k` with `2^(k-1) <= |x| < 2^k`; meaningless for zero.
     pub fn magnitude(&self) -> i64 {
         self.mantissa.bits() as i64 + self.exponent
     }
 
-    /// `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`, where `m` is rounded towards zero to 53 bits. Zero
+    /// Returns `(m, e)` with `x = m 2^e` and `0.5 <= |m| <= 1`, where `m` is rounded towards zero to 53 bits. Zero
     /// gives `(0, 0)`.
     pub fn approximate(&self) -> (f64, i64) {
         let bits = self.mantissa.bits();
@@ -53,21 +52,20 @@ impl Dyadic {
         (m * f64::from(self.sign()), bits as i64 + self.exponent)
     }
 
-    /// The nearest floating-point number towards zero; infinity or zero beyond their range.
+    /// Converts to a floating-point number, rounded towards zero; infinity or zero if the number is out of range.
     pub fn to_f64(&self) -> f64 {
         let (m, e) = self.approximate();
         scaled(m, e)
     }
 }
 
-/// `m 2^e`; infinity or zero beyond the range of floating-point numbers.
+/// `m 2^e` as a floating-point number; infinity or zero if it is out of range.
 pub fn scaled(m: f64, e: i64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "3000 at most")]
     let exponent = e.clamp(-3000, 3000) as i32;
     libm::scalbn(m, exponent)
 }
 
-/// -1, 0 or 1.
 pub fn sign(x: &BigInt) -> i32 {
     match x.sign() {
         Sign::Minus => -1,

@@ -1,5 +1,4 @@
-//! Number of evaluations of `f` needed to close a bracket, for several methods, and the errors of closed
-//! forms.
+//! Number of evaluations of `f` that several methods need to find a root, and errors of closed forms.
 
 use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};
@@ -10,13 +9,13 @@ use carom::physics::overlap::Quartic;
 use roots::{Convergency, Roots, find_root_brent, find_roots_cubic, find_roots_quartic};
 use std::cell::Cell;
 
-/// One entry for each bracketed root.
+/// Results of all methods, with one entry for each root.
 #[derive(Debug, Default)]
 pub struct Evaluations {
     pub ours: Vec<f64>,
     pub bisection: Vec<f64>,
     pub brent: Vec<f64>,
-    /// Relative errors of the nearest root from the closed forms for `f` and for `f'`.
+    /// Relative errors of roots of `f` and of roots of `f'` from closed forms.
     pub quartic: Vec<f64>,
     pub cubic: Vec<f64>,
 }
@@ -31,7 +30,7 @@ impl Evaluations {
     }
 }
 
-/// Finds the root of a comparison again by every method.
+/// Finds the event of a comparison again by every method.
 pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison) -> Evaluations {
     let mut found = Evaluations::default();
     let (Verdict::Later(kind, _), Some(t)) = (&comparison.verdict, comparison.answer) else { return found };
@@ -65,7 +64,8 @@ pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison)
     found
 }
 
-/// The bracket around a root in Algorithms 4 to 6: between turning points, or a doubled step after the last.
+/// The bracket in which Algorithms 4 to 6 search for a root. It lies between two turning points. After the last turning
+/// point, the bracket is extended by doubled steps until it contains the root.
 fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     let turns = sign_changes_of_cubic(&f.derivative());
     let turns = &turns.at[..turns.count];
@@ -92,13 +92,13 @@ fn bisect(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// The relative error of the root nearest to `t`; infinite if there is none.
+/// Relative difference between `t` and the nearest of the roots; infinite if there are no roots.
 fn nearest(roots: &Roots<f64>, t: f64) -> f64 {
     let errors = roots.as_ref().iter().map(|root| ((root - t) / t).abs());
     errors.filter(|e| !e.is_nan()).fold(f64::INFINITY, f64::min)
 }
 
-/// Ends Brent's method at the same width as the others.
+/// Stops Brent's method at the same width of the bracket as the other methods.
 struct AdjacentFloats;
 
 impl Convergency<f64> for AdjacentFloats {

@@ -1,4 +1,4 @@
-//! The exact overlap function of a floating-point state, and how far rounding may shift each coefficient.
+//! The exact overlap function of a floating-point state, and a bound on the round-off of each coefficient.
 
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
@@ -8,7 +8,7 @@ use carom::physics::overlap::Side;
 /// Unit round-off: half the distance from 1 to the next floating-point number.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// A pair in the form that detection sees, with floating-point numbers.
+/// Relative motion and contact distance of a pair, as detection receives them.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub position: Vector,
@@ -17,21 +17,20 @@ pub struct State {
     pub distance: f64,
 }
 
-/// An overlap function with exact coefficients, and boxes around them. A box contains every polynomial that a
-/// floating-point evaluation may have used instead.
+/// An overlap function with exact coefficients in a box. The box contains every polynomial that a floating-point
+/// evaluation may have used instead.
 #[derive(Debug, Clone)]
 pub struct Overlap {
     pub coefficients: Vec<Dyadic>,
-    /// Half the edges of the box.
+    /// Half the edge of the box for each coefficient.
     pub rounding: Vec<f64>,
 }
 
 impl Overlap {
-    /// `f+` or `f-` of a pair.
+    /// The overlap function `f+` or `f-` of a pair.
     ///
-    /// `rounding[k]` is the number of roundings of a term with coefficient `k`, times the unit round-off,
-    /// times the sum of the absolute values of the terms (Higham, *Accuracy and Stability of Numerical
-    /// Algorithms*, section 3.1).
+    /// `rounding[k]` is the number of roundings of a term with coefficient `k`, times the unit round-off, times the sum
+    /// of the absolute values of the terms (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.1).
     pub fn of_pair(state: &State, side: Side, roundings: [u32; 5]) -> Self {
         let State { position: r, velocity: v, acceleration: a, distance: s } = state;
         let (rr, vr, ar) = (dot(r, r), dot(v, r), dot(a, r));
@@ -54,7 +53,8 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// A polynomial in the box. `signs` are fractions of its half edges, from -1 to 1.
+    /// A polynomial in the box. `signs` are the shifts of its coefficients as fractions of half the edges, from -1
+    /// to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         Polynomial::new(&self.moved(signs))
     }
@@ -65,35 +65,36 @@ impl Overlap {
         moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
     }
 
-    /// `sum rounding_k t^k`: the largest error of an evaluation at `t >= 0`.
+    /// The largest rounding error of `f` at a time `t >= 0`, `sum rounding_k t^k`.
     pub fn error_at(&self, t: f64) -> f64 {
         self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
     }
 
-    /// Error bound of the derivative.
+    /// The largest rounding error of the derivative at a time `t >= 0`.
     pub fn error_of_derivative_at(&self, t: f64) -> f64 {
         let terms = self.rounding.iter().enumerate().skip(1);
         terms.rev().fold(0.0, |sum, (k, d)| sum * t + k as f64 * d)
     }
 }
 
-/// Algorithms 2 and 3. A term in a dot product of three has 1 multiplication and 2 additions; `s^2` and its
-/// subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a rounding more
-/// for `B`, one for `R2`.
+/// Roundings of each coefficient in Algorithms 2 and 3. A term in a dot product of three has 1 multiplication and 2
+/// additions; `s^2` and its subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a
+/// rounding more for `B`, one for `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
-/// Algorithms 4 to 6. Coefficients as above, with 4 roundings for `a.r + V2`. Horner's rule adds `2 k + 1` to
-/// the coefficient of `t^k`, and 2 k to the coefficient of `t^4`; `f'` adds one for the factor 3.
+/// Roundings of each coefficient in Algorithms 4 to 6. The coefficients themselves have as many as in Algorithms 2 and
+/// 3, except 4 for `a.r + V2`. Horner's rule adds `2 k + 1` to the coefficient of `t^k`, and `2 k` to that of `t^4`;
+/// `f'` adds one for the factor 3.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Algorithm 1. As for the quartic, but Horner's rule starts from zero, and each of three further derivatives
-/// rounds its factors once.
+/// Roundings of each coefficient in Algorithm 1. They are those of Algorithms 4 to 6, but Horner's rule starts from
+/// zero, and each of three further derivatives rounds its factors once.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
-/// The plane: `D = v^2 - 2 a h` rounds both products once.
+/// Roundings of each coefficient for a plane: `D = v^2 - 2 a h` rounds both products once.
 const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
 
-/// The bounds themselves may be rounded down, by less than this.
+/// Factor that makes up for bounds that were rounded down.
 const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
 
 fn boxes(sizes: &[f64], roundings: &[u32]) -> Vec<f64> {

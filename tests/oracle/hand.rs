@@ -1,4 +1,4 @@
-//! Tests of the oracle itself, on polynomials with known roots.
+//! Tests of the exact oracle on polynomials with known roots.
 
 use crate::crossing::{first_fall, first_fall_by_sturm};
 use crate::dyadic::Dyadic;
@@ -7,7 +7,7 @@ use crate::random::Random;
 use crate::rule::{Kind, Verdict, next_event, sign_at_crossing};
 use crate::sturm::Chain;
 
-/// `scale (t - p) (t - q) ...`
+/// The polynomial `scale (t - p) (t - q) ...` with roots `p`, `q` and so on.
 fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     let mut c = vec![Dyadic::from(scale)];
     for &root in roots {
@@ -18,7 +18,7 @@ fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     Polynomial::new(&c)
 }
 
-/// Asserts an event of a kind within one part in 2^100 of an exact time.
+/// Asserts that the next event has this kind, and that its bracket of one part in 2^100 contains this time.
 fn expect_later(f: &Polynomial, kind: Kind, at: f64) {
     match next_event(f) {
         Verdict::Later(found, crossing) => {
@@ -54,7 +54,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // A unit of y is the last place of x: one half.
+    // The variable of the expansion is in units of the last binary place of 1.5, which is one half.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));
@@ -78,7 +78,7 @@ fn sturm_counts_distinct_roots_between_any_two_numbers() {
             assert_eq!(chain.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), distinct.len());
         }
     }
-    // t^4 + 1 has no roots: the same number of variations at both ends.
+    // The polynomial t^4 + 1 has no roots, so that the number of sign changes is the same at both ends.
     let none = Chain::new(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(none.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), 0);
 }
@@ -94,7 +94,7 @@ fn a_fall_is_a_root_of_odd_multiplicity_from_above() {
     assert_eq!(at(&[2.0, 2.0, 2.0], 1.0), None);
     assert_eq!(at(&[1.0, 1.0, 2.0, 2.0], 1.0), None);
     assert_eq!(at(&[-1.0, 0.0], -1.0), None);
-    // x^3 + 1: no positive root.
+    // The polynomial x^3 + 1 has no positive root.
     assert!(first_fall(&Polynomial::from_floats(&[-1.0, 0.0, 0.0, -1.0]), &zero).is_none());
     assert!(first_fall(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 1.0]), &zero).is_none());
 }
@@ -106,7 +106,7 @@ fn two_roots_one_part_in_2_to_the_200_apart_are_told_apart() {
     let Verdict::Later(Kind::Root, crossing) = next_event(&f) else { panic!("one root after the other") };
     let (lower, upper) = crossing.refine(300);
     assert!(lower <= p && p <= upper && upper < q);
-    // It touches zero but does not cross: no event.
+    // A polynomial that touches zero from above, without crossing it, has no event.
     expect_none(&with_roots(&[1.0, 1.0], 1.0));
 }
 
@@ -128,10 +128,11 @@ fn the_rule_from_an_invalid_state() {
     expect_none(&Polynomial::from_floats(&[0.0, 0.0, 0.0, 0.0, 1.0]));
     expect_later(&with_roots(&[1.0, 3.0], -1.0), Kind::Root, 3.0);
     expect_later(&Polynomial::from_floats(&[-2.0, 2.0, -1.0]), Kind::TurningPoint, 1.0);
-    // It touches zero from below, exactly: there is an event.
+    // A polynomial that touches zero exactly, from below, has an event there.
     expect_later(&with_roots(&[1.0, 1.0], -1.0), Kind::TurningPoint, 1.0);
     expect_later(&with_roots(&[1.0, 1.0, 5.0, 5.0], -1.0), Kind::TurningPoint, 1.0);
-    // A saddle of f (a double root of f') is not a turning point: -(t-1)^3 (t-5) - 0 falls only at 4.
+    // At t = 1, f = -(t-1)^3 (t-5) has a saddle, where f' has a double root. This is not a turning point. The event is
+    // the fall through zero at t = 5.
     expect_later(&with_roots(&[1.0, 1.0, 1.0, 5.0], -1.0), Kind::Root, 5.0);
 }
 
@@ -144,7 +145,7 @@ fn a_constant_never_has_an_event() {
 
 #[test]
 fn the_start_of_a_pendulum_reaches_the_end_of_its_bond() {
-    // |r|^2 = 1/4 + t^4/4 reaches 1/4 + 4 at t = 2.
+    // The squared distance |r|^2 = 1/4 + t^4/4 reaches 1/4 + 4 at t = 2.
     expect_later(&Polynomial::from_floats(&[4.0, 0.0, 0.0, 0.0, -0.25]), Kind::Root, 2.0);
     expect_now(&Polynomial::from_floats(&[0.0, 0.0, 0.0, 0.0, -0.25]));
 }
@@ -152,7 +153,7 @@ fn the_start_of_a_pendulum_reaches_the_end_of_its_bond() {
 #[test]
 fn the_sign_at_a_turning_point_is_exact() {
     for (shift, sign) in [(Dyadic::power_of_two(-400), 1), (Dyadic::zero(), 0), (-&Dyadic::power_of_two(-400), -1)] {
-        // -(t - 1/3)^2 times 9, raised by the shift.
+        // The parabola -9 (t - 1/3)^2, raised by `shift`.
         let f = Polynomial::new(&[&Dyadic::from(-1.0) + &shift, Dyadic::from(6.0), Dyadic::from(-9.0)]);
         let turn = first_fall(&f.derivative(), &Dyadic::zero()).unwrap();
         assert_eq!(sign_at_crossing(&f, &turn), sign);

@@ -1,11 +1,10 @@
-//! States constructed so that roots coincide exactly: all their numbers are small binary fractions.
+//! States in which roots coincide exactly. This is possible because all numbers are small binary fractions.
 
 use super::cases::{if_falling, state, touching};
 use super::exact::State;
 use super::random::Random;
 use carom::Vector;
 
-/// A small nonzero integer.
 fn integer(random: &mut Random, most: usize) -> f64 {
     random.sign() * (1 + random.below(most)) as f64
 }
@@ -15,11 +14,11 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
     state(r, v, a, distance)
 }
 
-/// Touches the discontinuity, with a velocity along it, at a chosen time, from inside or outside. Half of the
-/// states miss it by one floating-point number.
+/// A pair that touches the sphere of contact at a given time, from inside or outside, with a tangential velocity. Some
+/// of the pairs miss it by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);
-    // Exactly along the surface, if the separation has small integer components.
+    // The velocity is exactly tangential if the separation has small integer components.
     let across = there.cross(&Vector::new(integer(random, 3), integer(random, 3), 1.0));
     let time = integer(random, 8);
     let strength = random.power_of_two(-3, 3) * random.sign() / distance;
@@ -30,7 +29,7 @@ pub fn grazing(random: &mut Random, falling: bool) -> State {
     state(position, velocity, acceleration, distance)
 }
 
-/// `v = 0` and `r` perpendicular to `a`: all lower coefficients of `f'` vanish.
+/// A pair with `v = 0` and `r` perpendicular to `a`. All coefficients of `f'` vanish except the leading one.
 pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
     let length = random.between(0.1, 2.0);
     let distance = if random.chance(0.2) { length } else { length * random.between(0.5, 2.0) };
@@ -39,7 +38,7 @@ pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
     axes(random, [length, 0.0, 0.0], [0.0, speed, 0.0], [0.0, 0.0, acceleration], distance)
 }
 
-/// `a.v = 0` and `a.r + v^2 = 0`: `f'` is a cube plus a constant.
+/// A pair with `a.v = 0` and `a.r + v^2 = 0`, for which `f'` is a multiple of `t^3` plus a constant.
 pub fn cube(random: &mut Random, falling: bool) -> State {
     let (x, w) = (integer(random, 8) * 0.5, integer(random, 4) * 0.5);
     let g = if falling { random.power_of_two(-4, 4) } else { 0.0 };
@@ -48,13 +47,13 @@ pub fn cube(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, 0.0], [0.0, 0.0, -g], distance)
 }
 
-/// A length near another one, and whether they are equal.
+/// A length near the given one, and whether the two are equal.
 fn around(random: &mut Random, length: f64) -> (f64, bool) {
     let same = random.chance(0.2);
     (if same { length } else { length * random.between(0.3, 1.7) }, same)
 }
 
-/// Motion on a line through the centre that just stops there: `f'` has a triple root.
+/// A motion along a line that comes to a stop just at the centre. There `f'` has a triple root.
 pub fn triple_root(random: &mut Random, falling: bool) -> State {
     let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
     let curve = if falling { scale } else { 0.0 };
@@ -62,8 +61,8 @@ pub fn triple_root(random: &mut Random, falling: bool) -> State {
     axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
 }
 
-/// A motion with `f'` proportional to `t^3 + e2 t^2 + e1 t + e0`, which has a double root at `p` and a simple
-/// one at `q`.
+/// A motion for which `f'` has a double root at `p` and a simple root at `q`. It is proportional to `t^3 + e2 t^2 + e1
+/// t + e0`.
 pub fn double_root(random: &mut Random, falling: bool) -> State {
     if !falling {
         return grazing(random, false);
@@ -79,19 +78,19 @@ pub fn double_root(random: &mut Random, falling: bool) -> State {
     axes(random, [x, 0.0, z], [w, 0.0, vz], [0.0, 0.0, 1.0], distance)
 }
 
-/// A sphere so small that a pair is inside only between two floating-point times.
+/// A contact distance so small that the pair is in contact only between two adjacent floating-point times.
 pub fn close_roots(random: &mut Random, falling: bool) -> State {
     let time = random.power_of_two(-2, 4);
     let size = f64::EPSILON * random.power_of_two(-2, 2);
     let speed = integer(random, 4);
     let g = if falling { integer(random, 4) * 0.25 } else { 0.0 };
-    // At the centre after that time, with this speed.
+    // At `time` the two centres coincide and the speed is `speed`.
     let (position, velocity) = (-speed * time + 0.5 * g * time * time, speed - g * time);
     axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
 }
 
-/// A grain that lies on another or hangs on its bond: no speed, in contact exactly or one floating-point
-/// number off.
+/// A grain that rests on another or hangs on its bond, at most slowly moving. It is in contact exactly, or off by one
+/// floating-point number.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);
@@ -104,7 +103,7 @@ pub fn resting(random: &mut Random, falling: bool) -> State {
     state(position, velocity, if_falling(falling, position * g), distance)
 }
 
-/// Leaves contact and returns: the root at zero must not be taken for the next one.
+/// A pair that leaves contact and returns. The root at time zero must not be taken for the next one.
 pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let speed = random.scale(-12.0, 1.0);
@@ -115,7 +114,7 @@ pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     state(position, up * (speed * random.sign()) + aside, if_falling(falling, up * (g * random.sign())), distance)
 }
 
-/// A throw along an axis, through the centre or not.
+/// A motion with constant acceleration along an axis through the centre.
 pub fn straight_throw(random: &mut Random, falling: bool) -> State {
     let a = if falling { random.between(-2.0, 2.0) } else { 0.0 };
     let (x, v) = (random.between(-3.0, 3.0), random.between(-2.0, 2.0));

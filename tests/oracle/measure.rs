@@ -1,4 +1,4 @@
-//! Distance of a time from an exact root, and the shift of that root by round-off.
+//! The difference between a computed time and an exact root, and how far round-off can shift that root.
 
 use super::crossing::Crossing;
 use super::dyadic::{Dyadic, scaled};
@@ -7,26 +7,26 @@ use super::polynomial::Polynomial;
 /// The distance between a time and the exact event, in units in the last place (ulp) of the time.
 #[derive(Debug, Clone, Copy)]
 pub struct Distance {
-    /// The exact time minus the measured one.
+    /// The exact time minus the computed time.
     pub error: f64,
-    /// The larger of the two shifts of the root if round-off moves `f` up or down.
+    /// How far the root shifts if round-off moves `f` up or down, whichever shift is larger.
     pub condition: f64,
 }
 
 impl Distance {
-    /// The error in units of what rounding allows: the condition, plus one ulp for the time itself.
+    /// The error in units of what rounding allows, which is the condition plus one ulp for the time itself.
     pub fn ratio(&self) -> f64 {
         self.error.abs() / (self.condition + 1.0)
     }
 }
 
-/// Largest computed distance [ulp]; beyond it, the distance counts as infinite.
+/// Largest distance that is computed [ulp]. A larger one counts as infinite.
 const FARTHEST: f64 = 1e40;
 
-/// The distance between `time` and a crossing of `crossing.f`, whose values may be off by `rounding`.
+/// The difference between `time` and a crossing of `crossing.f`, if values of `f` may be off by `rounding`.
 ///
-/// The Taylor polynomial around `time` is exact before it is rounded. So its constant term, which is what
-/// remains of `f` after cancellation, keeps its digits, and so do nearby roots.
+/// The Taylor polynomial around `time` is exact before it is rounded. So its constant term, which is what remains of
+/// `f` after cancellation, keeps its digits, and so do nearby roots.
 pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     let at = Dyadic::from(time);
     let local = Local::new(&crossing.f, &at, last_place(time));
@@ -39,13 +39,14 @@ pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     Distance { error, condition: earlier.max(later) }
 }
 
-/// The exponent of a floating-point number's last place.
+/// Exponent of the last binary place of a floating-point number.
 pub fn last_place(x: f64) -> i64 {
     let biased = (x.to_bits() >> 52 & 0x7ff) as i64;
     biased.max(1) - 1075
 }
 
-/// A polynomial around a time, as a function of ulps of the time, in units of its largest coefficient.
+/// A polynomial near a time, in floating-point numbers. The variable is the distance from this time in ulp. The values
+/// are in units of the largest coefficient.
 struct Local {
     coefficients: Vec<f64>,
     unit: i64,
@@ -74,7 +75,8 @@ impl Local {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * offset + c)
     }
 
-    /// Distance from `from` in a direction at which `holds` first becomes true, to one part in a thousand.
+    /// The distance from `from`, in the given direction, at which `holds` first becomes true. It is accurate to one
+    /// part in a thousand.
     fn first(&self, from: f64, direction: f64, holds: impl Fn(f64) -> bool) -> f64 {
         let holds_at = |step: f64| holds(self.value(from + direction * step));
         let mut upper = 1e-3;

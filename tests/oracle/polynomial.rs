@@ -12,7 +12,7 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
-    /// From coefficients, constant first.
+    /// Builds a polynomial from its coefficients, constant term first.
     pub fn new(coefficients: &[Dyadic]) -> Self {
         let exponent = coefficients.iter().filter(|c| c.sign() != 0).map(|c| c.exponent).min().unwrap_or(0);
         let integer = |c: &Dyadic| if c.sign() == 0 { BigInt::ZERO } else { c.in_units_of(exponent) };
@@ -34,7 +34,7 @@ impl Polynomial {
         self.coefficients.is_empty()
     }
 
-    /// The degree; 0 for the polynomial 0.
+    /// Degree of the polynomial; 0 for the zero polynomial.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
     }
@@ -44,7 +44,7 @@ impl Polynomial {
         Self { coefficients, exponent: self.exponent }
     }
 
-    /// Its value at `x = m 2^k`, by Horner's rule in integers. For `k < 0` everything is multiplied by `2^(-k
+    /// The value at `x = m 2^k`, by Horner's rule in integers. For `k < 0`, all terms are multiplied by `2^(-k
     /// degree)`.
     pub fn value(&self, x: &Dyadic) -> Dyadic {
         let mut value = BigInt::ZERO;
@@ -72,12 +72,13 @@ impl Polynomial {
         }
     }
 
-    /// The sign for large arguments.
+    /// The sign for large positive arguments.
     pub fn sign_far_away(&self) -> i32 {
         self.coefficients.last().map_or(0, sign)
     }
 
-    /// Integers `d_k` and an exponent with `f((m + y) 2^e) = 2^exponent (d_0 + d_1 y + ...)`, `x = m 2^e`.
+    /// Expands the polynomial around `x = m 2^e` as `f((m + y) 2^e) = 2^exponent (d_0 + d_1 y + ...)`, with integers
+    /// `d_k`.
     pub fn around(&self, x: &Dyadic) -> Self {
         let mut d = self.scaled(x.exponent);
         for first in 0..d.len() {
@@ -89,7 +90,7 @@ impl Polynomial {
         Self { coefficients: d, exponent: self.scaled_exponent(x.exponent) }
     }
 
-    /// Coefficients in `y = x / 2^e` as integers.
+    /// Coefficients of the polynomial as a function of `y = x / 2^e`, scaled to integers.
     fn scaled(&self, e: i64) -> Vec<BigInt> {
         let n = self.degree();
         let shift = |k: usize| if e < 0 { e.unsigned_abs() * (n - k) as u64 } else { e as u64 * k as u64 };
@@ -100,24 +101,25 @@ impl Polynomial {
         self.exponent + e.min(0) * self.degree() as i64
     }
 
-    /// Number of sign changes in its sequence of coefficients. By Descartes' rule the number of positive
-    /// roots, with multiplicity, is this or smaller by an even number.
+    /// Number of sign changes in the sequence of coefficients. By Descartes' rule, this is the number of positive
+    /// roots, with multiplicity, or larger by an even number.
     pub fn variations(&self) -> usize {
         count_variations(self.coefficients.iter().map(sign))
     }
 
-    /// A `k` such that all real roots are below `2^k` (twice the largest of `|c_{n-i} / c_n|^(1/i)`,
-    /// Fujiwara).
+    /// Returns a `k` such that all real roots are below `2^k`. Fujiwara's bound is twice the largest of `|c_{n-i} /
+    /// c_n|^(1/i)`.
     pub fn bound_of_roots(&self) -> i64 {
         let n = self.degree();
         let bits = |k: usize| self.coefficients[k].bits() as i64;
         let nonzero = (0..n).filter(|&k| sign(&self.coefficients[k]) != 0);
-        // |c_k / c_n| < 2^(bits_k - bits_n + 1); rounded up after the root is taken.
+        // The lengths of the coefficients in bits give |c_k / c_n| < 2^(bits_k - bits_n + 1). The exponent is rounded
+        // up after the root is taken.
         let exponents = nonzero.map(|k| (bits(k) - bits(n) + 1).div_euclid((n - k) as i64) + 1);
         exponents.max().unwrap_or(0) + 1
     }
 
-    /// A `k` such that no positive root is below `2^k`.
+    /// Returns a `k` such that no positive root is below `2^k`.
     pub fn bound_of_positive_roots_below(&self) -> i64 {
         let reversed: Vec<_> = self.coefficients.iter().rev().cloned().collect();
         -Self::of_integers(reversed, 0).bound_of_roots()

@@ -1,4 +1,4 @@
-//! Random numbers from a known stream, with the distributions for hard cases.
+//! Reproducible random numbers, with distributions for hard cases.
 
 use carom::Vector;
 use rand_chacha::ChaCha8Rng;
@@ -40,7 +40,7 @@ impl Random {
         10_f64.powf(self.between(lower, upper))
     }
 
-    /// A power of two, which makes products exact.
+    /// A random power of two. Products with it are exact.
     pub fn power_of_two(&mut self, lower: i32, upper: i32) -> f64 {
         2_f64.powi(lower + i32::try_from(self.below((upper - lower + 1) as usize)).unwrap())
     }
@@ -61,7 +61,8 @@ impl Random {
         }
     }
 
-    /// Permutes and mirrors the coordinates. This is exact and changes no overlap function.
+    /// Permutes and mirrors the coordinates of three vectors. This is exact and leaves every overlap function
+    /// unchanged.
     pub fn turned(&mut self, vectors: [Vector; 3]) -> [Vector; 3] {
         let first = self.below(3);
         let step = 1 + self.below(2);
@@ -69,8 +70,8 @@ impl Random {
         vectors.map(|x| Vector::from_fn(|k, _| signs[k] * x[(first + step * k) % 3]))
     }
 
-    /// The number itself or one of its two neighbours. Zero stays, because products with its neighbours
-    /// underflow.
+    /// The number itself or one of its two floating-point neighbours. Zero is kept, because products with its
+    /// neighbours underflow.
     pub fn neighbour(&mut self, x: f64) -> f64 {
         match self.below(3) {
             0 => x,

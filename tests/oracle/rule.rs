@@ -5,16 +5,15 @@ use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use super::sturm::Chain;
 
-/// Kind of an event after now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// `f` falls through zero: a root of `f`.
+    /// `f` falls through zero, at a root of `f`.
     Root,
-    /// `f` is not positive and stops rising: a root of `f'`.
+    /// `f` is not positive and stops rising, at a root of `f'`.
     TurningPoint,
 }
 
-/// The time of the next event.
+/// Whether and when the next event happens.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,
@@ -36,7 +35,7 @@ pub fn next_event(f: &Polynomial) -> Verdict {
     if sign_at_crossing(f, &turn) <= 0 {
         return Verdict::Later(Kind::TurningPoint, turn);
     }
-    // The bracket of the turning point contains no root of f any more.
+    // The bracket of the turning point has been narrowed until it contains no root of f.
     let (_, after) = turn.bracket();
     later(Kind::Root, first_fall(f, &after))
 }
@@ -45,13 +44,13 @@ fn later(kind: Kind, at: Option<Crossing>) -> Verdict {
     at.map_or(Verdict::None, |at| Verdict::Later(kind, at))
 }
 
-/// The sign of `f` at a root of its derivative. The bracket is narrowed until it holds no root of `f`.
+/// The sign of `f` at a root of its derivative. The bracket of this root is narrowed until it holds no root of `f`.
 pub fn sign_at_crossing(f: &Polynomial, turn: &Crossing) -> i32 {
     let chain = Chain::new(f);
     loop {
         let (lower, upper) = turn.bracket();
         let roots = chain.count(&lower, &upper);
-        // The bracket holds one root of the derivative; a multiple root of f in it is that root.
+        // The bracket holds one root of the derivative, so a multiple root of f in the bracket must be that root.
         if roots > 0 && chain.common.degree() > 0 && Chain::new(&chain.common).count(&lower, &upper) > 0 {
             return 0;
         }

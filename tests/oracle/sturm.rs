@@ -4,7 +4,8 @@ use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
-/// The Sturm sequence of a polynomial without its multiple roots, so that any argument is allowed.
+/// The Sturm sequence of a polynomial, divided by its last element. Without this division, it would vanish at a
+/// multiple root.
 pub struct Chain {
     elements: Vec<Polynomial>,
     /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
@@ -16,7 +17,7 @@ impl Chain {
         let mut elements = remainders(f, &f.derivative());
         let common = elements.last().cloned().expect("the polynomial itself");
         if common.degree() > 0 {
-            // Division by a common factor of either sign keeps every number of variations.
+            // Division by a common factor of either sign leaves the number of sign changes unchanged.
             elements = elements.iter().map(|e| quotient(e, &common)).collect();
         }
         Self { elements, common }
@@ -31,27 +32,27 @@ impl Chain {
         count_variations(self.elements.iter().map(|e| e.sign_at(x)))
     }
 
-    /// Number of variations at infinity.
+    /// Number of sign changes for large positive arguments.
     pub fn variations_far_away(&self) -> usize {
         count_variations(self.elements.iter().map(Polynomial::sign_far_away))
     }
 }
 
-/// A greatest common divisor, up to a factor of either sign; of degree 0 if there is none.
+/// A greatest common divisor up to a factor of either sign. It is constant if the polynomials have no common root.
 pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (a, b) = if a.degree() < b.degree() { (b, a) } else { (a, b) };
     remainders(a, b).pop().expect("the polynomial itself")
 }
 
-/// `f, g, -(f mod g), ...` for `g` of no larger degree, each up to a positive factor, down to the last
-/// nonzero one.
+/// The sequence `f, g, -(f mod g), ...` down to the last nonzero element, each element up to a positive factor. The
+/// degree of `g` must not be larger than that of `f`.
 ///
 /// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a known factor, which keeps the
-/// coefficients as short as determinants. The signs of the factors are tracked separately, because Sturm's
-/// theorem needs them.
+/// coefficients as short as determinants. The signs of the factors are tracked separately, because Sturm's theorem
+/// needs them.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
-    // The elements of the sequence are sign_a a and sign_b b, up to positive factors.
+    // Up to positive factors, the current two elements of the sequence are sign_a a and sign_b b.
     let (mut sign_a, mut sign_b) = (1, 1);
     let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
     let mut elements = vec![signed(&a, 1)];
@@ -63,7 +64,8 @@ fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
         for c in &mut rest {
             *c /= &divisor;
         }
-        // lc(b)^(step + 1) a = q b + divisor rest, so the remainder has the sign of rest times these.
+        // With the leading coefficient lc(b), pseudo-division gives lc(b)^(step + 1) a = q b + divisor rest. So the
+        // sign of the remainder is the product of the signs of the rest, of the divisor and of the power of lc(b).
         let of_leading = if step.is_multiple_of(2) { leading_sign(&b) } else { 1 };
         let sign_rest = -sign_a * of_leading * sign(&divisor);
         g = b.last().expect("not empty").clone();
@@ -82,22 +84,23 @@ fn signed(c: &[BigInt], sign: i32) -> Polynomial {
     Polynomial::of_integers(c.iter().map(|c| c * sign).collect(), 0)
 }
 
-/// `lc(b)^(deg a - deg b + 1) a mod b`.
+/// The pseudo-remainder `lc(b)^(deg a - deg b + 1) a mod b`, where `lc(b)` is the leading coefficient of `b`.
 fn pseudo_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
     divide(a, b).1
 }
 
-/// A multiple of `a / b`, which must leave no remainder, by a factor of either sign.
+/// A positive multiple of the quotient `a / b`. The division must leave no remainder.
 fn quotient(a: &Polynomial, b: &Polynomial) -> Polynomial {
     let (quotient, rest) = divide(&a.coefficients, &b.coefficients);
     assert!(rest.is_empty(), "the divisor is common to all elements");
-    // A power of lc(b), even or odd depending on the degree, was multiplied in; the sign is made positive.
+    // Pseudo-division has multiplied by a power of the leading coefficient of b. An odd power may be negative.
     let power = a.coefficients.len() - b.coefficients.len() + 1;
     let flip = if power % 2 == 1 { leading_sign(&b.coefficients) } else { 1 };
     signed(&quotient, flip)
 }
 
-/// Pseudo-division: `(q, r)` with `lc(b)^(deg a - deg b + 1) a = q b + r`.
+/// Pseudo-division. Returns `(q, r)` with `lc(b)^(deg a - deg b + 1) a = q b + r`, where `lc(b)` is the leading
+/// coefficient of `b`.
 fn divide(a: &[BigInt], b: &[BigInt]) -> (Vec<BigInt>, Vec<BigInt>) {
     let leading = b.last().expect("the divisor is not zero");
     let (mut rest, mut quotient) = (a.to_vec(), Vec::new());

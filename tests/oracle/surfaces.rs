@@ -1,14 +1,14 @@
-//! The exact oracle for features of surfaces: points, lines, segments, faces and planes. An event must be on
-//! the feature.
+//! The exact oracle for features of surfaces: points, lines, segments, faces and planes. An event counts only if the
+//! foot of the perpendicular is on the feature.
 //!
 //! | modules | |
 //! |---|---|
 //! | `rounded` | exact numbers with bounds on their floating-point errors |
 //! | `place` | signs of polynomials at roots of others, and the order of roots |
-//! | `rule` | the rule with extents, decided exactly |
-//! | `feature`, `question` | the questions, with their exact polynomials and boxes |
-//! | `compare`, `witness` | how an answer is judged |
-//! | `approach`, `families` | states, by family |
+//! | `rule` | the rule for the next contact, decided exactly |
+//! | `feature`, `question` | the sphere and the feature, with their exact polynomials and the boxes around them |
+//! | `compare`, `witness` | the judgement of an answer |
+//! | `approach`, `families` | families of states |
 //! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all features, of every failure ever found |
 
 mod agreement;

@@ -1,4 +1,4 @@
-//! The table of the long run, `benches/results/detection.md`.
+//! Writes the table of the long run, `benches/results/detection.md`.
 
 use crate::detection::Algorithm;
 use crate::tally::{Tally, spread};
@@ -14,7 +14,7 @@ for which the oracle gives Carom's answer. *Error* is that of times after now wh
 far the exact root moves when f does by the rounding of its coefficients and of its evaluation, plus one ulp of the time; the \
 test's bound is 3 (4 for Algorithm 1), derived in `tests/oracle/compare.rs`.\n";
 
-/// The whole page, from the sums over all families and the rows of each.
+/// The whole page, from the sums over all families and the table rows of each family.
 pub fn page(totals: &mut [(Algorithm, Tally)], families: &str, seed: u64) -> String {
     let mut page = format!(
         "# Event detection against the exact oracle\n\n{}, {}, {}, seed {seed}. Made by\n\n    {COMMAND}\n\n",
@@ -73,7 +73,7 @@ fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     }
 }
 
-/// With a larger relative error, a closed form has found another root or none.
+/// A closed form with a larger relative error has found another root, or none.
 const MISSED: f64 = 1e-3;
 
 fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, errors: &mut [f64]) {
@@ -91,7 +91,7 @@ fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, er
     );
 }
 
-/// Row of one family.
+/// Writes the table row of one family.
 pub fn family_row(table: &mut String, algorithm: Algorithm, family: &str, tally: &mut Tally) {
     let median = number(spread(&mut tally.errors)[0]);
     let worst = number(spread(&mut tally.ratios)[2]);

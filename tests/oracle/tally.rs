@@ -1,4 +1,4 @@
-//! Sums over many comparisons.
+//! Counts and errors of many comparisons with the oracle.
 
 use crate::cases::FAMILIES;
 use crate::compare::{Comparison, Judgement, compare};
@@ -15,17 +15,17 @@ pub struct Tally {
     pub cases: usize,
     pub events_later: usize,
     pub within_rounding: usize,
-    /// The first few, to be printed.
+    /// The first wrong answers, to be printed.
     pub wrong: Vec<(State, Comparison)>,
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// Errors in units of the allowed rounding.
+    /// Errors of times in units of what rounding allows.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }
 
-/// Largest number of wrong answers that are kept.
+/// Largest number of wrong answers that are kept for printing.
 const SHOWN: usize = 5;
 
 impl Tally {
@@ -63,7 +63,7 @@ impl Tally {
     }
 }
 
-/// Tries an algorithm on a number of states of every family.
+/// Tests an algorithm on a number of states of every family.
 pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static str, Tally)> {
     FAMILIES
         .iter()
@@ -75,7 +75,7 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
                 let falling = algorithm.takes_acceleration().unwrap_or_else(|| random.chance(0.7));
                 let mut state = family(&mut random, falling);
                 if algorithm.takes_acceleration() == Some(true) && state.acceleration == Vector::zeros() {
-                    // The precondition: a_ij /= 0.
+                    // These algorithms require an acceleration that is not zero.
                     state.acceleration.z = -1.0;
                 }
                 tally.add(algorithm, &state);
@@ -85,7 +85,7 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
         .collect()
 }
 
-/// Median, 99.9 % quantile and worst value; zeros if empty.
+/// Median, 99.9 % quantile and largest value; zeros for an empty list.
 pub fn spread(values: &mut [f64]) -> [f64; 3] {
     if values.is_empty() {
         return [0.0; 3];

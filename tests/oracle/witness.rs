@@ -1,4 +1,4 @@
-//! Witnesses: polynomials indistinguishable from the exact one by rounding, for which an answer is right.
+//! Witnesses: polynomials that rounding cannot distinguish from the exact one, and for which a given answer is right.
 
 use super::dyadic::Dyadic;
 use super::exact::Overlap;
@@ -6,10 +6,11 @@ use super::measure::last_place;
 use super::polynomial::Polynomial;
 use super::rule::{Kind, Verdict, next_event};
 
-/// Fractions of the boxes at which witnesses are searched, in addition to the centre.
+/// Shifts that are tried in the search for witnesses, as fractions of the boxes around the coefficients. The centre is
+/// tried first.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Whether any polynomial in the boxes has the answer, and an event of the requested kind.
+/// Whether any polynomial in the boxes has this answer, with an event of this kind if one is given.
 pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
     let kinds = kind.map_or_else(|| vec![Kind::Root, Kind::TurningPoint], |kind| vec![kind]);
     directions(overlap).any(|signs| match answer {
@@ -19,12 +20,11 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
     })
 }
 
-/// Largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed
-/// bracket.
+/// Largest distance between the event of a witness and the answer: 2 to this power [ulp], the width of a final bracket.
 const SLACK: i64 = 2;
 
-/// Shifts a polynomial in the boxes so that it has a root, or a turning point, at `t`; returns whether that
-/// is its next event.
+/// Shifts a polynomial in its box so that it has a root, or a turning point, at `t`. Returns whether this is then the
+/// next event.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
     let available = match kind {
@@ -37,8 +37,8 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     if !moved.iter().all(|s| s.abs() <= 1.0) {
         return false;
     }
-    // The fractions are rounded and leave a small remainder, which is taken from the term that changes f
-    // most.
+    // Because the fractions are rounded, a small remainder is left. It is subtracted from the term with the largest
+    // effect.
     let effects = (0..signs.len()).map(|k| effect(k, t, kind));
     let (term, effect) =
         effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
@@ -59,11 +59,11 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
 }
 
-/// Number of corrections. Each leaves one part in 10^16: `f` at `t` can be that much smaller than its own
-/// rounding.
+/// Number of corrections. Each one leaves one part in 10^16 of the remainder. Several are needed, because `f` at `t`
+/// can be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
-/// Change of `f`, or of its derivative, at `t` per unit of a coefficient.
+/// The change of `f`, or of its derivative, at `t` if a coefficient changes by 1.
 fn effect(term: usize, t: f64, kind: Kind) -> f64 {
     let power = i32::try_from(term).unwrap();
     match (kind, term) {
@@ -77,18 +77,19 @@ fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
     overlap.rounding[*term] * effect
 }
 
-/// Fraction of a box that may be left out of its size: a few roundings of the fractions of other boxes.
+/// Largest remainder of a shift that is ignored, as a fraction of the box. It comes from the rounding of the other
+/// fractions.
 const REST: f64 = 1e-9;
 
-/// The centre of the boxes, then their corners and the midpoints of edges and faces, for each fraction of
-/// their size.
+/// Shifts to the centre of the boxes, then to their corners and to the midpoints of edges and faces, for several
+/// fractions of their size.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
     let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());
     let all = power_of_three(count);
     let digit = move |code: usize, k: usize| (code / power_of_three(k) % 3) as f64 - 1.0;
     let vector = move |code: usize, part: f64| (0..count).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform shifts come first: they shift f as far as possible.
+    // Shifts of all coefficients in the same direction come first, because they change f most.
     let ordered = [0, all - 1].into_iter().chain(1..all - 1);
     let parts = PARTS.into_iter().flat_map(move |part| ordered.clone().map(move |code| vector(code, part)));
     std::iter::once(vec![0.0; count]).chain(parts)

@@ -5,7 +5,7 @@ use carom::model::potential::Potential;
 use carom::model::space::minimum_image;
 use carom::model::{ParticleId, Scene};
 
-/// The largest fraction by which a bond is longer or shorter than allowed.
+/// The largest relative amount by which a bond is longer or shorter than allowed.
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     let excess = |bond: &carom::model::Bond| {
         let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
@@ -17,8 +17,8 @@ fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     scene.bonds().iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// A position is rounded to the spacing of floating-point numbers up to 16, in each of its six coordinates
-/// and at the times of both particles: about ten units in the last place, for distances of 1.
+/// Tolerance of bond lengths. Each of the six coordinates, at the times of both particles, is rounded to the spacing of
+/// floating-point numbers up to 16. For bond lengths of about 1, this makes about ten units in the last place.
 const BOND_ROUND_OFF: f64 = 10.0 * 16.0 * f64::EPSILON;
 
 fn pendulum(restitution: f64) -> Simulation {
@@ -33,14 +33,14 @@ fn the_energy_of_the_pendulum_never_rises() {
     for restitution in [0.0, 0.5, 0.9, 1.0] {
         let mut simulation = pendulum(restitution);
         let total = |simulation: &Simulation| simulation.energy().kinetic + simulation.energy().potential;
-        // The bob can fall by 11 with its mass of 100.
+        // The bob has a mass of 100 and can fall by 11.
         let scale = 1100.0;
         let (mut last, mut worst) = (total(&simulation), f64::NEG_INFINITY);
         for event in 1..=20_000 {
             simulation.advance(Until::events(event)).unwrap();
             let now = total(&simulation);
-            // An event rounds the energies of two particles a few times each. The free flight before the
-            // event rounds the energies of all particles a few times each.
+            // An event rounds the energies of two particles a few times each. The free flight before the event rounds
+            // the energies of all particles a few times each.
             assert!(now <= last + 32.0 * scale * f64::EPSILON, "{restitution}: event {event} adds {}", now - last);
             last = now;
             worst = worst.max(worst_bond(simulation.scene(), &simulation.snapshot()));
@@ -64,8 +64,8 @@ fn an_elastic_pendulum_keeps_its_energy() {
         assert!(error.abs() < 1e-10 * most, "{error} after {} events", 1000 * part);
     }
     assert!(most > 100.0);
-    // The chain starts at rest and then whips around: its first times must not determine the digits of all
-    // later ones. Beads fly at up to 50, and event times are rounded where about 10^4 of them make an epoch.
+    // The chain starts at rest and then whips around, with beads at speeds of up to 50. Event times are relative to an
+    // epoch of about 10^4 events. The slow start must not determine the precision of all later times.
     assert!(simulation.event_counts().deepest_overlap < 1e-13, "{}", simulation.event_counts().deepest_overlap);
 }
 
@@ -99,7 +99,7 @@ fn polymers_stay_whole() {
         simulation.pair_state(ParticleId(50), ParticleId(0))
     );
     let now = simulation.energy();
-    // 2,000 beads at a temperature near 1; each of 300,000 events rounds the energies of two of them a few
+    // The 2,000 beads have a temperature near 1. Each of the 300,000 events rounds the energies of two beads a few
     // times.
     let bound = 300_000.0 * 16.0 * 2.0 * f64::EPSILON;
     assert!((now.kinetic + now.potential - start.kinetic - start.potential).abs() < bound);

@@ -21,7 +21,7 @@ fn equal(count: u64, fraction: f64, arrangement: impl Into<Arrangement>) -> Scen
     )
 }
 
-/// Diameters 1 and 1.4, half of each.
+/// A mixture of equal numbers of particles with diameters 1 and 1.4.
 fn mixture(count: u64, fraction: f64) -> SceneBuilder {
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -38,7 +38,7 @@ fn mixture(count: u64, fraction: f64) -> SceneBuilder {
 
 const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
 
-/// The smallest distance of any two particles, in contact distances, over all pairs.
+/// The smallest distance of all pairs of particles, in units of their contact distance.
 fn closest(scene: &Scene) -> f64 {
     let size = scene.space().size;
     let mut closest = f64::INFINITY;
@@ -56,10 +56,10 @@ fn closest(scene: &Scene) -> f64 {
     closest
 }
 
-/// Nothing overlaps, the density is the requested one, and everything is in the box.
+/// Checks that no particles overlap, that the density is the requested one, and that all particles are in the box.
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
-    // Round-off of sums of a thousand terms.
+    // The packing fraction has the round-off of a sum of a thousand terms.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
     let (lower, upper) = (scene.space().lower, scene.space().upper());
     for particle in scene.particles() {
@@ -77,8 +77,7 @@ fn mean_q6(scene: &Scene) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Number of pairs by distance, relative to the number for random points, for distances from 3 to 4 diameters
-/// in ten bins.
+/// Pair correlation function in ten bins between distances of 3 and 4 diameters.
 fn far_pairs(scene: &Scene) -> [f64; 10] {
     let (size, count) = (scene.space().size, scene.particles().len() as f64);
     let mut bins = [0.0; 10];
@@ -104,11 +103,12 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
 fn equal_spheres_start_dense_and_disordered() {
     let scene = equal(1000, 0.62, Arrangement::Random).temperature(1.0).build().unwrap();
     assert_valid(&scene, 0.62);
-    // 0.575 on the lattice, about 0.4 in a random packing, which has about 13 neighbours up to 1.4 diameters.
+    // The mean of q6 is 0.575 on the lattice. In a random packing, which has about 13 neighbours up to 1.4 diameters,
+    // it is about 0.4.
     let lattice = equal(864, 0.62, Lattice::FaceCentredCubic).build().unwrap();
     assert!((mean_q6(&lattice) - 0.575).abs() < 0.001, "{}", mean_q6(&lattice));
     assert!(mean_q6(&scene) < 0.45, "{}", mean_q6(&scene));
-    // A lattice has shells with nothing in between.
+    // The pair correlation function of a lattice has peaks and is zero between them.
     let shells = far_pairs(&lattice);
     assert!(shells.contains(&0.0) && shells.iter().any(|&value| value > 2.0), "{shells:?}");
     let fluid = far_pairs(&scene);
@@ -137,8 +137,8 @@ fn mixtures_and_disks_start_dense() {
 
 #[test]
 fn only_cores_count() {
-    // Cores of half the diameter, in wells: 8 times denser by diameters than by cores, and unlike spheres
-    // keep a larger distance.
+    // Only the cores of the potentials keep particles apart: 0.8 between A particles and 1.05 between A and B. Two B
+    // particles have no core.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -167,9 +167,10 @@ fn reached(result: Result<Scene, SceneError>) -> f64 {
 
 #[test]
 fn what_no_random_packing_reaches_is_refused() {
-    // Beyond random close packing, rejected at once.
+    // A density beyond random close packing is rejected at once.
     assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
-    // Random close packing of a mixture 1 : 1.4 is at about 0.645, of disks at 0.84.
+    // Random close packing is at about 0.645 for spheres with diameters in the ratio 1 : 1.4, and at 0.84 for such
+    // disks.
     let fraction = reached(mixture(200, 0.9).build());
     assert!((0.60..0.67).contains(&fraction), "{fraction}");
     let fraction = reached(mixture(200, 0.95).boundary(DISKS).build());
@@ -187,7 +188,7 @@ fn with_walls_or_company_particles_are_placed_one_by_one() {
     };
     refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
-    // If there is room, the start is still the sequential one.
+    // At a lower density, particles can still be placed one by one.
     assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
 }
 
@@ -209,14 +210,15 @@ fn as_many_as_fit_are_those_that_the_error_counts() {
     let fitted = scene(random().count(100).as_many_as_fit()).build().unwrap();
     assert_eq!(fitted.particles().len(), placed);
     assert!(closest(&fitted) >= 1.0);
-    // Random insertion ends below a packing fraction of 0.38, between walls slightly earlier.
+    // Random insertion stops below a packing fraction of 0.38, and slightly earlier between walls.
     assert!((50..76).contains(&placed), "{placed}");
-    // Without a count the result is the same, as there is only one species; with a smaller count it stops
-    // there.
+    // Without a count, the fill adds the same particles, because there is only one species. With a smaller count, the
+    // fill stops at the count.
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Other particles leave less room; cores may be smaller than diameters.
+    // With 30 particles of another fill in the box, the total is in the same range. Cores may be smaller than
+    // diameters.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     let small = SceneBuilder::new("cores")
@@ -226,7 +228,7 @@ fn as_many_as_fit_are_those_that_the_error_counts() {
         .add_fill(random().as_many_as_fit())
         .build()
         .unwrap();
-    // 0.3 to 0.385 of spheres of half the diameter, in 216.
+    // Packing fractions of 0.3 to 0.385 for spheres of diameter 0.5 in a volume of 216.
     assert!((990..1271).contains(&small.particles().len()), "{}", small.particles().len());
 }
 
@@ -246,6 +248,6 @@ fn a_mixture_of_which_as_many_as_fit_keeps_its_shares() {
     assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());
     let all = scene.particles().len() as f64;
     let small = scene.particles().iter().filter(|particle| particle.species.0 == 0).count() as f64;
-    // Four standard deviations, if choices are independent.
+    // Four standard deviations, if each particle has an independent random species.
     assert!((small / all - 0.25).abs() < 4.0 * (0.25_f64 * 0.75 / all).sqrt(), "{small} of {all}");
 }

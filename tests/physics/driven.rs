@@ -45,7 +45,8 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert_eq!(name, "temperature");
     let error = temperature.standard_error.unwrap();
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
-    // Andersen collisions are random: 256 per unit time, with the standard deviation of a Poisson process.
+    // Andersen collisions are random, at a mean rate of 256 per unit time. Their number has the standard deviation of a
+    // Poisson process.
     let expected = 256.0 * 100.0;
     let collisions = finished.measurement.event_counts.thermostat as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
@@ -69,7 +70,7 @@ fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
         })
         .unwrap();
     assert_eq!(simulation.event_counts().thermostat, collisions);
-    // The variance of a square is twice the square of its mean.
+    // The square of a Gaussian variable has a variance of twice its squared mean.
     let mean = squares / collisions as f64;
     assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / collisions as f64).sqrt(), "{mean}");
 }
@@ -101,7 +102,7 @@ fn a_heat_bath_leaves_flat_axes_alone() {
         let error = temperature.standard_error.unwrap();
         assert_eq!(name, "temperature");
         assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.05, "{dimensions}: {temperature:?}");
-        // A thermostat set by hand does the same.
+        // A thermostat set with `set_thermostat` also leaves flat axes alone.
         let mut simulation = finished.simulation;
         simulation.set_thermostat(Some(&bath), 1).unwrap();
         simulation.advance(Until::time(70.0)).unwrap();
@@ -135,7 +136,7 @@ fn thermostats_that_can_do_nothing_are_refused() {
     refused(disks.add_fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
-/// A gas that loses energy in collisions and is rescaled, with the tensor averaged over blocks of a given
+/// Pressures of an inelastic gas with a rescaling thermostat. The pressure tensor is averaged over blocks of the given
 /// length.
 fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
@@ -155,7 +156,7 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
 
 #[test]
 fn what_scaling_gives_is_in_the_pressure_whenever_blocks_end() {
-    // Integrals over the same 20 units of time: their sums are rounded in another order.
+    // Both results are integrals over the same 20 units of time. They differ only in the order of their rounded sums.
     let [few, many] = [5.0, 0.1].map(scaled_gas);
     assert!(few.len() > 1);
     for ((name, few), (_, many)) in few.iter().zip(&many) {
@@ -171,8 +172,8 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
-/// No two spheres of a snapshot overlap deeper than round-off; `shift` is the displacement of the image one
-/// period up.
+/// Asserts that no two spheres of a snapshot overlap by more than round-off. The next image of the box above is
+/// displaced by `shift`.
 pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
     let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
@@ -191,7 +192,7 @@ pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diamete
 
 #[test]
 fn in_a_sheared_box_nothing_is_ever_missed() {
-    // Slow, and so fast that images slide by a diameter between two contacts.
+    // A slow shear, and one so fast that images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
         let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
         let scene = simulation.scene().clone();
@@ -232,8 +233,8 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
     let finished = finish(scene);
     let temperature = finished.observables[0].1;
     let error = temperature.standard_error.unwrap();
-    // If walls emitted the velocity distribution of the gas inside, instead of its flux, the gas would be
-    // colder by a fifth.
+    // If thermal walls emitted the velocity distribution of the gas instead of its flux, the gas would be colder by a
+    // fifth.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
@@ -256,8 +257,8 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // The energy dissipated by each contact is counted at its time: sums of about 3000 terms in another
-        // order.
+        // The energy dissipated by each contact is counted at the time of the contact. Only the order of the sums, of
+        // about 3000 terms, is different.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -273,7 +274,7 @@ fn samples_see_a_rescaled_gas_at_all_times_between_two_scalings() {
         .interaction("A", "A", hard(), 0.8)
         .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.15))
         .temperature(1.0)
-        // Each of the 200 default samples would come just after a scaling.
+        // At equal intervals, each of the 200 default samples would be taken just after a rescaling.
         .run(RunPlan { limit: Limit::time(200.0), thermostat: Some(scaling), ..RunPlan::default() })
         .measure(MeasurementPlan { profiles: vec![profile], speeds: Some(speeds), ..MeasurementPlan::default() });
     let finished = finish(scene.build().unwrap());
@@ -302,7 +303,7 @@ fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     let energy = finished.simulation.energy();
     let common = energy.momentum.norm_squared() / 64.0;
     assert!(common > 0.01, "{common}");
-    // Momentum is conserved in the measurement: 3 (N - 1) components are free.
+    // The measurement conserves momentum, so that only 3 (N - 1) velocity components are free.
     let expected = 2.0 * (energy.kinetic - common) / 93.0;
     let temperature = finished.observable("temperature").unwrap();
     assert!((temperature.mean / expected - 1.0).abs() < 1e-12, "{temperature:?} {expected}");
@@ -325,7 +326,8 @@ fn shear_that_vanishes_is_no_shear() {
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
-    // The trajectories differ after the first contacts; one degree of freedom in 32 would be 3 %.
+    // The two trajectories differ after the first contacts. With 32 particles, counting the degrees of freedom of one
+    // particle too many would change the pressure by 3 %.
     let error = rest.2.hypot(sheared.2);
     assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
 }
@@ -354,11 +356,11 @@ fn what_passes_after_the_last_sample_is_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven minus one, and ten.
+    // The particles cross the gate at 0.5 + 3 k and at 2 + 3 k, each of them ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 
-/// The first times at which a heat bath acts, with the particles.
+/// Times and particles of the first collisions with a heat bath.
 fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
     let mut simulation = Simulation::without_plan(scene.build().unwrap());
     let bath = Thermostat::Andersen { temperature, rate: 2.0, axes: [true; 3] };

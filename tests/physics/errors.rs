@@ -1,4 +1,4 @@
-//! Compares standard errors with the scatter of runs with other seeds.
+//! Compares standard errors with the scatter of runs that have different seeds.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -11,7 +11,7 @@ use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// Ratios of scatter to claimed error, by observable and measured number.
+/// Ratios of the scatter between runs to the standard error that they report, by observable and measured number.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
@@ -22,7 +22,7 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
             Some((format!("measured {}", number.name), estimate))
         });
         for (name, estimate) in observables.chain(measured) {
-            // Conserved quantities have an error of round-off.
+            // The standard error of a conserved quantity is only round-off.
             let error = estimate.standard_error.filter(|error| *error > 1e-12 * estimate.mean.abs());
             estimates.entry(name).or_default().extend(error.map(|error| (estimate.mean, error)));
         }
@@ -34,7 +34,7 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
         let claimed = runs.iter().map(|run| run.1 * run.1).sum::<f64>() / count;
         (scatter / claimed).sqrt()
     };
-    // Few of the runs may be too short for an error.
+    // Most runs must be long enough to report an error.
     let enough = estimates.into_iter().filter(|(_, runs)| 4 * runs.len() as u64 > 3 * seeds);
     enough.map(|(name, runs)| (name, ratio(runs))).collect()
 }
@@ -64,7 +64,7 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let fluid = |seed| {
         spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
     };
-    // In a quarter of the time there are too few values: the claimed errors are then a quarter too large.
+    // A run of a quarter of this length has too few values. Its reported errors are a quarter too large.
     let crystal = |seed| {
         spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
     };
@@ -92,16 +92,18 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     }
 }
 
-/// `CAROM_SEEDS=256 cargo test --release --test physics claimed_errors -- --nocapture` takes four minutes.
+/// With more seeds, `CAROM_SEEDS=256 cargo test --release --test physics claimed_errors -- --nocapture` takes four
+/// minutes.
 #[test]
 fn claimed_errors_agree_with_the_scatter_of_seeds() {
     let seeds: u64 = std::env::var("CAROM_SEEDS").map_or(32, |seeds| seeds.parse().unwrap());
-    // The ratios are between 0.8 and 1.25. The scatter of 32 seeds is known to 1 / sqrt(62) = 13 %, and one of
-    // fourteen ratios may deviate by 1.5 times as much. For 256 seeds these are 4.4 % and twice as much.
+    // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has an error of 1 / sqrt(62) = 13 %, and one of
+    // fourteen ratios may be off by 1.5 errors. With 256 seeds, the error is 4.4 %, and a ratio may be off by two
+    // errors.
     assert_honest(seeds, if seeds < 256 { 0.66..=1.5 } else { 0.73..=1.36 });
 }
 
-/// Two hundred spheres between two walls.
+/// Two hundred hard spheres between two walls.
 fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
     let x = Boundary::walls(1.0);
     let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(8.0) };
@@ -118,10 +120,9 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
         .unwrap()
 }
 
-/// Errors that used to be most wrong in short runs. The errors of the virial of a crystal, of the pressure on
-/// walls and of the stress across a slit were up to four times too large, because their fluctuations cancel
-/// over time. The errors of free times were twice too large. The errors of diffusion over few spans were up
-/// to twice too small.
+/// Standard errors that used to be wrong in short runs. The errors of the virial of a crystal, of the pressure on walls
+/// and of the stress across a slit were up to four times too large, because their fluctuations cancel over time. The
+/// errors of free times were twice too large. The errors of diffusion over few spans were up to twice too small.
 #[test]
 fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
@@ -170,7 +171,8 @@ fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
         println!("{what}: {ratios:.3?}");
         for name in wanted {
             let ratio = ratios.get(*name).copied().unwrap_or(f64::NAN);
-            // From 0.8 to 1.25; the scatter of 32 is known to 13 %, and one of nine may be off by two of that.
+            // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has an error of 13 %, and one of nine
+            // ratios may be off by two errors.
             assert!((0.6..=1.6).contains(&ratio), "{what}, {name}: {ratio}");
         }
     }

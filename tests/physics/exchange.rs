@@ -1,5 +1,5 @@
-//! Replica exchange of systems with exactly known populations: two particles in a square well, and a chain of
-//! four.
+//! Replica exchange of two systems with exactly known populations: two particles in a square well, and a chain of four
+//! beads.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -20,7 +20,7 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
     in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
 }
 
-/// A scene with replicas measured in an ensemble, with given numbers of attempts for equilibration and
+/// A scene with replica exchange in an ensemble, with given numbers of exchange attempts for equilibration and for
 /// measurement.
 pub fn in_ensemble(
     ensemble: ExchangeEnsemble,
@@ -47,8 +47,8 @@ pub fn results_and_curves(scene: Scene) -> (ExchangeResults, ThermalCurves) {
     (results, energies.curves(&exchange))
 }
 
-/// Mean and variance of the energy, and the logarithm of the partition function, for levels `-k DEPTH` with
-/// known volumes.
+/// Mean and variance of the energy, and the logarithm of the partition function. Level k has the energy `-k DEPTH` and
+/// the given volume in configuration space.
 fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     let weights: Vec<f64> = (0..).zip(volumes).map(|(k, it)| it * (DEPTH * f64::from(k) / temperature).exp()).collect();
     let sum: f64 = weights.iter().sum();
@@ -57,8 +57,8 @@ fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
 }
 
-/// Compares curves with the exact curves for levels `-k DEPTH` with known volumes, at all temperatures.
-/// Returns the largest deviation in standard errors.
+/// Compares curves with the exact ones at all temperatures. Level k has the energy `-k DEPTH` and the given volume in
+/// configuration space. Returns the largest deviation in standard errors.
 pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
     let highest = curves.points.last().unwrap().temperature;
     let [top_mean, _, top_log] = moments(volumes, highest);
@@ -71,14 +71,14 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
         let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
         let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
         for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
-            // This value is zero by definition.
+            // This quantity is relative to the highest temperature and therefore exactly zero there.
             if t == highest && expected == 0.0 {
                 assert_eq!(measured.mean, 0.0, "{name}");
                 continue;
             }
             let deviation = deviation(measured, expected);
-            // For 80 seeds of a pair of particles, two deviations were above 3 standard errors and one above 4. The mean
-            // deviations were zero within 0.1 to 0.2, and their standard deviations 0.9.
+            // With 80 seeds of a system of two particles, two deviations were above 3 standard errors and one above 4.
+            // The mean deviations were within 0.1 to 0.2 of zero, and their standard deviations were 0.9.
             assert!(deviation.abs() < 4.0, "{name} at {t}: {measured:?}, expected {expected}");
             largest = largest.max(deviation.abs());
         }
@@ -92,7 +92,7 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
     largest
 }
 
-/// Two particles of unequal masses with a square well.
+/// Two particles of unequal masses, attracted by a square well.
 pub fn pair() -> SceneBuilder {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(LENGTH))
@@ -105,7 +105,7 @@ pub fn pair() -> SceneBuilder {
         .particle("B", Vector::new(2.7, 2.7, 2.7), Vector::zeros())
 }
 
-/// The fraction of time in which the two are bound.
+/// The fraction of time in which the two particles are bound.
 pub fn bound(temperature: f64) -> f64 {
     let sphere = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let weight = (sphere(LAMBDA) - sphere(1.0)) * (DEPTH / temperature).exp();
@@ -116,7 +116,7 @@ pub fn deviation(measured: Estimate, expected: f64) -> f64 {
     (measured.mean - expected) / measured.standard_error.expect("long enough for an error")
 }
 
-/// The population of an exact level at a temperature.
+/// The measured population of an energy level at a temperature.
 fn population(results: &ExchangeResults, place: usize, energy: f64) -> Estimate {
     let level = results.temperatures[place].populations.iter().find(|it| (it.energy - energy).abs() < 1e-12);
     let level = level.unwrap_or_else(|| panic!("no level {energy} in {:?}", results.temperatures[place].populations));
@@ -144,8 +144,8 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         ];
         assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
     }
-    // The states of two independent replicas: both bound, both unbound, or only the replica at the lower
-    // temperature bound.
+    // An exchange is always accepted, unless only the replica at the lower temperature is bound. It is then accepted
+    // with the Metropolis probability.
     for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
         let [cold, hot] = [bound(pair[0]), bound(pair[1])];
         let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());
@@ -166,7 +166,8 @@ fn errors_are_those_of_the_scatter_of_seeds() {
         }
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    // Independent deviates would give 1 +- sqrt(2 / 64); neighbouring temperatures are not quite independent.
+    // The mean of 64 independent squared deviations would be 1 +- sqrt(2 / 64). Deviations at neighbouring temperatures
+    // are not quite independent.
     assert!((mean - 1.0).abs() < 0.5, "{mean}");
 }
 
@@ -190,15 +191,14 @@ fn gauss(n: u32) -> Vec<(f64, f64)> {
     (0..n).map(node).collect()
 }
 
-/// Longest bond, and depth of the wells, of a chain of four; cores have diameter 1.
+/// Longest bond of the chains. The cores of their beads have diameter 1.
 const BOND: f64 = 1.2;
 
-/// The volumes of the states of the chain with 0 to 3 pairs in wells, in arbitrary units.
+/// Volumes in configuration space of the states of the chain with 0 to 3 pairs in wells, in arbitrary units.
 ///
-/// The bonds have the lengths `r_1`, `r_2`, `r_3`. The squared distances `s`, `t` of next neighbours are
-/// linear in the cosines of the angles between bonds, so the volume element is `r_1 r_3 dr_1 dr_2 dr_3 ds dt
-/// dphi`. The squared distance of the ends is `A + B cos(phi)`, for which the fraction of angles below a
-/// limit is known.
+/// The bonds have the lengths `r_1`, `r_2`, `r_3`. The squared distances `s`, `t` between second neighbours are linear
+/// in the cosines of the angles between bonds. So the volume element is `r_1 r_3 dr_1 dr_2 dr_3 ds dt dphi`. The
+/// squared distance between the ends is `A + B cos(phi)`, for which the fraction of angles below a limit is known.
 pub fn volumes(points: u32) -> [f64; 4] {
     let (rule, well) = (gauss(points), LAMBDA * LAMBDA);
     let on = |from: f64, to: f64| -> Vec<(f64, f64)> {
@@ -232,7 +232,7 @@ pub fn volumes(points: u32) -> [f64; 4] {
     volumes
 }
 
-/// A straight chain of four, whose states have the volumes of [`volumes`].
+/// A chain of four beads, initially straight. Its states have the volumes of [`volumes`].
 pub fn chain_of_four() -> SceneBuilder {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(9.0))
@@ -245,9 +245,9 @@ pub fn chain_of_four() -> SceneBuilder {
     })
 }
 
-/// Limit for twenty deviations, in errors that are estimates themselves. Over 64 seeds the deviations of each
-/// population have a mean within 0.33 and a root mean square of 0.89 to 1.26. Of all 1,024 deviations, two
-/// are beyond 4: 4.2 and 5.9.
+/// Largest deviation allowed for twenty quantities, in standard errors. These errors are estimates themselves. Over 64
+/// seeds, the deviations of each population had a mean within 0.33 and a root mean square of 0.89 to 1.26. Of all 1,024
+/// deviations, two were beyond 4: 4.2 and 5.9.
 const LIMIT: f64 = 4.5;
 
 #[test]
@@ -265,7 +265,7 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
         let depth = |wells: u32| DEPTH * f64::from(wells);
         let weights: Vec<f64> = (0..4).zip(&volumes).map(|(n, it)| it * (depth(n) / temperature).exp()).collect();
         let sum: f64 = weights.iter().sum();
-        // One molecule of four particles, whose centre of mass may be anywhere.
+        // The chain of four particles is a single molecule, whose centre of mass may be anywhere.
         let compressibility = results.temperatures[place].observables["compressibility_factor"];
         assert!(deviation(compressibility, 0.25).abs() < LIMIT, "{temperature}: {compressibility:?}");
         for (wells, weight) in (0..4).zip(&weights) {
@@ -293,12 +293,12 @@ fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
             *square += deviation(it, expected).powi(2);
         }
     }
-    // Independent deviates would give 1 +- sqrt(2 / 24).
+    // The mean of 24 independent squared deviations would be 1 +- sqrt(2 / 24).
     let means = squares.map(|sum| sum / seeds as f64);
     assert!(means.iter().all(|mean| (0.4..1.9).contains(mean)), "{means:?}");
 }
 
-/// A temperature at which the pair never unbinds.
+/// At a temperature of 0.02, the pair never unbinds.
 #[test]
 fn a_frozen_temperature_is_named() {
     let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 20));
@@ -310,9 +310,9 @@ fn a_frozen_temperature_is_named() {
     assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }
 
-/// Mean squares of the radius of gyration and of the end-to-end distance for a chain of three at a
-/// temperature, over bonds `r_1`, `r_2` and the squared distance `s` of the ends, with the volume element
-/// `r_1 r_2 dr_1 dr_2 ds`.
+/// Mean squares of the radius of gyration and of the end-to-end distance for a chain of three beads at a temperature.
+/// They are integrals over the bond lengths `r_1`, `r_2` and the squared distance `s` of the ends, with the volume
+/// element `r_1 r_2 dr_1 dr_2 ds`.
 fn squares_of_three(temperature: f64) -> [f64; 2] {
     let rule: Vec<(f64, f64)> = gauss(12).into_iter().map(|(x, w)| (1.0 + (BOND - 1.0) * x, w)).collect();
     let (well, boost) = (LAMBDA * LAMBDA, (DEPTH / temperature).exp());
@@ -340,7 +340,7 @@ fn a_chain_of_three_has_its_exact_extent_at_all_temperatures() {
         .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
         .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
     let builder = (0..3).fold(builder, |builder, bead| {
-        // Across a side of the box.
+        // The chain lies across a periodic side of the box.
         let builder =
             builder.particle("bead", Vector::new((5.5 + 1.1 * f64::from(bead)) % 7.0, 4.0, 4.0), Vector::zeros());
         if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }

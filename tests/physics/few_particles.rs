@@ -1,5 +1,5 @@
-//! Few particles, where `N` instead of `N - 1` would be visible, compared with exact results and with an
-//! independent Monte Carlo simulation.
+//! Systems of few particles, for which the difference between `N` and `N - 1` is visible. The results are compared with
+//! exact ones and with an independent Monte Carlo simulation.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -16,7 +16,7 @@ use carom::scene::{Arrangement, Fill, SceneBuilder};
 
 use super::measure::Mean;
 
-/// Hard spheres of diameter 1 and a mass that is not a power of 2, at random in a periodic cube.
+/// Hard spheres of diameter 1 at random positions in a periodic cube. Their mass is not a power of 2.
 fn spheres(count: u64, edge: f64, events: u64) -> Scene {
     SceneBuilder::new("few")
         .seed(3)
@@ -42,9 +42,9 @@ fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {
 
 #[test]
 fn two_spheres_in_a_small_cube_have_their_exact_pressure() {
-    // The first particle may be anywhere in V, the other one anywhere except within a diameter of it: Q = V
-    // (V - v), v = 4 pi / 3, because a cube of more than two diameters keeps the images of v apart. P / T = d
-    // ln Q / dV = 1 / V + 1 / (V - v), Z = P V / (2 T).
+    // The first particle may be anywhere in the volume V, and the second one anywhere except within a diameter of the
+    // first. So the partition function is Q = V (V - v) with v = 4 pi / 3, because a cube longer than two diameters
+    // keeps the images of v apart. Then P / T = d ln Q / dV = 1 / V + 1 / (V - v), and Z = P V / (2 T).
     let (volume, excluded) = (27.0, 4.0 * PI / 3.0);
     let exact = 0.5 * (1.0 + volume / (volume - excluded));
     assert!((exact - 1.09181).abs() < 1e-5);
@@ -61,14 +61,14 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
         let expected = MonteCarlo::new(count, edge).compressibility(sweeps);
         let error = libm::hypot(z.standard_error.unwrap(), expected.error);
         println!("N = {count}: {z:?}, {expected:?}, {:+.2} sigma", (z.mean - expected.mean) / error);
-        // One particle in N is (Z - 1) / N, more than five times that.
+        // Counting one particle too many changes Z by (Z - 1) / N. The error is less than a fifth of this.
         assert!(error < (expected.mean - 1.0) / (5.0 * count as f64), "{count}: {error}");
         assert!((z.mean - expected.mean).abs() < 3.0 * error, "{count}: {z:?}, {expected:?}");
     }
 }
 
-/// Hard spheres in a periodic cube with positions from the Metropolis rule: no velocities, no time, no code
-/// of the engine.
+/// Monte Carlo simulation of hard spheres in a periodic cube by the Metropolis rule. It has no velocities and no time,
+/// and uses no code of the engine.
 struct MonteCarlo {
     edge: f64,
     positions: Vec<[f64; 3]>,
@@ -76,8 +76,7 @@ struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// Spheres on a lattice with `ceil(N^(1/3))^3` sites if this lattice is loose enough, otherwise on a
-    /// face-centred lattice.
+    /// Starts on a face-centred cubic lattice.
     fn new(count: u64, edge: f64) -> Self {
         let cells = (1..).find(|n| 4 * n * n * n >= count).unwrap();
         let step = edge / cells as f64;
@@ -120,8 +119,8 @@ impl MonteCarlo {
         }
     }
 
-    /// Pairs in shells around contact, relative to the pairs of an ideal gas. A parabola extrapolates them to
-    /// contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
+    /// Counts the pairs in shells around contact, relative to the pairs of an ideal gas. A parabola extrapolates these
+    /// ratios to contact: `Z = 1 + (2 pi / 3) rho (N - 1) / N g(1)`.
     fn compressibility(mut self, sweeps: u64) -> Mean {
         const SHELLS: usize = 10;
         const WIDTH: f64 = 0.01;
@@ -158,7 +157,7 @@ impl MonteCarlo {
     }
 }
 
-/// The value at 0 of the least-squares parabola through the points.
+/// The value at 0 of the parabola fitted to the points by least squares.
 fn at_zero(points: &[(f64, f64)]) -> f64 {
     let sum = |power: i32| points.iter().map(|(x, _)| x.powi(power)).sum::<f64>();
     let moment = |power: i32| points.iter().map(|(x, y)| x.powi(power) * y).sum::<f64>();
@@ -171,7 +170,7 @@ fn at_zero(points: &[(f64, f64)]) -> f64 {
     determinant([with(0), with(1), with(2)]) / determinant([row(0), row(1), row(2)])
 }
 
-/// Forty disks in a box of 12 x 12 with the given boundaries.
+/// Forty hard disks in a box of 12 x 12 with the given boundaries.
 fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
     let space = Space {
         lower: Vector::zeros(),
@@ -196,16 +195,16 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
         let scene = disks(boundary, None);
         let first = Observer::new(&scene).row(&Simulation::without_plan(scene.clone())).temperature.unwrap();
         let temperature = observed(scene, "temperature");
-        // About a thousand roundings of a sum of 40 terms, with random signs.
+        // The temperature is a sum of 40 terms. It is rounded about a thousand times, with random signs.
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
         assert!(is_one(first) && is_one(temperature.mean), "{boundary:?}: {first} {temperature:?}");
     }
-    // A heat bath along one axis leaves the momentum along the other axis.
+    // A heat bath along x does not change the momentum along y.
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true, false, false] };
     let scene = disks([periodic; 2], Some(bath));
     let first = Observer::new(&scene).row(&Simulation::without_plan(scene)).temperature.unwrap();
     assert!((first - 1.0).abs() < 1e-13, "{first}");
-    // Velocities are scaled to it, too.
+    // Rescaling uses the same number of degrees of freedom as the measured temperature.
     let scaled = Thermostat::Rescaling { temperature: 2.0, interval: 0.1 };
     let temperature = observed(disks([walls, periodic], Some(scaled)), "temperature").mean;
     assert!((temperature - 2.0).abs() < 1e-13, "{temperature}");

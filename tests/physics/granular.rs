@@ -1,4 +1,4 @@
-//! Inelastic contacts: Haff's law, inelastic collapse, and how the TC model prevents it.
+//! Inelastic contacts: Haff's law, inelastic collapse, and how the TC model prevents a collapse.
 
 use crate::measure::Mean;
 use carom::Vector;
@@ -23,18 +23,18 @@ fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
 
 #[test]
 fn a_granular_gas_cools_by_haffs_law() {
-    // T = T0 exp(-(1 - e^2) s / 3) with s contacts per particle. The velocities deviate from Maxwell's by a2
-    // = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)), which changes the rate by a2 / 4 (van Noije and
-    // Ernst, Granular Matter 1, 57, 1998): -0.24 % at 0.95.
+    // Haff's law is T = T0 exp(-(1 - e^2) s / 3) with s contacts per particle. The velocities deviate from Maxwell's
+    // distribution by a2 = 16 (1 - e)(1 - 2 e^2) / (81 - 17 e + 30 e^2 (1 - e)), which changes the rate by a2 / 4 (van
+    // Noije and Ernst, Granular Matter 1, 57, 1998): -0.24 % at e = 0.95.
     for e in [0.95_f64, 0.9] {
         let a2 = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
         let rate = (1.0 - e * e) / 3.0 * (1.0 + a2 / 4.0);
-        // First the lattice dissolves, with Maxwellian velocities: 5 contacts per particle.
+        // The first 5 contacts per particle dissolve the lattice.
         let mut simulation = gas(e, None);
         let (particles, per_block) = (simulation.moving() as f64, 686);
         simulation.advance(Until::events(5 * per_block)).unwrap();
         let mut last = simulation.energy().kinetic;
-        // 15 more contacts per particle, long before clusters form.
+        // The next 15 contacts per particle are measured, long before clusters form.
         let slopes: Vec<f64> = (1..=15)
             .map(|block| {
                 simulation.advance(Until::events((5 + block) * per_block)).unwrap();
@@ -56,18 +56,18 @@ fn what_is_dissipated_is_what_is_lost() {
     simulation.advance_with(Until::events(20_000), |event| sum += event.dissipated).unwrap();
     let lost = start - simulation.energy().kinetic;
     assert!(lost > 0.5 * start);
-    // Each of 20,000 contacts rounds the energies of its two particles, about T each, a few times.
+    // Each of 20,000 contacts rounds the energies of its two particles, which are about T, a few times.
     let bound = 20_000.0 * 8.0 * 4.0 * f64::EPSILON;
     assert!((simulation.event_counts().dissipated.total() - lost).abs() < bound);
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
-/// Three spheres on a line; the outer two fly towards the middle one.
+/// Three spheres on a line. The outer two fly towards the middle one.
 fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
 
-/// A line of particles in a frame in which all of them drift.
+/// Three spheres that collide on a line and share a drift velocity.
 fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Simulation {
     let space = Space {
         lower: Vector::new(-10.0, 0.0, 0.0),
@@ -96,16 +96,17 @@ fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
         let mut simulation = three_on_a_line(below, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {below}: {} contacts, {arrest}", simulation.event_counts().core);
-        // Each contact leaves a fraction of the speed; less than a hundred contacts lead below 1e-16.
+        // Each contact leaves only a fraction of the relative speed. After fewer than a hundred contacts, the speed is
+        // below 1e-16.
         assert!(simulation.event_counts().core < 100);
-        // The outer two are 0.5 away from contact, at speeds of 1.
+        // The gaps between the outer spheres and the middle one are 1 and 1.5, and they close at speeds of about 1.
         assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
         assert!(matches!(arrest.standstill, Standstill::Speed { .. }), "{arrest}");
         assert!(arrest.to_string().contains("inelastic collapse"), "{arrest}");
         let pair = [arrest.particle.0, arrest.partner.unwrap().0];
         assert!(pair.contains(&1), "the middle one is part of every contact: {pair:?}");
     }
-    // At 0.08 only eight digits are left.
+    // At a restitution of 0.08, relative speeds fall to about 1e-8.
     for above in [0.08, 0.09, 0.2, 0.5, 1.0] {
         let mut simulation = three_on_a_line(above, None);
         assert_eq!(simulation.advance(Until::time(100.0)), Ok(Reason::Time));
@@ -122,12 +123,12 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
         let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
         let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        // The round-off of speeds grows with the speed of the frame, so they vanish earlier.
+        // The round-off of velocities grows with the drift velocity, so that relative speeds fall below it earlier.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
 }
 
-/// Spheres on top of each other that fall on a floor.
+/// A column of spheres that fall on a floor.
 fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let floor = Face::Wall { restitution };
     let space = Space {
@@ -184,7 +185,7 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
         .unwrap_err()
         .arrest()
         .unwrap();
-    // sqrt(2) (1 + e) / (1 - e)
+    // A ball that falls from a height of 1 under gravity of 1 comes to rest after a time of sqrt(2) (1 + e) / (1 - e).
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));
     let mut held = Simulation::without_plan(ball.contact_time(1e-3).build().unwrap());
@@ -241,8 +242,8 @@ fn the_scene_of_the_cooling_gas_follows_haffs_law_early() {
     let scene = Scene::from_file("configs/granular_cooling.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy().kinetic;
-    // 5 contacts per particle, and the relative error of the loss per contact divided by the square root of
-    // their number.
+    // The 10,000 events are 5 contacts per particle. The relative error of the energy loss is that of one contact,
+    // divided by the square root of the number of contacts.
     simulation.advance(Until::events(10_000)).unwrap();
     let fall = (start / simulation.energy().kinetic).ln();
     let expected = (1.0 - 0.95 * 0.95) * 5.0 / 3.0;

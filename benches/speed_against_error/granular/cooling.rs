@@ -31,8 +31,8 @@ const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 const BASELINES: [(f64, f64); 7] =
     [(1e3, 20.0), (1e4, 5.0), (1e4, 10.0), (1e4, 20.0), (1e4, 50.0), (1e5, 20.0), (1e6, 20.0)];
 
-/// One run: processor time per particle and unit time, ratio of the final to the initial kinetic energy,
-/// ledger, overlap.
+/// Results of one run: processor time per particle and unit time, remaining fraction of the kinetic energy, relative
+/// error of the energy balance, and deepest overlap.
 type Run = [f64; 4];
 
 pub fn measure() -> Outcome {
@@ -57,7 +57,7 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// The remaining fraction of the energy.
+/// The remaining fraction of the energy at the end of a run, by Haff's law.
 fn haff() -> f64 {
     let (e, phi) = (RESTITUTION, PACKING_FRACTION);
     let a2 = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));

@@ -3,13 +3,14 @@
 use crate::neighbours::{List, Periods};
 use carom::Vector;
 
-/// Distance beyond contact `[sigma]`. A list is rebuilt when a grain has moved by half of it.
+/// Range of the neighbour list beyond contact `[sigma]`. The list is rebuilt when a grain has moved by half of this
+/// range.
 const SKIN: f64 = 0.3;
 
 /// The positions of the grains; their diameter and mass are 1.
 #[derive(Debug, Clone)]
 pub struct Start {
-    /// Infinite for open axes.
+    /// Edge lengths of the box; infinite along open axes.
     pub periods: Vector,
     pub gravity: f64,
     /// Whether there is a floor at `z = 0`.
@@ -113,7 +114,8 @@ impl SpringDashpot {
         }
     }
 
-    /// The repulsive force of a contact with an overlap that opens at a speed.
+    /// The repulsive force of a contact. `depth` is the overlap, and `speed` is the rate at which the overlap
+    /// decreases.
     fn contact(&mut self, depth: f64, speed: f64, kind: usize) -> f64 {
         self.deepest = self.deepest.max(depth);
         self.elastic += 0.5 * self.stiffness * depth * depth;
@@ -136,7 +138,7 @@ impl SpringDashpot {
     }
 }
 
-/// `eta` of a damped spring with a restitution: `e = exp(-eta t)` at the end of half a period.
+/// The decay rate `eta` of a damped spring with restitution `e`: `e = exp(-eta t)` after half a period `t`.
 fn decay(stiffness: f64, mass: f64, restitution: f64) -> f64 {
     let logarithm = -restitution.ln();
     (stiffness / mass).sqrt() * logarithm / std::f64::consts::PI.hypot(logarithm)

@@ -88,7 +88,7 @@ fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let (cost, simulation) = timed(run);
     let simulation = simulation?;
     let energy = simulation.energy().kinetic / initial_energy() - 1.0;
-    // The event at the start resolves the given overlap, which belongs to the start and not to the run.
+    // For the overlapped start, this is the overlap that the scene begins with.
     let deepest = simulation.event_counts().deepest_overlap;
     Ok([cost / (3.0 * TIME), farthest(&simulation.snapshot().positions, exact), energy, deepest])
 }

@@ -1,4 +1,4 @@
-//! An answer compared with the exact one.
+//! Compares the answer of a method with the exact answer.
 
 use super::problem::Pair;
 use crate::oracle::dyadic::Dyadic;
@@ -9,23 +9,23 @@ use crate::oracle::witness::witness;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The correct verdict: no event, or now.
+    /// The answer is correct: there is no event, or the event is now.
     Right,
-    /// The correct event after now: relative error of its time, and the error in units of the error
-    /// that rounding allows.
+    /// The answer is the correct event, later than now. `relative` is the relative error of its time, and `of_allowed`
+    /// is the error in units of the error that rounding allows.
     Time { relative: f64, of_allowed: f64 },
-    /// Correct for coefficients within their rounding.
+    /// The answer is correct for coefficients that differ from the given ones only by round-off.
     WithinRounding,
-    /// No event, or a later one.
+    /// The answer is no event, or a later one than the next event.
     Missed,
-    /// An event that does not happen, or not yet.
+    /// The answer is an event that does not happen, or an earlier time than that of the next event.
     Invented,
 }
 
-/// A time with a larger relative error belongs to another event.
+/// Times with a larger relative error belong to another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
-/// Bits of the bracket around an exact time: more than a floating-point number has.
+/// Bits of an exact event time. A floating-point number has fewer.
 const BITS: i64 = 80;
 
 pub struct Truth {
@@ -66,7 +66,7 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f` is indistinguishable from zero. Then the event may be a root, which has another condition.
+    /// Whether `f` is zero within round-off. A turning point may then be a root, and root times have other errors.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

@@ -8,7 +8,7 @@ use carom::physics::detection::{accelerated, inertial};
 pub struct Method {
     pub name: &'static str,
     pub ask: fn(&Pair) -> Option<f64>,
-    /// Needs thousands of evaluations, so it is timed with fewer calls.
+    /// Whether a call needs thousands of evaluations of `f`. Slow methods are timed with fewer calls.
     pub is_slow: bool,
 }
 

@@ -1,7 +1,8 @@
-//! Algorithms 4 to 6 as printed, with the roots of `f'` in closed form and bisection to a chosen width.
+//! Algorithms 4 to 6 of the paper as printed. The roots of `f'` are found in closed form, and brackets are bisected to
+//! a chosen width.
 //!
-//! Only the corrections that the printed version needs to run at all are made: the upper limit in Algorithm
-//! 6, and the simple root of two if `f'` has a double one.
+//! Only corrections without which the printed version does not run are made: the upper limit in Algorithm 6, and the
+//! use of the simple root if `f'` has a double root.
 
 use super::problem::Pair;
 use carom::physics::overlap::Side;
@@ -10,9 +11,9 @@ use carom::physics::overlap::Side;
 pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {
     let [d0, d1, d2, d3] = pair.quartic.derivative();
     let found = roots::find_roots_cubic(d3, d2, d1, d0);
-    // The crate returns them in ascending order.
+    // The crate `roots` returns the roots in ascending order.
     let turns = match found.as_ref() {
-        // The cubic keeps its sign at the double root.
+        // Of two roots, one is double. The cubic `f'` keeps its sign there, so only the other root is a turning point.
         [first, second] if pair.slope(0.5 * (first + second)) * pair.side.sign() > 0.0 => &[*first],
         [_, second] => &[*second],
         turns => turns,
@@ -69,13 +70,14 @@ fn algorithm_6(pair: &Pair, mut from: f64, width: f64) -> Option<f64> {
     Some(bisect(f, from, from + step, width))
 }
 
-/// The event in an interaction region: at its start if that is already below zero, otherwise where `f` falls
-/// through zero.
+/// Time of an event in an interval in which `f` becomes negative. If `f` is already zero or negative at the start of
+/// the interval, the event is at the start.
 fn fall(f: impl Fn(f64) -> f64, from: f64, to: f64, width: f64) -> f64 {
     if f(from) <= 0.0 { from } else { bisect(f, from, to, width) }
 }
 
-/// The valid end of a bracket, bisected until it is as narrow as `width` times its upper end.
+/// Bisects a bracket until it is as narrow as `width` times its upper end. Returns the end at which `f` is not
+/// negative.
 pub fn bisect(f: impl Fn(f64) -> f64, mut valid: f64, mut invalid: f64, width: f64) -> f64 {
     loop {
         let middle = 0.5 * (valid + invalid);

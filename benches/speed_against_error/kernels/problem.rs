@@ -4,7 +4,7 @@ use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// With or without relative acceleration, from outside or inside.
+/// A kind of pair problem: with or without relative acceleration, from outside or inside of the discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
     pub is_accelerated: bool,
@@ -35,7 +35,7 @@ impl Problem {
     }
 }
 
-/// A pair as a method sees it, and the floating-point numbers from which it was made.
+/// A pair in the form that the compared methods use, and the state from which it was made.
 pub struct Pair {
     pub problem: Problem,
     pub side: Side,
@@ -53,7 +53,7 @@ impl Pair {
         Self { problem, side: problem.side, state, quadratic, quartic }
     }
 
-    /// The overlap function on the side of the pair.
+    /// The overlap function at time `t`, with the sign that makes it positive for a valid pair.
     pub fn value(&self, t: f64) -> f64 {
         let positive = if self.problem.is_accelerated { self.quartic.value(t) } else { self.quadratic.value(t) };
         self.side.sign() * positive

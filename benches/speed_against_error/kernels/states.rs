@@ -1,4 +1,4 @@
-//! Seeded states: ordinary ones, and hard ones that break codes.
+//! Random states from a fixed seed: ordinary states, and hard states for which many programs fail.
 
 use super::problem::{Pair, Problem};
 use crate::oracle::cases::FAMILIES;
@@ -24,7 +24,8 @@ impl Class {
 
 const SEED: u64 = 20_240_607;
 
-/// The families of the oracle's tests that are of order one, also in time, so that fixed steps have a chance.
+/// Difficult states of the oracle's tests whose lengths and times are of order one. Methods with fixed steps would have
+/// no chance with the other difficult states.
 const HARD: [&str; 5] = ["contact", "one float from contact", "grazing", "overlapped", "resting contact"];
 
 pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
@@ -36,8 +37,8 @@ pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
     (0..count).map(|k| Pair::new(problem, make(k))).collect()
 }
 
-/// A neighbour up to two diameters away, half of the time aimed close to the sphere; or a point somewhere
-/// inside of the discontinuity.
+/// A random pair. A pair outside of the discontinuity is one to three diameters apart, and half of these pairs move
+/// towards each other on a path close to the sphere.
 fn ordinary(random: &mut Random, problem: Problem) -> State {
     let (along, across) = random.directions();
     let (position, velocity) = match problem.side {
@@ -63,7 +64,7 @@ fn hard(random: &mut Random, problem: Problem, k: usize) -> State {
     let (_, family) = FAMILIES.iter().find(|(known, _)| known == name).expect("a family of the oracle");
     let mut state = family(random, problem.is_accelerated);
     if problem.is_accelerated && state.acceleration == Vector::zeros() {
-        // The precondition of the algorithms.
+        // The detection of accelerated pairs requires a nonzero relative acceleration.
         state.acceleration.z = -1.0;
     }
     state

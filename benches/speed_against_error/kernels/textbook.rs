@@ -5,7 +5,7 @@ use super::paper::bisect;
 use super::problem::Pair;
 use carom::physics::overlap::Side;
 
-/// `t = (-B -+ sqrt(B^2 - V2 R2)) / V2`, the minus from outside.
+/// Solves `t = (-B -+ sqrt(B^2 - V2 R2)) / V2`. The sign is minus for a pair outside of the discontinuity.
 pub fn quadratic(pair: &Pair) -> Option<f64> {
     let f = &pair.quadratic;
     let root = (f.b * f.b - f.v2 * f.r2).sqrt();
@@ -16,7 +16,7 @@ pub fn quadratic(pair: &Pair) -> Option<f64> {
     (t >= 0.0 && t.is_finite()).then_some(t)
 }
 
-/// All four roots at once by Ferrari's formula; the first after now at which `f` falls.
+/// Finds all four roots by Ferrari's formula. Returns the first root after now at which the overlap function falls.
 pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
     let c = &pair.quartic.coefficients;
     let roots = roots::find_roots_quartic(c[4], c[3], c[2], c[1], c[0]);
@@ -24,7 +24,7 @@ pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
     falls.min_by(f64::total_cmp)
 }
 
-/// Newton's method, started now, until a step is below the resolution of the time.
+/// Newton's method from time 0, until a step is below the resolution of the time.
 pub fn newton(pair: &Pair) -> Option<f64> {
     const MOST_STEPS: usize = 100;
     let mut t: f64 = 0.0;
@@ -44,7 +44,7 @@ pub fn newton(pair: &Pair) -> Option<f64> {
 /// The latest time that is searched.
 const HORIZON: f64 = 100.0;
 
-/// Takes steps of fixed length until `f` is below zero after a step. This step is then bisected.
+/// Takes steps of fixed length until the overlap function is negative at the end of a step. Bisects this step.
 pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
     let mut before = pair.value(0.0);
     #[expect(clippy::cast_possible_truncation, reason = "steps are no shorter than 1e-6")]

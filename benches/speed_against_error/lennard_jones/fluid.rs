@@ -12,7 +12,7 @@ pub struct Thermodynamics {
 }
 
 impl Thermodynamics {
-    /// Applies a statistic to each quantity.
+    /// Evaluates a function, such as the mean over time, for each quantity.
     pub fn each(statistic: impl Fn(fn(&Self) -> f64) -> f64) -> Self {
         Self {
             temperature: statistic(|x| x.temperature),
@@ -22,8 +22,7 @@ impl Thermodynamics {
         }
     }
 
-    /// From kinetic energy, potential energy and virial `sum r_ij . F_ij` of `count` particles without total
-    /// momentum.
+    /// Takes the energies and the virial `sum r_ij . F_ij` of `count` particles whose total momentum is zero.
     pub fn new(count: f64, volume: f64, kinetic: f64, potential: f64, virial: f64) -> Self {
         Self {
             temperature: 2.0 * kinetic / (3.0 * (count - 1.0)),
@@ -39,7 +38,7 @@ pub trait Fluid {
     fn advance(&mut self, time: f64) -> Thermodynamics;
 }
 
-/// The state at the start of the runs.
+/// The fluid at the start of all compared runs.
 pub struct State {
     pub box_length: f64,
     pub positions: Vec<Vector>,

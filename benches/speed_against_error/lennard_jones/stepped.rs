@@ -9,7 +9,7 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// Energy at the position of the hard core. With a weight of exp(-50/1.5), no pair reaches it.
+/// Energy at the hard core. Its Boltzmann weight of exp(-50/1.5) is so small that no pair reaches the core.
 const CORE_ENERGY: f64 = 50.0;
 
 pub struct Stepped {
@@ -19,7 +19,7 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Starts from the positions of a state, with velocities scaled to its total energy.
+    /// Starts from the positions of a state. The velocities are scaled so that the total energy is that of the state.
     ///
     /// `None` if the steps are so coarse that the potential energy alone is larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {

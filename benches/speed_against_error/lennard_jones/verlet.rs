@@ -68,7 +68,7 @@ impl Verlet {
             for &j in &self.list.partners[self.list.starts[i]..self.list.starts[i + 1]] {
                 let r = self.periods.separation(&position, &self.positions[j as usize]);
                 let squared = r.norm_squared();
-                // A factor instead of a branch, which would be mispredicted for every third pair.
+                // A factor of 0 or 1 replaces a branch, which would be mispredicted for every third pair.
                 let is_near = f64::from(u8::from(squared < CUTOFF * CUTOFF));
                 let inverse = 1.0 / squared;
                 let sixth = inverse * inverse * inverse;

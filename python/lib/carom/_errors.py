@@ -20,10 +20,10 @@ _IN_PYTHON = (
     (r"change together are separated by `;`", r"change together are a tuple"),
 )
 
-#: An option of the program. Commands for the prompt keep their options.
+#: An option of the command-line program. The pattern also matches whole commands, whose options stay unchanged.
 _OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
-#: Largest number of characters in a line of a message: an array in the wrong place has millions of them.
+#: Largest number of characters in a line of a message. A message that contains an array could have millions of them.
 _MOST = 240
 
 

@@ -20,10 +20,10 @@ class FrameReader(MemoryReader):  # type: ignore[misc]
     """Frames in memory, each with its own time. The reader of MDAnalysis assumes evenly spaced times."""
 
     def __init__(self, *arguments: Any, times: NDArray[np.float64], **keywords: Any) -> None:
-        # The first frame is read before the other class is ready.
+        # The constructor of the base class already reads the first frame, which needs the times.
         self.times = times
         super().__init__(*arguments, **keywords)
-        # Arguments for copies of this reader.
+        # MDAnalysis creates copies of this reader from these arguments.
         self._kwargs["times"] = times
 
     def _read_next_timestep(self, ts: Any = None) -> Any:
@@ -54,7 +54,7 @@ def universe_of(frames: list[Frame]) -> Any:
         velocities=np.array([frame.velocities for frame in frames]),
         dimensions=_boxes(frames),
         times=times,
-        # The median interval: the last frame is at the end of the run, so its interval may differ.
+        # Takes the median, because the last interval may be shorter: the last frame is at the end of the run.
         dt=float(np.median(np.diff(times))) if len(times) > 1 else 1.0,
     )
     return universe

@@ -16,7 +16,7 @@ from carom._html import unit
 
 __all__ = ["Observable", "measured", "source"]
 
-#: Digits of a double.
+#: Number of significant decimal digits that a double can hold.
 _DIGITS = 15
 
 
@@ -82,7 +82,7 @@ class Observable:
     #: For each measured value on which this value depends, by source: the derivative with respect to it, and its error.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
-    #: NumPy scalars leave arithmetic to this class.
+    #: Makes NumPy scalars use the operators of this class in arithmetic.
     __array_ufunc__: ClassVar[None] = None
 
     def __post_init__(self) -> None:
@@ -151,7 +151,7 @@ class Observable:
         largest = _exponent(size)
         is_plain = -5 < largest < 7
         scale = 1.0 if is_plain else 10.0**largest
-        # Two digits of the error.
+        # Shows two digits of the error.
         digits = max(0, 1 - _exponent(float(f"{self.error / scale:.1e}")))
         text = f"{self.mean / scale:.{digits}f} +- {self.error / scale:.{digits}f}"
         return f"{text} [{self.unit}]" if is_plain else f"({text})e{largest} [{self.unit}]"
@@ -203,7 +203,7 @@ def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observa
         for name, (inner, error) in it._terms.items():
             before = sources.get(name, (0.0, error))[0]
             sources[name] = (before + slope * inner, error)
-    # A term that has cancelled does not matter, even if its error is unknown.
+    # If the derivative with respect to a measured value is zero, an unknown error of this value does not matter.
     found = {name: (slope, error) for name, (slope, error) in sources.items() if slope != 0.0}
     errors = [None if error is None else slope * error for slope, error in found.values()]
     known = [error for error in errors if error is not None]

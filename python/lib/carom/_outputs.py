@@ -14,7 +14,8 @@ from carom._progress import Progress
 
 __all__ = ["Outputs", "Proof"]
 
-#: Frames of a trajectory: one frame, or the first and the last; either may be None.
+#: Selection of frames: one frame, or the first and the last frame. `None` selects all frames, or has no limit on one
+# side.
 FramesLike = Union[int, tuple[Union[int, None], Union[int, None]], None]
 
 #: Direction of view: a side, or an azimuth and an elevation in degrees.

@@ -27,17 +27,17 @@ __all__ = [
 
 _KEYS = ("species", "positions", "velocities", "bonds", "bond")
 
-#: Largest skew of a box relative to an edge: single precision leaves this much.
+#: Skews below this fraction of an edge are round-off of single precision.
 _SKEW = 1e-6
 
 #: With more names than this, sorting the array is faster than searching for each name.
 _FEW_NAMES = 64
 
-#: Given particles in pickled form: their word in messages, the frame, the interaction of its bonds, and
-# which parts are known.
+#: Pickled form of given particles: their name in messages, the frame, the interaction of their bonds, and three flags:
+# whether the box is known, whether the radii are known, and whether z is unknown.
 State = tuple[str, Frame, Union[str, None], tuple[bool, bool, bool]]
 
-#: Names of the species of a scene, for species given by number.
+#: Returns the names of the species of a scene. They are needed if species are given by number.
 Names = Callable[[], list[str]]
 
 
@@ -97,8 +97,9 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
     else:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
-    # As written by Frame.to_ase. A trajectory of Carom read by ASE has a corner, positions that are not
-    # moved, columns `type`, `velo` and `radius`, and a cell with an extent along flat axes.
+    # Frames written by Frame.to_ase have an origin. A trajectory of Carom read by ASE has a corner instead: its
+    # positions are not moved to the corner, its columns are `type`, `velo` and `radius`, and its cell has an extent
+    # along flat axes.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None
@@ -140,7 +141,8 @@ def given_of_gsd(path: str | os.PathLike[str], frame: int, species: Any, bond: s
                 raise IndexError(f"frame {frame} of {count} in {file}")
             at = frame % count
             snapshot = trajectory[at]
-            # Chunks missing in the file have the default of HOOMD-blue.
+            # The snapshot has defaults of HOOMD-blue for missing values. Only the file itself shows which values are
+            # known.
             has = {name: any(trajectory.file.chunk_exists(it, f"particles/{name}") for it in (0, at)) for name in _OPTIONAL}
     except (OSError, RuntimeError) as error:
         raise FolderError(f"cannot read {file}: {error}") from error

@@ -18,7 +18,7 @@ class Progress:
     file, where each update would add a line.
     """
 
-    #: The counted quantity, if it is not events.
+    #: Stages whose progress is not counted in events, and what is counted instead.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
 
     def __init__(self, wanted: bool, title: str) -> None:

@@ -236,8 +236,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # An instrument that measures an observable more precisely has no verdict. The verdict of
-                # the observable is used, because it applies to the same time.
+                # Some instruments measure an observable more precisely but have no verdict on stationarity. The verdict
+                # of the observable applies, because it covers the same time.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])
@@ -351,7 +351,7 @@ class Run(Outputs, InFolder, Results):
     def __getstate__(self) -> dict[str, Any]:
         state = super().__getstate__()
         if self._temporary is not None and not self._is_closed:
-            # Data that vanish with the folder.
+            # The pickle contains the measurements, because the temporary folder is not part of it.
             state["_measured"] = self._measured
         return state
 

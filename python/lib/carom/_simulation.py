@@ -395,7 +395,7 @@ class Simulation(State, Driven):
         >>> bool(abs(z - 3.95) < 0.1)
         True
         """
-        # Mistakes are found here, not at the first batch.
+        # Invalid arguments raise their errors here, not at the first batch.
         time, count = self._until(duration, events, until)
         batches = self._batches(time, count, _bits(kinds), whole("batch", batch, 1))
         if columns is None:

@@ -28,7 +28,7 @@ __all__ = ["Sweep", "sweep"]
 #: Functions of a frame, and the time between two calls, as given by users.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-#: Digits of a number in a range, as in the program.
+#: Significant digits of a number in a range, as in the program.
 _DIGITS = 12
 
 
@@ -142,7 +142,7 @@ def sweep(
             try:
                 core.run_all(folder, threads, (orders, observed(*functions)), bar.callback)
             except BaseException:
-                # The tables show what exists; the same call continues.
+                # Updates the tables with all finished points. Repeating the call continues the sweep.
                 core.write(folder)
                 raise
     else:
@@ -243,7 +243,7 @@ def _submit(
                 future.cancel()
             raise
     if lost is not None:
-        # The tables show what exists; the same call continues.
+        # Updates the tables with all finished points. Repeating the call continues the sweep.
         core.write(folder)
         raise lost
 

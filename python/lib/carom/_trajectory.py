@@ -212,7 +212,7 @@ class EventLog(Columns):
         "energy_step",
         "dissipated",
     )
-    #: Kinds by number.
+    #: Names of the kinds of events.
     KINDS = EVENT_KINDS
 
     def __init__(self, folder: Path, owner: Any = None) -> None:
@@ -232,7 +232,7 @@ def _column(path: Path) -> NDArray[Any]:
     try:
         column: NDArray[Any] = np.load(path, mmap_mode="r")
     except ValueError:
-        # There is nothing to map if there are no events.
+        # The file of a log without events has no data that can be mapped into memory.
         column = np.load(path)
     except OSError as error:
         raise FolderError(f"cannot read {path}: {error}") from error

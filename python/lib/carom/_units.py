@@ -6,7 +6,7 @@ from fractions import Fraction
 
 __all__ = ["powers", "product"]
 
-#: Powers are fractions of small integers, which text shows with a few decimals.
+#: Largest denominator of a power. Units in text show rounded decimals, from which the fractions are recovered.
 _LARGEST = 1000
 
 

@@ -61,7 +61,7 @@ class Writer:
     ) -> None:
         if format is not None and not isinstance(format, str):
             raise TypeError(f"format: expected the name of a format, such as 'gsd', found {type(format).__name__}")
-        #: The file or folder.
+        #: Path of the file or folder.
         self.path = path_of("path", path)
         self._core = _carom.Writer(self.path, format, flag("force", force))
 

@@ -9,7 +9,7 @@ pub(super) const EARLY: f64 = 1e-6;
 /// Shortest interval as a fraction of the expected duration. With a shorter one, a run would never end.
 const SHORTEST: f64 = 1e-8;
 
-/// The given interval, or the shortest one that is feasible for the duration.
+/// Returns the given interval, or the shortest one that is feasible for the duration.
 pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
@@ -27,12 +27,13 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
         candidates.into_iter().filter(|candidate| *candidate > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
     };
     let ratio = interval / scaling;
-    // Intervals that divide the time between scalings evenly.
+    // Avoids intervals that are a simple fraction or multiple of the time between scalings, because their
+    // samples would see only a few of the times since the last scaling.
     let found = if ratio >= 1.0 { nearest(ratio) } else { nearest(ratio.recip()).map(f64::recip) };
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// End times of equal blocks: at the interval of the plan, or `aim` blocks in the expected duration.
+/// Creates the end times of equal blocks. Without a given interval, the expected duration has `aim` blocks.
 pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
     let (start, duration) = (setup.sample.time, setup.duration);
     match given {
@@ -56,8 +57,9 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // With the golden section, deviations grow as the logarithm of the number of samples. With tiny
-            // steps, they are as large as the number of steps in a period.
+            // With an interval from the golden section, deviations from equal counts grow as the logarithm of
+            // the number of samples. With tiny intervals, they are as large as the number of samples between
+            // two scalings.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

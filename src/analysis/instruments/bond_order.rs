@@ -1,4 +1,4 @@
-//! Bond-orientational order: how closely the directions to a particle's neighbours match directions in a
+//! Bond-orientational order, which compares the directions from a particle to its neighbours with those in a
 //! crystal.
 //!
 //! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),
@@ -45,7 +45,7 @@ pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64
     values
 }
 
-/// The values of each particle that a plan asks for: `q6` and `q4`, or `psi6` and `psi4` in two dimensions;
+/// Returns the per-particle scalars of the plan: `q6` and `q4` in space, `psi6` and `psi4` in two dimensions,
 /// none in one dimension.
 pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample: &Sample<'_>) -> Vec<Scalar> {
     let Some(symbol) = symbol(system) else { return Vec::new() };
@@ -55,7 +55,7 @@ pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample
     DEGREES.map(scalar).into()
 }
 
-/// Symbol of the bond order; `None` in one dimension.
+/// Symbol of the bond order in names and titles; `None` in one dimension.
 fn symbol(system: &SystemDescription) -> Option<&'static str> {
     match system.space.dimensions() {
         3 => Some("q"),
@@ -81,13 +81,13 @@ fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> Ce
     sample.cell_list(&system.space, range, &system.moving)
 }
 
-/// Length of the mean vector of `count` terms; `None` if there are no terms.
+/// Returns the length of the mean of `count` vectors, from their sum. `None` if `count` is 0.
 fn length(sums: &[f64], count: usize) -> Option<f64> {
     (count > 0).then(|| sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt() / count as f64)
 }
 
-/// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Not
-/// measured in one dimension.
+/// Measures the distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two
+/// dimensions. Measures nothing in one dimension.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
     times: SamplingTimes,
@@ -96,7 +96,8 @@ pub(super) struct BondOrder {
     /// The cutoff in use `[length]`.
     cutoff: f64,
     bins: usize,
-    /// The number of neighbours; then for each degree the mean, the global value and the density in each bin.
+    /// Averages of the number of neighbours, and for each degree of the mean order, the global order and the
+    /// density in each bin.
     curve: CurveAverage,
 }
 
@@ -107,8 +108,8 @@ impl BondOrder {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
-        // Finding a candidate takes three operations. About one candidate in six is a neighbour and takes
-        // about 150 more.
+        // A candidate for a neighbour takes about three operations. About one candidate in six is a
+        // neighbour, which takes about 150 more.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
@@ -119,17 +120,17 @@ impl BondOrder {
         }
     }
 
-    /// Why the cutoff is shorter than requested, for the description of the method.
+    /// Explains in the description of the method why the cutoff is shorter than requested.
     fn note(&self, system: &SystemDescription) -> String {
         shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
     }
 
-    /// Element of the curve that holds the mean of a degree. The global value and the bins follow it.
+    /// Index of the mean order of a degree in `curve`. The global order and the bins follow it.
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }
 
-    /// Elements of the curve that hold the distribution of a degree.
+    /// Indices of the distribution of a degree in `curve`.
     fn bins(&self, degree: usize) -> Range<usize> {
         let first = self.first(degree) + 2;
         first..first + self.bins
@@ -165,7 +166,8 @@ impl Instrument for BondOrder {
                 }
             }
         });
-        // Without neighbours the order is undefined, so nothing is added.
+        // The order of a particle without neighbours is undefined, so means are over the particles with
+        // neighbours.
         values[1..].iter_mut().for_each(|value| *value /= bonded);
         values[0] = bonds as f64 / system.moving.len() as f64;
         for (index, sums) in of_all.iter().enumerate() {
@@ -185,7 +187,7 @@ impl Instrument for BondOrder {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
-        // The number of particles that have neighbours varies.
+        // The number of particles with neighbours differs between samples, so it cannot be a common divisor.
         let normalisation =
             Normalisation::of("fraction of the particles with neighbours that are in the bin, over all samples")
                 .by("samples", "1", self.curve.most())

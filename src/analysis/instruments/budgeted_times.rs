@@ -5,20 +5,20 @@ use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
 
-/// Intended number of samples when they are cheap.
+/// Intended number of samples, if samples are cheap.
 const MOST: f64 = 200.0;
 
-/// Smallest intended number of samples, however expensive they are. This many blocks are just enough for a
+/// Smallest intended number of samples, if samples are expensive. Sixteen blocks are just enough for a
 /// standard error.
 const FEWEST: f64 = 16.0;
 
-/// Number of operations that all samples together may always use. At about two nanoseconds per operation,
-/// they take one second.
+/// Number of floating-point operations that all samples of a run together may always use, however short the
+/// run. They take about one second, at two nanoseconds each.
 const FREE: f64 = 5e8;
 
-/// Number of operations allowed in addition to [`FREE`], per particle and flight. A flight is the time in
-/// which the particle travels the mean distance between neighbours. This is a tenth of the engine's own work
-/// in a fluid, which takes about four microseconds.
+/// Additional operations per particle and flight, beyond [`FREE`]. A flight is the time in which a particle
+/// travels the mean distance between neighbours. In a fluid, the engine needs about four microseconds for it,
+/// and the samples may take a tenth of that.
 const PER_FLIGHT: f64 = 200.0;
 
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
@@ -29,7 +29,7 @@ const PER_FLIGHT: f64 = 200.0;
 /// multiple of the time between two scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
-    // Times closer than this are the same floating-point number.
+    // This is the shortest interval that floating-point times can resolve.
     let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
     match given {
         Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
@@ -41,7 +41,7 @@ pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -
     }
 }
 
-/// Intended number of samples.
+/// Computes the number of samples that the budget of operations allows.
 fn aim(setup: &Setup<'_>, work: f64) -> f64 {
     let (system, sample) = (setup.system, &setup.sample);
     let count = system.moving.len().max(1) as f64;
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn dear_samples_are_fewer() {
         assert_eq!(times(0.0, 100.0, None, 1.0).next(), 0.5);
-        // 5e8 operations, plus 200 for each of 1000 particles and 100 flights: 2e7.
+        // The budget is 5e8 operations, plus 200 for each of 1000 particles and 100 flights: 5.2e8 in all.
         assert_eq!(times(0.0, 100.0, None, 5.2e6).next(), 1.0);
         assert_eq!(times(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
     }

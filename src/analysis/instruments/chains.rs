@@ -26,8 +26,8 @@ const MOST_GROUPS: usize = 256;
 /// Largest number of chain lengths whose end-to-end distances have their own distribution, shortest first.
 const MOST_DISTRIBUTIONS: usize = 8;
 
-/// End-to-end distances are counted up to this many times the length of a random walk. Fewer than one in a
-/// million is longer.
+/// Longest end-to-end distance in the distribution, in units of `sqrt(n) b`, the length of a random walk of
+/// `n` bonds of maximum length `b`. Fewer than one chain in a million is longer.
 const LONGEST_WALK: f64 = 4.0;
 
 /// Bond lengths, and the size of each connected component. Components are unwrapped along their bonds by
@@ -38,24 +38,25 @@ pub(super) struct Chains {
     bins: usize,
     bond_lengths: [f64; 2],
     groups: Vec<Group>,
-    /// Mean length and mean square length of a bond, then the density of each bin.
+    /// Averages over all bonds: the mean length, the mean square length, then the probability density of the
+    /// length in each bin.
     bonds: CurveAverage,
     /// Mean square end-to-end distance and mean square radius of gyration of each group.
     sizes: CurveAverage,
-    /// Densities of the end-to-end distances, one group after the other.
+    /// Densities of the end-to-end distance: the bins of one group after the other.
     ends: CurveAverage,
-    /// Derived from the bonds of the scene.
+    /// The molecules, which follow from the bonds of the scene. They are computed again after a restart.
     #[serde(skip)]
     components: Option<Vec<Component>>,
 }
 
-/// Components of the same kind with the same number of particles.
+/// Molecules of the same kind with the same number of particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Group {
     is_linear: bool,
     particles: u32,
     components: u32,
-    /// Index of its distribution, and the upper end of the bins `[length]`.
+    /// Index of the distribution of this group in `ends`, and the upper end of its bins `[length]`.
     distribution: Option<(usize, f64)>,
 }
 
@@ -89,7 +90,7 @@ impl Chains {
             let length = nearest_image(separation, &periods, sample.displacement).norm();
             values[0] += each * length;
             values[1] += each * length * length;
-            // Rounding may put a value just outside of the ends.
+            // Round-off may put a bond length slightly outside of the range.
             let at = (length - shortest) / (longest - shortest) * self.bins as f64;
             if at > -1e-6 && at < self.bins as f64 * (1.0 + 1e-6) {
                 values[2 + trunc_to_usize(at).min(self.bins - 1)] += density;
@@ -147,7 +148,7 @@ impl Instrument for Chains {
     }
 }
 
-/// Groups of equal components: linear ones first, then by number of particles.
+/// Groups molecules by kind and size: linear molecules come first, then the number of particles increases.
 fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     let mut kinds: Vec<(bool, u32)> =
         components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();

@@ -17,17 +17,19 @@ use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
 use spread::{Slopes, Spread};
 use tracers::Tracers;
 
-/// Memory for the positions and velocities at all origins `[byte]`.
+/// Largest memory for the positions, velocities and slopes at all time origins `[byte]`.
 const BUDGET: usize = 64 << 20;
 
 /// Largest number of origins that are older than the span. They are kept for the long logarithmic lags. When
 /// there are more, every second origin is dropped.
 const MOST_LONG: usize = 16;
 
-/// Largest number of origins younger than the span: four overlap, one ends, one begins.
+/// Largest number of origins younger than the span. Four overlap; in addition, one may just end and one may
+/// just begin.
 const MOST_YOUNG: usize = 6;
 
-/// Indices of the curves of each group.
+/// Indices of the three linear curves of each group: mean squared displacement, velocity autocorrelation, and
+/// its integral.
 const MSD: usize = 0;
 const VACF: usize = 1;
 const INTEGRAL: usize = 2;
@@ -45,9 +47,9 @@ pub(super) struct Diffusion {
     lags: Lags,
     tracers: Tracers,
     origins: Vec<Origin>,
-    /// Tick of the next sample.
+    /// Tick at which the next sample is needed.
     next: u64,
-    /// One in this many origins is kept.
+    /// Of the origins older than the span, one in this many is kept.
     long_stride: u64,
     linear: CurveAverage,
     logarithmic: CurveAverage,
@@ -58,11 +60,11 @@ pub(super) struct Diffusion {
 struct Origin {
     tick: u64,
     positions: Vec<Vector>,
-    /// Empty once the span has passed.
+    /// Velocities of the tracers at the origin. Empty once the span has passed.
     velocities: Vec<Vector>,
-    /// By group, MSD or VACF, and linear lag. Empty once the span has passed.
+    /// For each group, the MSD and then the VACF at each linear lag. Empty once the span has passed.
     curve: Vec<f64>,
-    /// Empty once the span has passed.
+    /// Slopes and bends of this origin. Empty once the span has passed.
     slopes: Slopes,
 }
 
@@ -92,7 +94,8 @@ impl Diffusion {
         diffusion
     }
 
-    /// Takes a requested sample.
+    /// Takes a sample at tick `now`: starts a new origin if it is time, and updates the curves of all
+    /// origins.
     fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription, now: u64) {
         let frame = self.tracers.frame(sample, system);
         let groups = self.tracers.groups();
@@ -173,11 +176,12 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        // The requested sample is due, even at times so late that their round-off exceeds the tolerance.
+        // At very late times, round-off exceeds the tolerance of `passed`. A sample at the requested time
+        // must count even then.
         let is_due = sample.time >= self.next_sample();
         let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {
-            // A sample was missed: none of the current origins can be completed.
+            // If a sample was missed, none of the current origins can be completed.
             self.origins.clear();
             self.next = self.next_tick(now);
         } else if now == self.next {

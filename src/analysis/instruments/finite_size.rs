@@ -61,19 +61,19 @@ pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescrip
     measured.numbers = completed;
 }
 
-/// A fluid with measured diffusion.
+/// A fluid in which diffusion was measured, and the quantities that the corrections need.
 struct Fluid<'s> {
     system: &'s SystemDescription,
-    /// Temperature of the measurement `[energy]`.
+    /// Mean temperature during the measurement `[energy]`.
     temperature: f64,
     /// Whether the box is longer than the mean free path, so that its flows are hydrodynamic. The mean free
     /// path follows from the diffusion coefficient of all particles.
     is_hydrodynamic: bool,
-    /// Whether the viscosity was requested.
+    /// Whether the run also measures the shear viscosity.
     has_viscosity: bool,
     /// The measured viscosity, if its error is small enough `[mass / (length^(D - 2) time)]`.
     viscosity: Option<Estimate>,
-    /// First and last time of the straight part `[time]`.
+    /// Shortest and longest lag of the straight part of the mean squared displacement `[time]`.
     span: [f64; 2],
 }
 
@@ -85,7 +85,7 @@ impl<'s> Fluid<'s> {
         }
         let times = &measured.curve(DISPLACEMENT)?.variables.first()?.values;
         let span = [*times.get(*straight_part(times.len().checked_sub(1)?).start())?, *times.last()?];
-        // `<v(0) . v(0)>` is `d T` divided by the mass, averaged over particles.
+        // In `d` dimensions, `<v(0) . v(0)>` is `d T / m`, averaged over particles.
         let squares = measured.curve(CORRELATION)?.series.first()?.values.first().copied().flatten()?;
         let inverse_mass: f64 = system.moving.iter().map(|id| 1.0 / system.masses[*id as usize]).sum();
         let temperature = squares * system.moving.len() as f64 / (inverse_mass * system.space.dimensions() as f64);
@@ -136,7 +136,7 @@ impl<'s> Fluid<'s> {
                 (self.system.moving_mass() / self.system.space.volume(), self.system.space.size.max());
             let diffusion = of_box.mean + tail;
             let term = finite_size_of_diffusion(self.temperature, viscosity.mean, density, diffusion, edge);
-            // The term is proportional to 1 / (eta + rho D).
+            // The finite-size term is proportional to 1 / (eta + rho D).
             let by_viscosity = -term / (viscosity.mean + density * diffusion);
             let of_viscosity = by_viscosity * viscosity.standard_error?;
             let of_diffusion = |error: f64| (part + by_viscosity * density) * error;
@@ -149,7 +149,8 @@ impl<'s> Fluid<'s> {
     }
 }
 
-/// `1 - m / M` for a species, given as `_` and its name, or for the mean mass of all particles.
+/// Returns `1 - m / M` for a species, given as `_` and its name. For any other text, `m` is the mean mass of
+/// all particles.
 fn free_part(species: &str, system: &SystemDescription) -> f64 {
     let is_one =
         |id: &u32| Some(&*system.species_names[system.species[*id as usize] as usize]) == species.strip_prefix('_');

@@ -1,4 +1,4 @@
-//! Particles that pass through a plane.
+//! Counts the particles that pass through a plane.
 
 mod passages;
 
@@ -38,24 +38,24 @@ const MOST_CROSSINGS: f64 = 1000.0;
 pub(super) struct Flow {
     name: String,
     axis: usize,
-    /// The unit normal of a plane that is not perpendicular to an axis.
+    /// Unit normal of a tilted plane; `None` for a plane perpendicular to an axis.
     normal: Option<Vector>,
     at: f64,
     rectangle: Option<[Vector; 2]>,
-    /// The counted particles, and their unwrapped positions at the last sample.
+    /// Ids of the counted particles, and their unwrapped positions at the last sample.
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
     blocks: SamplingTimes,
-    /// Sign of a passage towards larger coordinates.
+    /// Count of a passage towards larger coordinates: 1 or -1.
     forwards: i64,
     passages: Passages,
-    /// By species, if there are several but not too many.
+    /// Net passages of each species. Empty if there is one species or too many.
     by_species: Vec<(u32, i64)>,
 }
 
 impl Flow {
-    /// Starts the counting. With an unknown axis or species nothing is counted; the reader of scenes rejects
+    /// Starts counting. Nothing is counted for an unknown axis or species, but the reader of scenes rejects
     /// both.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
@@ -102,8 +102,8 @@ impl Flow {
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // For the start and the end, the index of the last image of the plane that a particle passes on its
-        // way up. A particle in the plane counts as beyond it.
+        // The plane and its periodic images are numbered upwards. These are the numbers of the last image at
+        // or below the start and the end of the path.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];
@@ -131,12 +131,12 @@ impl Flow {
         }
     }
 
-    /// The coordinate along the normal.
+    /// Coordinate of a position along the normal of the plane.
     fn along(&self, position: &Vector) -> f64 {
         self.normal.map_or(position[self.axis], |normal| normal.dot(position))
     }
 
-    /// Distance between the plane and its image; infinite without one.
+    /// Distance between the plane and its next periodic image; infinite if it has no image.
     fn period(&self, system: &SystemDescription) -> f64 {
         if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
     }
@@ -185,7 +185,7 @@ impl Instrument for Flow {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Counts passages after the last sample.
+    /// The last sample of the run also counts the passages since the previous sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

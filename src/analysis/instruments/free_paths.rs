@@ -15,11 +15,11 @@ use crate::model::measurement_plan::FreePaths as Plan;
 use crate::physics::response::Outcome;
 use histogram::Histogram;
 
-/// Default number of bins, and the largest.
+/// Default number of histogram bins, and the largest allowed number.
 const BINS: u64 = 100;
 const MOST_BINS: u64 = 10_000;
 
-/// Flights per block. Each block is one value for the error of the mean.
+/// Number of flights per block. The scatter of the blocks gives the error of the mean.
 const BLOCK: u64 = 64;
 
 /// Follows each particle from one Core event to the next.
@@ -37,33 +37,34 @@ const BLOCK: u64 = 64;
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
-    /// Finished flights by their times, and by their paths unless particles accelerate or stream.
+    /// Statistics of the finished flights: their times, then their lengths. The latter are missing if
+    /// particles accelerate or the box is sheared.
     ended_flights: Vec<EndedFlights>,
     /// Velocity of the centre of mass if it is conserved. Paths are relative to it.
     drift: Vector,
-    /// Time of the last event, the sum of all speeds since then, and the number of flights that ended in this
-    /// block.
+    /// Time of the last event or scaling, the current sum of all speeds, and the number of flights that have
+    /// ended in the current block.
     now: f64,
     speeds: f64,
     ended: u64,
 }
 
-/// A particle in flight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Flight {
-    /// Time of its last Core event; `None` before the first one.
+    /// Time of the particle's last Core event; `None` before the first Core event.
     begin: Option<f64>,
-    /// Time of the particle's last event of any kind, and the path from its last Core event to that time.
+    /// Time of the particle's last event of any kind, and length of its path between the last Core event and
+    /// this time.
     turned: f64,
     path: f64,
 }
 
-/// Finished flights: their distribution and mean.
+/// Statistics of the finished flights: the distribution and the mean of their times or lengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EndedFlights {
     histogram: Histogram,
-    /// In each block, the distance or time flown by all particles per finished flight; and the sum of the
-    /// current block.
+    /// In each block, the total time or distance that all particles have flown, divided by the number of
+    /// finished flights. `flown` is the total of the current block.
     per_flight: BlockAverage,
     flown: f64,
 }
@@ -78,7 +79,6 @@ impl EndedFlights {
         self.flown = 0.0;
     }
 
-    /// The mean over all flights.
     fn estimate(&self) -> Option<Estimate> {
         let mean = self.histogram.mean()?;
         let relative = self.per_flight.estimate().and_then(|all| Some(all.standard_error? / all.mean));
@@ -102,7 +102,7 @@ impl FreePaths {
         }
     }
 
-    /// Advances the sums to a time.
+    /// Adds the time and distance that all particles have flown since the last event.
     fn fly(&mut self, time: f64, system: &SystemDescription) {
         let duration = (time - self.now).max(0.0);
         let flown = [system.moving.len() as f64 * duration, self.speeds * duration];
@@ -173,7 +173,7 @@ impl Instrument for FreePaths {
     }
 }
 
-/// Sum of the speeds of all moving particles, relative to a drift.
+/// Returns the sum of the speeds of all moving particles, relative to a drift velocity.
 fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f64 {
     system.moving.iter().map(|&id| (sample.velocities[id as usize] - drift).norm()).sum()
 }
@@ -234,8 +234,8 @@ mod tests {
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
-        // Each particle has 80 flights. The flight across both ends is missing; it is longer than the others,
-        // by 1/80 of the difference.
+        // Each particle has about 80 flights. The two unfinished flights at the start and end do not count.
+        // They are longer than average, so the mean may be too small by about 1/80.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);
         assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);
@@ -269,7 +269,7 @@ mod tests {
             measure(&mut simulation, &system, &mut instrument, 20.0);
             report(&instrument, &system)
         };
-        // The particles meet at x = 5 every 8 time units: they fly 4 to the walls and 4 back.
+        // The particles meet at x = 5 every 8 time units. In between, each travels 4 to a wall and 4 back.
         let still = measured(0.0);
         assert_eq!(number(&still, "mean_free_path").mean, Some(8.0));
         assert_eq!(number(&still, "mean_free_time").mean, Some(8.0));
@@ -298,7 +298,8 @@ mod tests {
             let measured = report(&instrument, &system);
             number(&measured, "mean_free_path").mean.unwrap()
         };
-        // They meet every 4 time units, in which A flies 6 and B 2.
+        // The particles collide every 4 time units. In between, A travels 6 and B travels 2, so the mean free
+        // path is 4.
         for drift in [0.0, 5.0] {
             assert!((measured(drift) - 4.0).abs() < 1e-10, "{drift} {}", measured(drift));
         }
@@ -315,7 +316,8 @@ mod tests {
             .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
         let (system, mut simulation) = start(scene.build().unwrap());
         let mut instrument = free_paths(&simulation, &system);
-        // They meet after 1.5, and have 5 of their 8 length units left when their speed doubles.
+        // The particles first collide at t = 1.5. At t = 4.5 they have travelled 3 of the 8 length units to
+        // the next collision; then their speed doubles.
         measure(&mut simulation, &system, &mut instrument, 4.5);
         let before = simulation.snapshot();
         simulation.scale_velocities(2.0, &Vector::zeros());

@@ -1,4 +1,4 @@
-//! Estimated times of a fluid, used to choose sampling times.
+//! Estimated mean free time and flow decay time of a fluid, used to choose sampling times.
 
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 
@@ -104,7 +104,8 @@ mod tests {
     fn the_mean_free_time_is_that_of_hard_spheres() {
         let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
-        // The temperature is 1 for N - 1 particles, here divided by N.
+        // In the scene, the temperature is 1 for N - 1 free particles. `mean_free_time` divides the same
+        // kinetic energy by N.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");

@@ -25,10 +25,10 @@ use crate::model::measurement_plan::MeasurementPlan;
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Setup<'a> {
-    /// The description of the system.
+    /// The particles, species and box of the simulation.
     pub system: &'a SystemDescription,
-    /// The particles at the start of the measurement. [`Instrument::sample`] is not called for them: if they
-    /// count, take them from here.
+    /// The particles at the start of the measurement. They are not passed to [`Instrument::sample`], so an
+    /// instrument that needs them has to read them here.
     pub sample: Sample<'a>,
     /// Expected duration of the measurement, positive and finite `[time]`.
     pub duration: f64,
@@ -53,7 +53,7 @@ pub struct Setup<'a> {
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]
 pub trait Instrument {
-    /// Simulated time of the next sample, later than the last one; infinite for none.
+    /// Simulated time of the next sample, which must be later than the previous sample; infinite for none.
     fn next_sample(&self) -> f64;
 
     /// Takes a sample of the particles at the requested time.
@@ -61,9 +61,9 @@ pub trait Instrument {
 
     /// Called with the particles at the end of the measurement, even if it was interrupted.
     ///
-    /// By default it takes the requested sample if it is due now; your own method must do the same. A
-    /// checkpoint is written before this call. A run that continues from this checkpoint has not seen the
-    /// call.
+    /// By default, it takes a sample if the requested time has been reached; your own method must do the
+    /// same. A checkpoint is written before this call, so an instrument that is restored from it has not seen
+    /// the call.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
@@ -83,7 +83,7 @@ pub trait Instrument {
     /// reports this.
     fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
 
-    /// Whether the run should end here. Asked after every sample and event.
+    /// Whether the run should end now. The run asks after every sample and event.
     fn is_done(&self) -> bool {
         false
     }
@@ -100,12 +100,11 @@ fn is_now(due: f64, now: f64) -> bool {
 /// Declares the kinds of instruments, each with its entry of the plan, in the order in which they report.
 macro_rules! instruments {
     ($($kind:ident: $entry:ident),* $(,)?) => {
-        /// An instrument of any kind.
         #[derive(Debug, Clone, Serialize, Deserialize)]
         enum Kind { $($kind($kind),)* }
 
         impl Kind {
-            /// The planned instruments, at the start of the measurement.
+            /// Creates the planned instruments at the start of the measurement.
             fn planned(plan: &MeasurementPlan, setup: &Setup<'_>) -> Vec<Self> {
                 let mut kinds = Vec::new();
                 $(kinds.extend(plan.$entry.iter().map(|plan| Self::$kind($kind::new(plan, setup))));)*
@@ -142,17 +141,16 @@ instruments! {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
-    /// Instruments registered by the user.
+    /// Instruments that the user registered with the run.
     registered: Vec<Registered>,
 }
 
 impl Instruments {
-    /// Whether there are none.
     pub(crate) fn is_empty(&self) -> bool {
         self.kinds.is_empty() && self.registered.is_empty()
     }
 
-    /// The planned instruments, at the start of the measurement.
+    /// Creates the planned instruments at the start of the measurement.
     pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
         Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
     }
@@ -167,7 +165,7 @@ impl Instruments {
         registry.restore(&mut self.registered)
     }
 
-    /// The user's instruments, once the measurement is over.
+    /// Returns the registered instruments after the end of the measurement.
     pub(crate) fn into_own(self) -> OwnInstruments {
         OwnInstruments::new(self.registered)
     }
@@ -185,12 +183,12 @@ impl Instruments {
         self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
     }
 
-    /// Simulated time of the next sample that any of them needs; infinite for none.
+    /// Simulated time of the next sample of any instrument; infinite if no instrument needs a sample.
     pub(crate) fn next_sample(&self) -> f64 {
         self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
     }
 
-    /// Passes the particles to the instruments with a sample due at this time.
+    /// Passes the particles to those instruments that need a sample at this time.
     pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.next_sample() <= sample.time {
@@ -199,7 +197,7 @@ impl Instruments {
         }
     }
 
-    /// Passes the particles at the end of the measurement.
+    /// Ends the measurement of all instruments and passes them the particles at that time.
     pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.end(sample, system));
     }

@@ -7,7 +7,7 @@ use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::engine::event::{Event, EventKind};
 
-/// Components of a symmetric tensor, in the order of storage.
+/// Row and column of each stored component of a symmetric tensor.
 pub(super) const COMPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// A symmetric tensor.
@@ -18,22 +18,22 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
     tensor[0] + tensor[1] + tensor[2]
 }
 
-/// Transfer of momentum and energy in an event, in the frame of the centre of mass.
+/// Transfer of momentum and energy in an event. Velocities are relative to the centre of mass.
 struct Transfer {
-    /// `r_ij` by the nearest image; zero for a wall `[length]`.
+    /// `r_ij` to the nearest image of the partner; zero for an event with a wall or a thermostat `[length]`.
     apart: Vector,
-    /// For each particle, the ratio of the box volume to the volume that its centre can reach.
+    /// For both particles, the ratio of the box volume to the volume that the centre of the particle can
+    /// reach.
     crowding: [f64; 2],
-    /// `r_ij` weighted for the volume that each centre can reach: `c r_ij`, or between two species along an
-    /// axis with walls `c_i x_i - c_j x_j`, where `x` is measured from the middle of the box and `c` is the
-    /// crowding `[length]`.
+    /// `r_ij` weighted by the ratio of volumes in `crowding`: `c r_ij`, or `c_i x_i - c_j x_j` between two
+    /// species along an axis with walls, where `x` is measured from the middle of the box `[length]`.
     arm: Vector,
     /// Momentum that the particle gained; if the particle is static, minus the momentum of its partner `[mass
     /// length / time]`.
     momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
     energy: f64,
-    /// Mass, velocity before and velocity after of each moving particle.
+    /// Mass, velocity before and velocity after the event; `None` for a static particle or a surface.
     movers: [Option<(f64, Vector, Vector)>; 2],
 }
 
@@ -49,7 +49,7 @@ impl Transfer {
         let energy =
             movers[0].map_or(0.0, |(m, before, after)| 0.5 * m * (after.norm_squared() - before.norm_squared()));
         let apart = match event.kind {
-            // The separation as the engine saw it, also across the sides of a sheared box.
+            // The separation in the nearest image that the engine used, also in a sheared box.
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Surface | EventKind::Thermostat => Vector::zeros(),
         };
@@ -81,19 +81,20 @@ fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64
 /// integrated along straight lines between samples. Each sample removes the accumulated round-off.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct MomentumFlow {
-    /// The current time `[time]`.
+    /// Time up to which the integrals are complete `[time]`.
     pub time: f64,
-    /// Velocity of the centre of mass.
+    /// Velocity of the centre of mass at the start, along the axes on which momentum is conserved.
     drift: Vector,
-    /// Whether the kinetic sum changes between events.
+    /// Whether the flow of momentum changes between events, because particles accelerate or the box is
+    /// sheared.
     is_changing: bool,
     /// The current `sum m v_a v_b` `[energy]`.
     flow: Tensor,
-    /// Its integral `[energy time]`.
+    /// Time integral of `flow` `[energy time]`.
     pub kinetic: Tensor,
     /// `sum r_a J_b`, symmetrised `[energy time]`. The symmetrisation matters only for sliding contacts.
     pub collisional: Tensor,
-    /// The flow of energy, if requested.
+    /// Integrals for the flow of energy, if it is measured.
     pub heat: Option<HeatFlow>,
 }
 
@@ -102,7 +103,7 @@ pub(super) struct MomentumFlow {
 pub(super) struct HeatFlow {
     /// The current `sum (m/2 v^2) v` `[energy length / time]`.
     flow: Vector,
-    /// Its integral plus `sum r_ij dE_i` `[energy length]`.
+    /// Time integral of `flow`, plus the sum of `r_ij dE_i` over all collisions `[energy length]`.
     pub integral: Vector,
 }
 
@@ -120,13 +121,13 @@ impl MomentumFlow {
         }
     }
 
-    /// Adds the flow of energy.
+    /// Also measures the flow of energy.
     pub fn with_heat(self, sample: &Sample<'_>, system: &SystemDescription) -> Self {
         let heat = HeatFlow { flow: energy_flow(sample, system, &self.drift), integral: Vector::zeros() };
         Self { heat: Some(heat), ..self }
     }
 
-    /// Advances to a time, without an event in between.
+    /// Advances to a later time. No event may lie in between.
     pub fn pass(&mut self, time: f64) {
         if !self.is_changing {
             let passed = (time - self.time).max(0.0);
@@ -138,7 +139,7 @@ impl MomentumFlow {
         }
     }
 
-    /// Advances to an event and applies it.
+    /// Advances to the time of an event and adds the transfer of momentum and energy in it.
     pub fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.pass(event.time);
         let transfer = Transfer::of(event, system, &self.drift);
@@ -160,7 +161,7 @@ impl MomentumFlow {
         }
     }
 
-    /// Advances to a sample, without an event in between, and recomputes the flow from it.
+    /// Advances to the time of a sample and recomputes the current flow from its velocities.
     pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.pass(sample.time);
         let flow = kinetic_flow(sample, system, &self.drift);
@@ -185,8 +186,8 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    // In a sheared box the common velocity along x grows with the common velocity along y. Its current value
-    // is subtracted.
+    // In a sheared box, a common velocity along y makes the common peculiar velocity along x grow, so its
+    // current value is subtracted.
     let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {
         let streaming = system.streaming_velocity(&sample.positions[id as usize]);

@@ -7,19 +7,19 @@ use crate::Vector;
 use crate::engine::CellList;
 use crate::model::space::Space;
 
-/// A pair of particles at one time, by nearest image.
+/// Two particles whose nearest images are within a distance of each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct NearPair {
-    /// Ids of both, the lower one first.
+    /// Ids of the two particles, the lower id first.
     pub ids: [u32; 2],
-    /// Position of the second relative to the first, `r_2 - r_1`, by nearest image `[length]`.
+    /// Position of the second particle relative to the first, `r_2 - r_1`, by nearest image `[length]`.
     pub separation: Vector,
     /// Squared length of the separation `[length^2]`.
     pub square: f64,
 }
 
-/// Why a sample gives no pairs.
+/// Error of a search for near pairs in a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NearPairsError {
@@ -30,7 +30,7 @@ pub enum NearPairsError {
     Distance {
         /// The distance `[length]`.
         distance: f64,
-        /// Half of the shortest period; infinite in a box without one `[length]`.
+        /// Half of the shortest period; infinite in a box without periodic axes `[length]`.
         largest: f64,
     },
     /// The sample has no particle with this id.
@@ -139,7 +139,7 @@ mod tests {
         ] {
             let space = space(boundary, size);
             let positions = points(120, &space);
-            // Four fifths of the particles, in descending order.
+            // The list of particles has gaps and is in descending order.
             let ids: Vec<u32> = (0..120).rev().filter(|id| id % 5 != 2).collect();
             let half = 0.5 * space.periods().min();
             for distance in [0.4, 1.3, half.min(1e3)] {
@@ -178,7 +178,7 @@ mod tests {
         assert_eq!(beyond, Err(NearPairsError::NoParticle { id: 10, count: 10 }));
         assert_eq!(sample.for_each_pair_within(2.5, &space, &[], visit), Ok(()));
 
-        // Without a period every distance is allowed, even an infinite one.
+        // In a box without periodic axes every distance is allowed, even an infinite one.
         let open = Space { boundary: [Boundary::OPEN; 3], ..space };
         let mut count = 0;
         let ids: Vec<u32> = (0..10).collect();

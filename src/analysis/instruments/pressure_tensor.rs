@@ -1,4 +1,4 @@
-//! The pressure tensor and the event rates.
+//! Measures the pressure tensor and the rates of events.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use crate::model::measurement_plan::PressureTensor as Plan;
 /// Default number of blocks in a run.
 const BLOCKS: u32 = 1000;
 
-/// Kinds of events, in the order of the rates.
+/// Names of the counted kinds of events, in the order in which their rates are stored.
 const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor from all events.
@@ -34,8 +34,8 @@ pub(super) struct PressureTensor {
     blocks: SamplingTimes,
     flow: MomentumFlow,
     block_start: f64,
-    /// Number of times that moving particles took part in events, in this block and in all, in the order of
-    /// [`RATES`].
+    /// For each kind of event in [`RATES`], how many times moving particles took part in it, in this block
+    /// and in the whole run.
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
@@ -139,7 +139,7 @@ impl Instrument for PressureTensor {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// Counts the events after the last sample.
+    /// The last block ends with the run and counts the events since the previous sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }
@@ -156,7 +156,7 @@ impl Instrument for PressureTensor {
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {
-            // The outcomes are declared in the order of the rates.
+            // The discriminants of `Outcome` count in the order of `RATES`.
             EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
             EventKind::Thermostat => return,
@@ -241,7 +241,7 @@ mod tests {
         let row = observer.row(&simulation);
         let measured = report(&instrument, &system);
         let pressure = number(&measured, "pressure").mean.unwrap();
-        // 2700 events, with a few roundings each.
+        // Each of the 2700 events adds a few rounding errors.
         assert!((pressure / row.pressure.unwrap() - 1.0).abs() < 1e-12, "{pressure} {row:?}");
         let diagonal: f64 =
             ["xx", "yy", "zz"].map(|ab| number(&measured, &format!("pressure_{ab}")).mean.unwrap()).iter().sum();
@@ -260,7 +260,7 @@ mod tests {
         let mut instrument = tensor(&simulation, &system, 20.0);
         measure(&mut simulation, &system, &mut instrument, 20.0);
         let measured = report(&instrument, &system);
-        // 256 spheres have 0.2 % less.
+        // The pressure of 256 spheres is 0.2 % lower than that of an infinite system.
         let expected = crate::analysis::published::hard_spheres(0.3) * 0.572_957_8;
         for ab in ["xx", "yy", "zz"] {
             let (mean, error) = estimate(&measured, &format!("pressure_{ab}"));
@@ -297,8 +297,8 @@ mod tests {
         measure(&mut simulation, &system, &mut instrument, 4.0);
         let measured = report(&instrument, &system);
         let mean = |name: &str| number(&measured, name).mean.unwrap();
-        // m v_a v_b / V on an area of 90, which the centre can reach. The wall reverses v_x once, after 6.5 /
-        // 3.
+        // The expected kinetic pressure is m v_a v_b / A, where A = 90 is the area that the centre can reach.
+        // The wall reverses v_x once, at t = 6.5 / 3.
         assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
         assert!((mean("pressure_yy") - 0.02 / 0.9).abs() < 1e-12);
         assert!((mean("pressure") - 0.2).abs() < 1e-12, "that on the walls");
@@ -323,8 +323,8 @@ mod tests {
             let (system, mut simulation) = start(scene(space).build().unwrap());
             let mut instrument = tensor(&simulation, &system, 1.0);
             measure(&mut simulation, &system, &mut instrument, 1.0);
-            // The mean of (g t)^2 from 0 to 1 by straight lines between 1000 samples is larger by 1/6 of
-            // (1/1000)^2.
+            // The exact mean of (g t)^2 from 0 to 1 is 1/3. The trapezoidal rule over 1000 samples exceeds it
+            // by (1/1000)^2 / 6.
             let zz = number(&report(&instrument, &system), "pressure_zz").mean;
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
@@ -333,8 +333,9 @@ mod tests {
 
     #[test]
     fn few_unlike_particles_in_a_slit_have_the_kinetic_pressure_of_their_temperature() {
-        // Along the slit they move at 5 and - 1 / 2 relative to the centre of mass. The reduced mass 10 / 11
-        // and the relative speed give T = 10 / 11 (11 / 2)^2, for the one free component.
+        // Along the slit, A moves at 5 and B at -1/2 relative to the centre of mass. With the reduced mass
+        // 10/11 and the relative speed 11/2, the temperature of the one free velocity component is T = 10/11
+        // (11/2)^2.
         let slit = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
         let slit = Space { size: Vector::new(8.0, 8.0, 0.0), ..slit };
         let scene = SceneBuilder::new("slit")
@@ -353,7 +354,7 @@ mod tests {
         let mut instrument = tensor(&simulation, &system, 1.0);
         measure(&mut simulation, &system, &mut instrument, 1.0);
         let pressure = number(&report(&instrument, &system), "pressure_yy").mean.unwrap();
-        // Centres can reach 7 x 8 and 3 x 8.
+        // The area that a centre can reach is 7 x 8 for A and 3 x 8 for B.
         let expected = 10.0 / 11.0 * 5.5 * 5.5 * (1.0 / 56.0 + 1.0 / 24.0);
         assert!((pressure / expected - 1.0).abs() < 1e-12, "{pressure} {expected}");
     }

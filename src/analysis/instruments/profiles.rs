@@ -73,7 +73,7 @@ impl Profile {
                     let mut offset = position[k] - self.lower[k];
                     // The position may be outside of the box by round-off, and the grid may be elsewhere.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
-                        // The remainder may round up to the period itself.
+                        // The result of `rem_euclid` may round up to the period itself.
                         offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
                     }
                     if !(0.0..self.size[k]).contains(&offset) {
@@ -87,7 +87,7 @@ impl Profile {
         Some(cell)
     }
 
-    /// Volume, area or length of a cell.
+    /// Volume of a cell; its area or length if the box has flat axes.
     fn cell_volume(&self, space: &Space) -> f64 {
         let edge = |k: usize| self.size[k] / self.bins[k] as f64;
         (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(edge).product()
@@ -168,10 +168,10 @@ impl Instrument for Profile {
     }
 }
 
-/// Values of a cell.
+/// Mean values in one cell of the grid.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
-    /// Mean mass in it, and the number of free velocity components per sample.
+    /// Mean total mass of the particles in the cell, and the number of free velocity components per sample.
     mass: f64,
     degrees: f64,
     density: Option<Estimate>,
@@ -180,7 +180,8 @@ struct Cell {
 }
 
 impl Profile {
-    /// Cell centres along the axes with more than one cell, x first; along x if there are none.
+    /// Returns the cell centres along each axis with more than one cell. If there is only one cell, returns
+    /// its x.
     fn variables(&self) -> Vec<Variable> {
         let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
         let cells = self.bins.iter().product();
@@ -202,11 +203,12 @@ impl Profile {
         let mean = |element: usize| self.curve.mean(first + element);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
         if number <= 0.0 {
-            // A count of zero has no known error.
+            // The error of the density is unknown if the cell was always empty.
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
-        // Relative to the streaming velocity, which is along x.
+        // The mean velocity relative to the streaming velocity, which is along x. It does not count as
+        // thermal motion.
         let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {
@@ -217,10 +219,11 @@ impl Profile {
         let shared = conserved * mass / system.moving_mass();
         let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
         let temperature = mean(5).and_then(|square| {
-            // A difference of two equal numbers is round-off.
+            // Round-off may make this difference slightly negative if all velocities are equal.
             let fluctuation = (square - mass * common.norm_squared()).max(0.0);
             let temperature = fluctuation / degrees;
-            // T = (A - P^2 / M) / f by its derivatives, with f proportional to N.
+            // Propagates the errors through T = (A - P^2 / M) / f by its derivatives, where f is proportional
+            // to the particle number N.
             let part = 1.0 / degrees;
             let terms = [
                 (first + 5, part),
@@ -231,7 +234,7 @@ impl Profile {
                 (first + 1, common.norm_squared() * part),
                 (first, -temperature / number),
             ];
-            // A single particle, or a cell without a free component, has no temperature.
+            // The temperature needs at least two velocities and a positive number of free components.
             (number * samples > 1.5 && degrees > 0.5 / samples)
                 .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
         });

@@ -15,19 +15,19 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The number of this name.
+    /// Returns the number with the given name.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<&Number> {
         self.numbers.iter().find(|number| number.name == name)
     }
 
-    /// The curve of this name.
+    /// Returns the curve with the given name.
     #[must_use]
     pub fn curve(&self, name: &str) -> Option<&Curve> {
         self.curves.iter().find(|curve| curve.name == name)
     }
 
-    /// Adds the results of a user's instrument, in a form that every reader accepts.
+    /// Adds the results of a user's instrument, in a form that all readers of the results accept.
     ///
     /// Names keep only letters, digits, `_` and `-`, because curves name files. A number is appended to a
     /// name that is already used. All columns of a curve are cut to the length of the shortest column. Rows
@@ -47,7 +47,8 @@ impl Measured {
     }
 }
 
-/// A name of plain characters that is not taken.
+/// Replaces all characters except letters, digits, `_` and `-` by `_`, and appends a number if the name is
+/// already used.
 pub(super) fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let plain: String = name.chars().take(50).map(|c| if is_plain(c) { c } else { '_' }).collect();
@@ -69,19 +70,19 @@ pub struct Number {
     pub title: String,
     /// Unit, such as `length^2 / time`; `1` for a pure number.
     pub unit: String,
-    /// The mean; `None` for insufficient data.
+    /// The mean value; `None` for insufficient data.
     pub mean: Option<f64>,
-    /// Its standard error; `None` for insufficient data.
+    /// Standard error of the mean; `None` for insufficient data.
     pub standard_error: Option<f64>,
-    /// How it is defined and measured, in one sentence with its equation.
+    /// Definition and measurement of the quantity, in one sentence with its equation.
     pub method: String,
 }
 
 impl Number {
-    /// A number from an estimate; `None` stands for insufficient data.
+    /// Creates a number from an estimate; `None` stands for insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
-        // A value that is not finite is unknown.
+        // Infinite and undefined means count as insufficient data.
         let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
         Self {
             name: name.to_owned(),
@@ -100,12 +101,12 @@ impl Number {
 pub struct Scalar {
     /// Name, unique in its frame, of ASCII letters, digits and underscores: `q6`.
     pub name: String,
-    /// The values, finite, in the order of the particles.
+    /// One finite value for each particle, in the order of the particles.
     pub values: Vec<f64>,
 }
 
 impl Scalar {
-    /// A scalar of each particle.
+    /// Creates a scalar from one value for each particle.
     #[must_use]
     pub fn new(name: &str, values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), values }
@@ -120,33 +121,34 @@ pub struct Curve {
     pub name: String,
     /// Display name.
     pub title: String,
-    /// How it is defined and measured, in one sentence with its equation.
+    /// Definition and measurement of the curve, in one sentence with its equation.
     pub method: String,
-    /// The independent variables: one for a curve, up to three for a grid. All columns have the same length.
+    /// The independent variables: one for a curve, up to three for a grid. They have as many rows as the
+    /// series.
     pub variables: Vec<Variable>,
     /// Measured series.
     pub series: Vec<Series>,
-    /// Whether a plot has logarithmic axes, for the variable and for the values.
+    /// Whether a plot has logarithmic axes: first for the variable, then for the values.
     pub is_logarithmic: [bool; 2],
-    /// Published or exact curves to draw with the measured curve; may be empty.
+    /// Published or exact curves to draw together with this one; may be empty.
     pub published: Vec<Published>,
 }
 
 impl Curve {
-    /// A curve with no columns yet, on linear axes.
+    /// Creates a curve with no columns yet, on linear axes.
     #[must_use]
     pub fn new(name: &str, title: &str, method: &str) -> Self {
         Self { name: name.to_owned(), title: title.to_owned(), method: method.to_owned(), ..Self::default() }
     }
 
-    /// Adds an independent variable.
+    /// Adds an independent variable with its column of values.
     #[must_use]
     pub fn variable(mut self, name: &str, unit: &str, values: Vec<f64>) -> Self {
         self.variables.push(Variable { name: name.to_owned(), unit: unit.to_owned(), values });
         self
     }
 
-    /// Adds a measured quantity: an estimate for each value of the variables, `None` for insufficient data.
+    /// Adds a measured quantity: one estimate for each value of the variables, `None` for insufficient data.
     #[must_use]
     pub fn series(mut self, name: &str, unit: &str, estimates: &[Option<Estimate>]) -> Self {
         self.series.push(Series {
@@ -159,7 +161,7 @@ impl Curve {
         self
     }
 
-    /// Adds the divisors of the last quantity added.
+    /// Sets the normalisation of the series that was added last.
     #[must_use]
     pub fn normalised(mut self, by: Normalisation) -> Self {
         if let Some(series) = self.series.last_mut() {
@@ -178,7 +180,7 @@ impl Curve {
         Self { published: published.into_iter().collect(), ..self }
     }
 
-    /// Gives all columns the same rows, with finite variables.
+    /// Cuts all columns to the same number of rows, and removes rows in which a variable is not finite.
     fn make_even(&mut self) {
         let lengths = self.variables.iter().map(|variable| variable.values.len());
         let others = self.series.iter().flat_map(|series| [series.values.len(), series.standard_errors.len()]);
@@ -198,11 +200,11 @@ impl Curve {
     }
 }
 
-/// An independent variable of a curve.
+/// An independent variable of a curve or grid, with its values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Variable {
-    /// Display name and column head: `r`.
+    /// Name of the variable in plots and table headers, for example `r`.
     pub name: String,
     /// Unit: `length`.
     pub unit: String,
@@ -214,15 +216,15 @@ pub struct Variable {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Series {
-    /// Display name and column head: `g(r) A-B`.
+    /// Name of the quantity in plots and table headers, for example `g(r) A-B`.
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// The means; `None` for insufficient data.
+    /// The mean values; `None` for insufficient data.
     pub values: Vec<Option<f64>>,
     /// Their standard errors.
     pub standard_errors: Vec<Option<f64>>,
-    /// Divisors that turned a sum into the values; `None` if unknown.
+    /// The divisors that turned a sum into the values of this series; `None` if unknown.
     #[serde(default)]
     pub normalisation: Option<Normalisation>,
 }
@@ -233,24 +235,25 @@ pub struct Series {
 pub struct Normalisation {
     /// The sum or count before division: `pairs in the bin, over all samples`.
     pub sum: String,
-    /// The divisors; empty for plain counts.
+    /// The divisors; empty if the values are plain counts.
     pub divisors: Vec<Divisor>,
 }
 
-/// A number that the values of a series were divided by.
+/// A number by which the values of a series were divided.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Divisor {
-    /// Name, in lower case with underscores: `samples`.
+    /// Name of the divisor, in lower case with underscores, for example `samples`.
     pub name: String,
-    /// Unit; `1` for a pure number.
+    /// Unit of the divisor; `1` for a pure number.
     pub unit: String,
-    /// One number for all values, or one for each; 0 where there is no value.
+    /// A single divisor for all values, or one divisor for each value. A divisor of 0 means that there is no
+    /// value.
     pub values: Vec<f64>,
 }
 
 impl Normalisation {
-    /// The normalisation of a sum that has not been divided yet.
+    /// Creates the normalisation of a sum or count, without divisors.
     #[must_use]
     pub fn of(sum: &str) -> Self {
         Self { sum: sum.to_owned(), divisors: Vec::new() }
@@ -262,17 +265,17 @@ impl Normalisation {
         self.by_each(name, unit, vec![value])
     }
 
-    /// Divides each value by its own number.
+    /// Divides each value of the series by the element of `values` at the same index.
     #[must_use]
     pub fn by_each(mut self, name: &str, unit: &str, mut values: Vec<f64>) -> Self {
-        // Files cannot hold values that are not finite.
+        // Results files cannot store infinite or undefined values.
         values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
         self.divisors.push(Divisor { name: name.to_owned(), unit: unit.to_owned(), values });
         self
     }
 }
 
-/// A published or exact curve, for comparison.
+/// A published or exact curve, for comparison with a measured one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Published {
@@ -280,9 +283,9 @@ pub struct Published {
     pub label: String,
     /// Authors, journal, DOI.
     pub source: String,
-    /// Values of the variable.
+    /// Values of the independent variable.
     pub x: Vec<f64>,
-    /// Values of the quantity.
+    /// Values of the quantity, in the order of `x`.
     pub y: Vec<f64>,
 }
 

@@ -34,26 +34,27 @@ pub(super) struct RadialDistribution {
     times: SamplingTimes,
     /// The requested cutoff `[length]`.
     asked: f64,
-    /// The cutoff in use `[length]`.
+    /// The cutoff in use, after the box has limited it `[length]`.
     cutoff: f64,
     bins: usize,
-    /// Ids of the particles in any pair.
+    /// Ids of all particles that can be part of a pair.
     ids: Vec<u32>,
-    /// Class of each species; `None` for species that do not count.
+    /// Class of each species; `None` for species that are in no pair.
     classes: Vec<Option<usize>>,
     pairs: Vec<Pair>,
-    /// Expected numbers of pairs of uncorrelated points: first in all bins of all pairs of classes, then in
-    /// their bins near contact.
+    /// Expected number of pairs in each bin for uncorrelated points. The bins of the distribution of all
+    /// pairs come first, then the bins near contact.
     ideal: Vec<f64>,
     curve: CurveAverage,
 }
 
-/// Two classes of particles.
+/// A pair of classes, with its own radial distribution function.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Pair {
     classes: [usize; 2],
     names: [String; 2],
-    /// The shell where the cores touch, if there is one within the cutoff.
+    /// The shell just outside of the contact distance, if the pair has a core and the shell lies within the
+    /// longest measurable distance.
     shell: Option<Shell>,
 }
 
@@ -120,12 +121,12 @@ impl RadialDistribution {
         50.0 * count + 5.0 * count * near.min(count)
     }
 
-    /// Cutoff of the pair distance.
+    /// Longest distance at which the instrument needs pairs, for the distribution or for a shell at contact.
     fn range(&self) -> f64 {
         self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }
 
-    /// Tabulates the index of the pair for any two classes.
+    /// Tabulates the index of the pair for every two classes.
     fn pair_table(&self) -> Vec<Option<usize>> {
         let count = self.classes.iter().flatten().max().map_or(0, |last| last + 1);
         let mut table = vec![None; count * count];
@@ -163,7 +164,7 @@ impl Instrument for RadialDistribution {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
-        // If the box has no room for the distance, there are no pairs.
+        // The only possible error is a distance that is too long for the box. Then no pairs are counted.
         found.unwrap_or_default();
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
@@ -227,13 +228,14 @@ impl RadialDistribution {
     }
 }
 
-/// Lower and upper ends of equal bins.
+/// Divides a range into equal bins and returns the lower and upper end of each bin.
 fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
     let edge = move |k: usize| from + (to - from) * (k as f64 / bins as f64);
     (0..bins).map(move |k| [edge(k), edge(k + 1)])
 }
 
-/// The species that have particles; one class of all moving particles if there are too many.
+/// Forms one class of each species that has particles. If there are too many species, forms one class of all
+/// moving particles.
 fn classes(system: &SystemDescription) -> Vec<Class> {
     let mut counts = vec![0_u64; system.species_names.len()];
     system.species.iter().for_each(|&species| counts[species as usize] += 1);
@@ -258,8 +260,8 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// The probability of a distance between two points of particles with these diameters. Between walls, large
-/// particles have less room.
+/// Returns the probability that two points, which particles with these diameters can reach, have a distance
+/// in a range. Between walls, large particles have less space.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();
@@ -285,8 +287,8 @@ fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Sh
     }
 }
 
-/// Half of the shortest period, or of the longest edge if no axis is periodic; at most four times the largest
-/// diameter.
+/// Returns half of the shortest period, or half of the longest edge if no axis is periodic, but at most four
+/// times the largest diameter.
 fn default_cutoff(system: &SystemDescription) -> f64 {
     let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = CellList::largest_range(&system.space).min(0.5 * system.space.size.max());

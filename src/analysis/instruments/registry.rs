@@ -25,7 +25,7 @@ pub enum InstrumentError {
         /// Its name.
         name: String,
     },
-    /// The run started without an instrument that is now registered.
+    /// An instrument is registered now that was not registered at the start of the run.
     #[error("the run began without the instrument `{name}`, expected only the instruments registered at its start")]
     NotInCheckpoint {
         /// Its name.
@@ -36,7 +36,7 @@ pub enum InstrumentError {
     State {
         /// Its name.
         name: String,
-        /// The error of the decoder.
+        /// The error of the decoder, `postcard`.
         source: postcard::Error,
     },
 }
@@ -74,7 +74,7 @@ type Begin = Box<dyn FnOnce(&Setup<'_>) -> Box<dyn Kept> + Send>;
 
 type Read = fn(&[u8]) -> Result<Box<dyn Kept>, postcard::Error>;
 
-/// Starts an instrument, and restores it from its state.
+/// A registered instrument: its name and the functions that start it or restore it from a checkpoint.
 struct Entry {
     name: String,
     begin: Begin,
@@ -109,7 +109,6 @@ impl Registry {
         });
     }
 
-    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -131,7 +130,7 @@ impl Registry {
         compare(&self.names()?, begun)
     }
 
-    /// Starts all instruments, at the start of the measurement.
+    /// Starts all registered instruments at the beginning of the measurement.
     pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
         let entries = std::mem::take(&mut self.entries).into_iter();
         entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
@@ -151,7 +150,7 @@ impl Registry {
     }
 }
 
-/// Compares the names of instruments with the names at the start of the run.
+/// Checks that the same instruments are registered as at the start of the run.
 pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), InstrumentError> {
     if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
         return Err(InstrumentError::NotRegistered { name: name.clone() });
@@ -162,7 +161,7 @@ pub(crate) fn compare(names: &[String], begun: &[String]) -> Result<(), Instrume
     }
 }
 
-/// Instruments registered by a user, in their state after a run.
+/// The registered instruments after the end of the run.
 #[derive(Debug, Default)]
 pub(crate) struct OwnInstruments(Vec<Registered>);
 
@@ -171,12 +170,12 @@ impl OwnInstruments {
         Self(registered)
     }
 
-    /// The instrument of this name, if it has this type.
+    /// Returns the instrument with the given name, if it has the type `I`.
     pub fn get<I: 'static>(&self, name: &str) -> Option<&I> {
         self.0.iter().find(|one| one.name == name)?.typed()
     }
 
-    /// Takes out the instrument of this name, if it has this type.
+    /// Removes and returns the instrument with the given name, if it has the type `I`.
     pub fn take<I: 'static>(&mut self, name: &str) -> Option<I> {
         let place = self.0.iter().position(|one| one.name == name && one.typed::<I>().is_some())?;
         match self.0.remove(place).content {
@@ -186,7 +185,6 @@ impl OwnInstruments {
     }
 }
 
-/// A registered instrument with its name.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Registered {
     name: String,
@@ -197,7 +195,7 @@ pub(super) struct Registered {
 #[serde(from = "Vec<u8>")]
 enum Content {
     Live(Box<dyn Kept>),
-    /// Read from a checkpoint; its type is not known yet.
+    /// Stored state from a checkpoint. The type of the instrument is not known yet.
     Stored(Vec<u8>),
 }
 

@@ -2,19 +2,20 @@
 
 use crate::analysis::statistics::Estimate;
 
-/// The part is straight if the slopes of its halves differ by less than this fraction of the slope, or by
-/// less than three errors.
+/// The last part of a curve counts as straight if the slopes of its two halves differ by less than this
+/// fraction of the whole slope, or by less than three standard errors.
 const STRAIGHT: f64 = 0.1;
 
 /// Fewest points for a slope with two halves to compare.
 const FEWEST: usize = 6;
 
-/// Range of the straight part: from a quarter of the longest lag on.
+/// Points of the part that should be straight: from a quarter of the longest lag to the longest lag.
 pub(super) fn straight_part(longest: usize) -> std::ops::RangeInclusive<usize> {
     longest.div_ceil(4)..=longest
 }
 
-/// Coefficients of the least-squares slope over lags `k spacing`, as terms for the elements `offset + k`.
+/// Returns the coefficients of the least-squares slope over lags `k spacing`, as pairs of the index `offset +
+/// k` and the coefficient.
 pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, offset: usize) -> Vec<(usize, f64)> {
     let centre = 0.5 * (*lags.start() as f64 + *lags.end() as f64);
     let squares: f64 = lags.clone().map(|k| (k as f64 - centre) * (k as f64 - centre)).sum();
@@ -35,10 +36,10 @@ pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Opt
     Some([slope_terms(part, spacing, offset), bend])
 }
 
-/// Slope of a curve of means over its last three quarters; `None` if that part is not straight or is too
-/// short.
+/// Slope of a curve of means over its last three quarters. `None` if this part is not straight or has too few
+/// points.
 ///
-/// `slope` turns terms into an estimate, so that a curve can be corrected for its mean.
+/// `slope` estimates a linear combination of curve elements. The caller may thus correct the curve first.
 pub(super) fn straight_slope(
     longest: usize,
     spacing: f64,
@@ -50,7 +51,8 @@ pub(super) fn straight_slope(
     is_small(&slope(&bend)?, &whole).then_some(whole)
 }
 
-/// Whether a part that should vanish is less than a tenth of the whole, or less than three of its own errors.
+/// Whether `part`, which should vanish, is less than a tenth of `whole` or less than three times its own
+/// standard error.
 pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
     part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }
@@ -66,7 +68,7 @@ mod tests {
 
     fn curve(f: impl Fn(f64) -> f64) -> CurveAverage {
         let mut average = CurveAverage::new(20);
-        // Two curves that differ by a constant.
+        // Half of the curves are shifted by a constant, which does not change their slope.
         (0..16).for_each(|n| average.add_all((0..20).map(|k| f(f64::from(k)) + f64::from(n % 2))));
         average
     }

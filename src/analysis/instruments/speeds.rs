@@ -14,14 +14,14 @@ use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS, MOST_WINDOWS, WINDOWS};
 use serde::{Deserialize, Serialize};
 
-/// With more species than this, all moving particles share one distribution.
+/// With more species than this, all moving particles share one histogram.
 const MOST_SPECIES: usize = 8;
 
 /// Default end of a histogram, in thermal speeds `sqrt(T / m)` of its lightest particles. A fraction of 1e-12
 /// of Maxwell's distribution lies beyond.
 const END: f64 = 8.0;
 
-/// Operations of one sample per particle.
+/// Number of operations per particle and sample.
 const WORK: f64 = 20.0;
 
 /// Histograms of speeds in time windows, one for each species.
@@ -37,25 +37,25 @@ const WORK: f64 = 20.0;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Speeds {
     start: f64,
-    /// Expected duration, and length of a window `[time]`.
+    /// Expected duration of the measurement, and length of a window `[time]`.
     duration: f64,
     length: f64,
     most_windows: usize,
     interval: Option<f64>,
     times: SamplingTimes,
     bins: usize,
-    /// End of all histograms, if given `[length / time]`.
+    /// Given upper end of all histograms; `None` if it follows from the temperature `[length / time]`.
     end: Option<f64>,
     classes: Vec<Class>,
-    /// Windows that have samples.
+    /// All windows that have samples, in order of time.
     windows: Vec<Window>,
 }
 
-/// Particles that share a histogram.
+/// A group of particles that share a histogram.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Class {
     name: String,
-    /// Species, and the number of moving particles of each.
+    /// The species of this class, each with its number of moving particles.
     species: Vec<(u32, usize)>,
     /// Width of a bin; 0 until something moves `[length / time]`.
     width: f64,
@@ -65,10 +65,10 @@ struct Class {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Window {
     number: usize,
-    /// Time of its last sample.
+    /// Time of the last sample in this window.
     last: f64,
     temperature: BlockAverage,
-    /// By class, the fraction of its particles in each bin.
+    /// For each class, the average fraction of its particles in each bin.
     histograms: Vec<CurveAverage>,
 }
 
@@ -99,7 +99,8 @@ impl Speeds {
         speeds
     }
 
-    /// Index of the window at a time. Samples may come early by round-off.
+    /// Returns the index of the window at a time. Samples that are early by round-off belong to the next
+    /// window.
     fn window_at(&self, time: f64) -> usize {
         let passed = (time - self.start) / self.length;
         trunc_to_usize((passed + 1e-9).max(0.0)).min(self.most_windows - 1)
@@ -129,7 +130,7 @@ impl Speeds {
         }
     }
 
-    /// Opens a window, with samples as frequent as it needs.
+    /// Opens a window. Its sampling interval fits the length of the window.
     fn open(&mut self, number: usize, sample: &Sample<'_>, system: &SystemDescription) {
         let is_last = number + 1 == self.most_windows;
         let rest = self.start + self.duration - sample.time;
@@ -146,7 +147,7 @@ impl Speeds {
         });
     }
 
-    /// The class of each species.
+    /// Returns the class of each species.
     fn table(&self, system: &SystemDescription) -> Vec<Option<usize>> {
         let mut table = vec![None; system.species_names.len()];
         for (number, class) in self.classes.iter().enumerate() {
@@ -155,7 +156,7 @@ impl Speeds {
         table
     }
 
-    /// Widens the bins until they hold the fastest particle.
+    /// Doubles the bin width until the histogram includes the fastest particle.
     fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64, system: &SystemDescription) {
         if self.end.is_some() {
             return;
@@ -177,7 +178,7 @@ impl Speeds {
         }
     }
 
-    /// Adds the speeds of a class to the open window.
+    /// Adds the speeds of one class to the histogram of the current window.
     fn count(&mut self, class: usize, speeds: &[f64]) {
         let width = self.classes[class].width;
         let all = speeds.len().max(1) as f64;
@@ -231,7 +232,7 @@ fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<C
     present.into_iter().map(one).collect()
 }
 
-/// The mass of any particle of a species.
+/// Returns the mass of the first particle of a species. All its particles have the same mass.
 fn mass_of(species: u32, system: &SystemDescription) -> f64 {
     let first = system.species.iter().position(|other| *other == species);
     first.map_or(f64::INFINITY, |id| system.masses[id])

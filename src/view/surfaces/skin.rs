@@ -1,4 +1,4 @@
-//! Normals and edges of a mesh.
+//! Normals and sharp edges of a surface mesh.
 
 use crate::Vector;
 use crate::base::numbers::id;
@@ -7,40 +7,41 @@ use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
 use crate::view::render::corners;
 
-/// Cosine of the largest angle between triangles of a smooth surface: 35 degrees.
+/// Cosine of 35 degrees, the largest angle between neighbouring triangles of a smooth surface.
 const SMOOTH: f64 = 0.819;
 
-/// Largest number of edges; more would cover the surface instead of outlining it.
+/// Largest number of edges that are drawn. A mesh with more sharp edges has no outline, because the edges would cover
+/// the surface.
 const MOST_EDGES: usize = 20_000;
 
-/// A mesh with a normal at each corner: smooth where its triangles meet at small angles, and with an edge
-/// elsewhere.
+/// A mesh with a normal at each corner of each triangle. The normals vary smoothly where triangles meet at small
+/// angles. Elsewhere the surface has an edge.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view) struct Skin {
-    /// Positions `[length]`, one for each normal.
+    /// Positions of the vertices `[length]`, one for each normal.
     pub vertices: Vec<Vector>,
     /// Unit normals.
     pub normals: Vec<Vector>,
     pub triangles: Vec<[u32; 3]>,
-    /// Ends of the edges at rims and at sharp angles.
+    /// End points of the edges at which the mesh ends or two triangles meet at a sharp angle.
     pub edges: Vec<[Vector; 2]>,
-    /// Lower and upper corner of the box around it.
+    /// Lower and upper corner of the bounding box.
     pub bounds: [Vector; 2],
-    /// Index among the surfaces of the scene, if known.
+    /// Index of the surface in the scene, if known.
     pub number: Option<usize>,
-    /// Its motion, if it has one; all other fields describe it before it moves.
+    /// Motion of the surface, if any. All other fields describe the surface before it moves.
     pub timeline: Option<Timeline>,
 }
 
 impl Skin {
-    /// Triangles without area are left out.
+    /// Converts a mesh. Triangles without area are left out.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let normal =
             |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
         let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
         let around = corners_around(mesh, &normals);
         let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
-        // For each vertex, the copies of this vertex with different normals.
+        // For each vertex of the mesh, its copies with different normals.
         let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
         for (triangle, own) in mesh.triangles.iter().zip(&normals) {
             let Some(own) = own else { continue };
@@ -77,7 +78,7 @@ impl Skin {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
 
-    /// A box around its bounding box at a time.
+    /// A box that contains the surface at a time. It surrounds the moved bounding box.
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
@@ -85,7 +86,7 @@ impl Skin {
         places.iter().fold([places[0]; 2], |[lower, upper], place| [lower.inf(place), upper.sup(place)])
     }
 
-    /// The skin at its position at a time.
+    /// The surface at its position at a time.
     pub fn at(&self, time: f64) -> Self {
         let Some(timeline) = &self.timeline else { return self.clone() };
         let pose = timeline.at(time).pose;
@@ -104,14 +105,14 @@ impl Skin {
         }
     }
 
-    /// Positions of the corners of a triangle, and their normals.
+    /// Position and normal of each corner of a triangle.
     #[cfg(test)]
     pub fn corners(&self, triangle: usize) -> [(Vector, Vector); 3] {
         self.triangles[triangle].map(|vertex| (self.vertices[vertex as usize], self.normals[vertex as usize]))
     }
 }
 
-/// Returns, for each vertex, the normals of the triangles around it. Each normal comes with the angle of its
+/// Returns, for each vertex, the normals of the triangles around it. Each normal is weighted by the angle of its
 /// triangle at the vertex.
 fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(Vector, f64)>> {
     let mut around = vec![Vec::new(); mesh.vertices.len()];
@@ -127,7 +128,7 @@ fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(V
     around
 }
 
-/// Edges that outline the surface.
+/// Edges that outline the surface; none if there are too many.
 fn sharp_edges(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<[Vector; 2]> {
     let normal = |side: &EdgeUse| normals.get(side.triangle as usize).copied().flatten();
     let is_sharp = |uses: &&[EdgeUse]| match uses {
@@ -198,7 +199,7 @@ mod tests {
         skin.timeline = Some(Timeline::of(&[SurfaceMotion { from: 1.0, until: 2.0, kind }]));
         let bounds = |time: f64| skin.at(time).bounds;
         assert_eq!(bounds(1.0), [Vector::zeros(), Vector::new(1.0, 2.0, 3.0)]);
-        // A quarter turn about (1, 0): `(x, y)` goes to `(1 - y, x - 1)`.
+        // The box makes a quarter turn about the point (1, 0), which takes `(x, y)` to `(1 - y, x - 1)`.
         assert_eq!(bounds(9.0), [Vector::new(-1.0, -1.0, 0.0), Vector::new(1.0, 0.0, 3.0)]);
         let turned = skin.at(9.0);
         let outwards = |normal: &Vector, place: &Vector| normal.dot(&(place - Vector::new(0.0, -0.5, 1.5))) > 0.0;

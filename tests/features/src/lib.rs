@@ -1,1 +1,1 @@
-//! Only features: see `Cargo.toml`.
+//! This package has no code, only the features in `Cargo.toml`.

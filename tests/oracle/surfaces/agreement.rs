@@ -1,4 +1,4 @@
-//! Every kind of feature on every family of states: no verdict is wrong, and no time is off by more than
+//! Tests every kind of feature on every family of states. No verdict may be wrong, and no time may be off by more than
 //! rounding.
 
 use super::approach::Target;
@@ -9,14 +9,15 @@ use super::rule::{Kind, Verdict};
 use crate::per_family;
 use crate::random::Random;
 
-/// States of each family and target; with 20 families this gives 5,000.
+/// Number of states of each family and kind of feature. With 20 families this gives 5,000.
 const PER_FAMILY: usize = 250;
 
-/// Number of wrong answers that are printed, after which the search stops: confirming each takes a second.
+/// Number of wrong answers that are printed. The search stops at `ENOUGH` wrong answers, because confirming each of
+/// them takes a second.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
-/// Counts for one target.
+/// Results for one kind of feature.
 #[derive(Debug, Default)]
 struct Tally {
     states: usize,
@@ -28,10 +29,11 @@ struct Tally {
     within_rounding: usize,
     wrong: Vec<(&'static str, State, Comparison)>,
     wrong_count: usize,
-    /// The largest error of a time, and the largest change of a witness, in units of what rounding allows.
+    /// The largest error of a time, and the largest shift of the coefficients of a witness, in units of what rounding
+    /// allows.
     worst_ratio: f64,
     worst_witness: f64,
-    /// Witnesses that need more than half of what rounding allows.
+    /// Number of witnesses whose coefficients are shifted by more than half of what rounding allows.
     far_witnesses: usize,
 }
 
@@ -92,7 +94,7 @@ impl Tally {
     }
 }
 
-/// Tries a number of states of every family; returns the number of wrong answers.
+/// Tests a number of states of every family and returns the number of wrong answers.
 fn count_wrong(target: Target, per_family: usize, seed: u64) -> usize {
     let mut tally = Tally::default();
     for (number, (family, _)) in FAMILIES.iter().enumerate() {

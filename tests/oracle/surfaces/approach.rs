@@ -1,11 +1,11 @@
-//! Motions defined at the time of contact in the frame of the feature, and traced back to their start.
+//! Motions that are defined at the time of contact, in the frame of the feature, and traced back to their start.
 
 use super::feature::{Feature, State};
 use crate::random::Random;
 use carom::Vector;
 use carom::physics::overlap::Side;
 
-/// The feature of the contact.
+/// Kind of the feature with which the sphere has the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     Point,
@@ -15,20 +15,21 @@ pub enum Target {
     Plane,
 }
 
-/// A contact. Components are perpendicular to the feature, along it, and perpendicular to both; for a face
-/// the last two are in its plane.
+/// A contact of a sphere with a feature. Vectors have a component perpendicular to the feature, one along it, and one
+/// perpendicular to both. For a face, the last two are in its plane.
 #[derive(Debug, Clone)]
 pub struct Approach {
     pub target: Target,
     pub side: Side,
-    /// Directions: perpendicular to the feature, along it, and perpendicular to both.
+    /// Three directions: perpendicular to the feature, along it, and perpendicular to both.
     pub frame: [Vector; 3],
-    /// Whether all numbers are small binary fractions, with the frame along the coordinate axes.
+    /// Whether all numbers are small binary fractions and the directions are coordinate axes, so that nothing is
+    /// rounded.
     pub is_exact: bool,
     pub length: f64,
-    /// Corners of the face in its plane.
+    /// Corners of the face, as coordinates in its plane.
     pub corners: [[f64; 2]; 3],
-    /// Position of the foot.
+    /// Foot of the perpendicular from the sphere, as coordinates along the feature.
     pub foot: [f64; 2],
     pub contact: f64,
     /// Distance minus the contact distance, in units of the contact distance.
@@ -37,14 +38,14 @@ pub struct Approach {
     pub acceleration: [f64; 3],
     /// Time from the start to the contact.
     pub time: f64,
-    /// Position of a point of the feature, in rounded coordinates.
+    /// Position of the feature in space. Far from the origin, positions lose digits by rounding.
     pub offset: Vector,
 }
 
 const EXACT_FRAME: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
 impl Approach {
-    /// Everything of order one, with the foot on the feature.
+    /// A contact with all numbers of order one and with the foot of the perpendicular on the feature.
     pub fn new(random: &mut Random, target: Target) -> Self {
         let is_exact = random.chance(0.35);
         let frame = if is_exact {
@@ -108,7 +109,7 @@ impl Approach {
         }
     }
 
-    /// Puts the foot anywhere on the feature.
+    /// Puts the foot of the perpendicular anywhere on the feature.
     pub fn put_inside(&mut self, random: &mut Random) {
         let [a, b, c] = self.corners;
         let (mut p, mut q) = (self.number(random).abs(), self.number(random).abs());
@@ -122,7 +123,7 @@ impl Approach {
         };
     }
 
-    /// Puts the foot on an end, a side or a corner.
+    /// Puts the foot of the perpendicular on an end, a side or a corner of the feature.
     pub fn put_on_end(&mut self, random: &mut Random) {
         let first = random.below(3);
         let [a, b] = [self.corners[first], self.corners[(first + 1) % 3]];
@@ -134,7 +135,7 @@ impl Approach {
         };
     }
 
-    /// Moves the foot by this much in a random direction along the feature.
+    /// Moves the foot of the perpendicular along the feature by up to `size`, in a random direction.
     pub fn nudge(&mut self, random: &mut Random, size: f64) {
         for x in &mut self.foot {
             *x += size * (random.below(9) as f64 - 4.0) / 4.0;
@@ -145,10 +146,10 @@ impl Approach {
         self.frame[0] * out + self.frame[1] * along + self.frame[2] * third
     }
 
-    /// The motion from its start.
+    /// The state at the start of the motion.
     pub fn state(&self, random: &mut Random) -> State {
         let (velocity, acceleration, t) = (self.vector(self.velocity), self.vector(self.acceleration), self.time);
-        // A point has only one foot, and a line has none sideways.
+        // On a point, the foot of the perpendicular cannot move; on a line, it has one coordinate.
         let foot = match self.target {
             Target::Point => [0.0; 2],
             Target::Line | Target::Segment => [self.foot[0], 0.0],
@@ -167,7 +168,8 @@ impl Approach {
         State { feature, position, velocity: velocity - acceleration * t, acceleration, contact: self.contact }
     }
 
-    /// Positions relative to the corners are rounded separately, and the normal may point to either side.
+    /// A face with its sides. Positions relative to the corners are rounded separately. The normal points to a random
+    /// side.
     fn face(&self, random: &mut Random, position: &Vector) -> Feature {
         let corners = self.corners.map(|[x, y]| self.offset + self.vector([0.0, x, y]));
         let along = |side: usize| corners[(side + 1) % 3] - corners[side];

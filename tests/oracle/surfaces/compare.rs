@@ -1,28 +1,28 @@
-//! Compares an answer of Carom for a feature with the oracle.
+//! Judges an answer of Carom for a feature by the oracle.
 //!
-//! The answer must equal the answer of the oracle for the exact polynomials. Its time must agree to within
-//! the bound from the condition of the roots. If the input is within its own rounding of the boundary between
-//! two verdicts, it may equal the answer of the oracle for a witness.
+//! The answer must equal the oracle's answer for the exact polynomials. Its time must agree to within the bound from
+//! the condition of the roots. If the input is within its own rounding of the boundary between two verdicts, the answer
+//! may equal the oracle's answer for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
 use super::witness::witness;
 use crate::measure::distance;
 
-/// The largest allowed error of a time, in units of what rounding allows
-/// ([`crate::measure::Distance::ratio`]). As for pairs (`tests/oracle/compare.rs`), closed forms and brackets
-/// are within their condition plus 3 ulp. The time of an entry is the sum of a rounded time and a closed
-/// form: 4.
+/// The largest allowed error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]). As for
+/// pairs (`tests/oracle/compare.rs`), closed forms and brackets are within their condition plus 3 ulp. The limit is 4
+/// for the time at which the foot enters a feature, because it is the sum of a rounded time and a closed form.
 pub fn largest_ratio(kind: Kind) -> f64 {
     if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
 }
 
-/// The verdict on an answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The same verdict as the oracle. For a time after now, the error in units of what rounding allows.
+    /// The answer has the oracle's verdict. The number is the error of a time after now, in units of what rounding
+    /// allows.
     Right(Option<f64>),
-    /// The verdict of a witness, which is off by this fraction of what rounding allows.
+    /// The answer has the verdict of a witness. The number is the shift of its coefficients, as a fraction of what
+    /// rounding allows.
     WithinRounding(f64),
     Wrong(&'static str),
 }
@@ -34,7 +34,7 @@ pub struct Comparison {
     pub judgement: Judgement,
 }
 
-/// Asks Carom and the oracle.
+/// Asks Carom for an answer and judges it by the oracle.
 pub fn compare(state: &State) -> Comparison {
     let (answer, question) = (state.ask(), state.question());
     let verdict = next_event(&question.exact());

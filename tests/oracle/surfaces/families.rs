@@ -1,4 +1,4 @@
-//! States on which the contact with a feature may be missed or invented, by family.
+//! Families of states for which a contact with a feature may be missed or invented.
 
 use super::approach::{Approach, Target};
 use super::feature::{Feature, State};
@@ -30,12 +30,12 @@ pub const FAMILIES: [(&str, Family); 20] = [
     ("20 decades of every component", |_, _| ()),
 ];
 
-/// A state of a family.
+/// Draws a state of a family.
 pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
         "20 decades of length and time" => {
-            // Any of the others, in other units.
+            // A state of any other family, in other units.
             FAMILIES[random.below(18)].1(random, &mut approach);
             let state = approach.state(random);
             rescaled(random, state)
@@ -51,7 +51,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     }
 }
 
-/// Zero, or a few units in the last place of a number of order one.
+/// Zero, or a few units in the last place of 1.
 fn ulps(random: &mut Random) -> f64 {
     if random.chance(0.3) { 0.0 } else { f64::EPSILON * (random.below(17) as f64 - 8.0) * 0.5 }
 }
@@ -60,7 +60,8 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// Closest at contact, to within a few ulps or as many square roots of one.
+/// The sphere grazes the feature: its smallest distance is the contact distance, to within a few ulps or 10^4 times as
+/// many.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -82,7 +83,7 @@ fn near_end(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, size);
 }
 
-/// The foot comes to rest on an end and goes back, to within a few ulps.
+/// The foot of the perpendicular comes to rest at an end of the feature and turns back, to within a few ulps.
 fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     approach.put_on_end(random);
     let slip = ulps(random);
@@ -96,7 +97,7 @@ fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// Within the distance of contact at that time, and slow.
+/// At the chosen time, the sphere is closer than the contact distance and slow.
 fn inside(random: &mut Random, approach: &mut Approach) {
     approach.gap = -if approach.is_exact { random.below(8) as f64 / 8.0 } else { random.between(0.0, 1.0) };
     let slow = random.power_of_two(-8, 0) * random.sign();
@@ -104,8 +105,8 @@ fn inside(random: &mut Random, approach: &mut Approach) {
     approach.acceleration[0] *= if random.chance(0.3) { 0.0 } else { slow };
 }
 
-/// Moves along a line or face at any distance from it, with or without sideways motion and acceleration along
-/// it.
+/// A motion parallel to a line or face, at any distance from it, with or without sideways motion and acceleration along
+/// the feature.
 fn parallel(random: &mut Random, approach: &mut Approach) {
     let noise = |random: &mut Random| if random.chance(0.6) { 0.0 } else { ulps(random) };
     approach.gap = match random.below(4) {
@@ -127,7 +128,7 @@ fn parallel(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// In contact, with little or no speed, pressed on or not.
+/// The sphere is in contact from the start, with little or no speed, and may be pressed on the feature.
 fn resting(random: &mut Random, approach: &mut Approach) {
     approach.time = 0.0;
     approach.gap = ulps(random);
@@ -157,7 +158,7 @@ fn slight_overlap(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The foot is on an end while the sphere is within the distance of contact.
+/// The foot of the perpendicular is near an end of the feature while the sphere is closer than the contact distance.
 fn entering(random: &mut Random, approach: &mut Approach) {
     near_end(random, approach);
     inside(random, approach);
@@ -184,7 +185,7 @@ fn tiny(random: &mut Random, approach: &mut Approach) {
     }
     shrink(approach, [1e-6; 2]);
     if random.chance(0.5) {
-        // A small shift is enough to pass it.
+        // A small shift moves the foot of the perpendicular past the end of such a short feature.
         approach.nudge(random, 1e-6);
     }
     if random.chance(0.3) {
@@ -205,7 +206,7 @@ fn sliver(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The feature is far from the origin: relative positions have lost their last digits.
+/// The feature is far from the origin, so that relative positions have lost their last digits.
 fn offset(random: &mut Random, approach: &mut Approach) {
     approach.offset = random.vector() * 1e6;
     match random.below(5) {
@@ -230,7 +231,7 @@ fn far(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// Along one direction of the frame, with or without rounding errors or slightly more in the others.
+/// The acceleration is along one direction of the frame. Its other components are zero, round-off, or slightly larger.
 fn aligned(random: &mut Random, approach: &mut Approach) {
     let (axis, size) = (random.below(3), random.sign() * random.scale(-2.0, 2.0));
     let rest = match random.below(3) {
@@ -268,7 +269,8 @@ fn speeds(random: &mut Random, approach: &mut Approach) {
     approach.time /= speed;
 }
 
-/// A family in other units of length and time, between `1e-20` and `1e20` for all.
+/// The same state in other units of length and time. The factors for lengths, times, velocities and accelerations are
+/// all between `1e-20` and `1e20`.
 fn rescaled(random: &mut Random, mut state: State) -> State {
     let (length, time) = loop {
         let (length, time) = (random.scale(-20.0, 20.0), random.scale(-20.0, 20.0));
@@ -306,7 +308,7 @@ fn of_any_scale(random: &mut Random, mut state: State) -> State {
     if let Feature::Segment(_, length) = &mut state.feature {
         *length = random.scale(-20.0, 20.0);
     }
-    // Half of the time about as far away as the sphere.
+    // Half of the contact distances are of the order of the distance between the sphere and the feature.
     let near = state.position.norm() * random.scale(-1.0, 1.0);
     state.contact = if random.chance(0.5) { near } else { random.scale(-20.0, 20.0) };
     state

@@ -1,10 +1,10 @@
-//! A sphere and a feature: the question to Carom, and the exact polynomials by which the answer is judged.
+//! A sphere and a feature: the call of Carom, and the exact polynomials by which its answer is judged.
 //!
-//! Positions, velocities, accelerations, directions and distances are floating-point numbers and taken as
-//! exact, with positions relative to a point of the feature. Exact are then the expressions of the code
-//! without rounding: `across(d, x) = x - d (d . x)` in the overlap function of a line, the height `n . x` of
-//! a plane and a face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face.
-//! A face is met where `|h| <= s` and `|h|` falls.
+//! Positions, velocities, accelerations, directions and distances are floating-point numbers and taken as exact.
+//! Positions are relative to a point of the feature. The exact polynomials are the expressions of the code without
+//! rounding: `across(d, x) = x - d (d . x)` in the overlap function of a line, the height `n . x` above a plane or a
+//! face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a contact
+//! with a face if `|h| <= s` and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -18,14 +18,15 @@ use carom::physics::overlap::{Quadratic, Quartic, Side};
 pub enum Feature {
     Point(Side),
     Line(Vector, Side),
-    /// A direction and a length along it.
+    /// Direction and length of the segment.
     Segment(Vector, f64),
-    /// The normal, and for each side the direction into the face and the position relative to its end.
+    /// The normal of the face. Each side has a direction into the face, and the position of the sphere relative to an
+    /// end of the side.
     Face(Vector, [(Vector, Vector); 3]),
     Plane(Vector),
 }
 
-/// A motion relative to a feature.
+/// A motion of a sphere relative to a feature.
 #[derive(Debug, Clone, Copy)]
 pub struct State {
     pub feature: Feature,
@@ -36,18 +37,20 @@ pub struct State {
     pub contact: f64,
 }
 
-/// Roundings in the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for pairs.
+/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for
+/// pairs.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
-/// Horner's rule for a quartic, and the factor of its derivative.
+/// Roundings of each coefficient in Horner's rule for a quartic, with the factor of its derivative.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// The products of `D = v^2 - 2 a h`, and the distance that is subtracted from a height.
+/// Roundings of each coefficient for a plane: the products of `D = v^2 - 2 a h`. The last number is for the distance
+/// that is subtracted from the height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
-/// Extents: Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at the beginning of a stretch 1 and
-/// 2. An extent is looked at where the time is a float and within 3 ulp of the root, which moves the terms of degree
-/// `k` by `6 k` roundings more.
+/// Roundings of each coefficient of an extent. Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at
+/// the beginning of an interval 1 and 2. The extent is evaluated at a floating-point time within 3 ulp of the root,
+/// which adds `6 k` roundings to the term of degree `k`.
 const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
 
 impl State {
@@ -85,7 +88,7 @@ impl State {
         Parabola::along(direction, &state, &self.acceleration)
     }
 
-    /// The exact polynomials and their boxes.
+    /// The exact polynomials of this state, and the boxes around their coefficients.
     pub fn question(&self) -> Question {
         let (shape, first) = match &self.feature {
             Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None, &self.acceleration)),
@@ -120,7 +123,7 @@ impl State {
         Question { shape, forms, without_acceleration }
     }
 
-    /// A component of the motion, exact and as computed by Carom.
+    /// The component of the motion in a direction, both exact and as computed by Carom.
     fn component(&self, direction: &Vector, position: &Vector) -> ([Rounded; 3], Parabola) {
         let d = triple(direction);
         let component = |vector: &Vector| dot(&d, &triple(vector));
@@ -134,14 +137,14 @@ impl State {
         let gap = &h0 - &distance;
         let [c0, c1, c2] = computed.0;
         if is_two_sided {
-            // The rounding of the subtraction belongs to the distance.
+            // The rounding error of the subtraction is assigned to the contact distance.
             let distance = Rounded { error: gap.error - h0.error, ..distance };
             return Form::new(&[h0, h1, h2, distance], &[c0, c1, c2, self.contact], &OF_PLANE);
         }
         Form::new(&[gap, h1, h2], &[c0 - self.contact, c1, c2], &OF_PLANE)
     }
 
-    /// The squared distance from a point or a line.
+    /// The overlap function from the squared distance to a point or a line.
     fn square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Form {
         let [r, v, a] = [&self.position, &self.velocity, acceleration].map(|vector| {
             let vector = triple(vector);
@@ -162,8 +165,9 @@ impl State {
         Form::new(&terms, &computed, if is_quadratic { &OF_QUADRATIC } else { &OF_QUARTIC })
     }
 
-    /// This question without acceleration. Carom drops an acceleration that may be round-off of one along the
-    /// line: below 4 epsilon of its size, to which rounding itself adds less than 3.
+    /// The overlap function without acceleration, if Carom may drop the acceleration. Carom drops an acceleration
+    /// across a line if it is below 4 epsilon times the whole acceleration, because it may be round-off. Rounding
+    /// itself adds less than 3 epsilon.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();
         let beside = across(&triple(direction), &triple(&self.acceleration));
@@ -172,7 +176,7 @@ impl State {
         can_be_dropped.then(|| self.square(Some(direction), &Vector::zeros()))
     }
 
-    /// Coefficients as Carom computes them.
+    /// The coefficients as computed by Carom.
     fn computed_square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Vec<f64> {
         let project = |x: &Vector| direction.map_or(*x, |direction| feature::across(direction, x));
         let state = RelativeState { position: project(&self.position), velocity: project(&self.velocity) };

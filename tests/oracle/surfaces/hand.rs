@@ -1,4 +1,4 @@
-//! Tests of the oracle itself, on motions with known events.
+//! Tests of the exact oracle on motions past a feature with known events.
 
 use super::feature::{Feature, State};
 use super::place::{Place, falls, order};
@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // sqrt 2, and parabolas that vanish there, or 2^-200 away from it.
+    // The root is sqrt(2). The parabolas vanish there, or are zero at a distance of about 2^-200.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);
@@ -54,7 +54,7 @@ fn signs_at_roots_and_their_order_are_exact() {
         let other = &falls(&Polynomial::new(&[&Dyadic::from(2.0) + &shift, Dyadic::zero(), Dyadic::from(-1.0)]))[0];
         assert_eq!(order(root, other), 0.cmp(&sign));
     }
-    // At the turning point of the polynomial, above zero, at zero and below.
+    // The sign of a parabola at its turning point, which is above, at or below zero.
     let turn = &falls(&polynomial(&[3.0, -1.0]))[0];
     for (lift, sign) in [(0.125, 1), (0.0, 0), (-0.125, -1)] {
         assert_eq!(Place::At(turn).sign(&polynomial(&[9.0 + lift, -6.0, 1.0])), sign);
@@ -72,21 +72,22 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // The foot enters between 3 and the following turning point; on the way out it is too late.
+    // The foot of the perpendicular may reach the feature until the turning point between 3 and 4. At 3.75 it is too
+    // late, because the sphere is on its way out.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
 
 #[test]
 fn during_a_stretch_the_last_of_the_extents_decides() {
-    // From 1 to 5, where it is shortest.
+    // The overlap function is negative from t = 1 and falls until t = 5.
     let f = [9.0, -10.0, 1.0];
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [-3.0, 1.0, 0.0]]), Kind::Entry(1), 3.0);
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [3.0, -1.0, 0.0]]), Kind::Entry(0), 2.0);
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [2.0, -1.0, 0.0]]), Kind::Entry(0), 2.0);
     expect_none(&value(&f, &[[-3.0, 1.0, 0.0], [2.0, -1.0, 0.0]]));
     expect_none(&value(&f, &[[-5.0, 1.0, 0.0]]));
-    // An extent that dips between 1/2 and 3; one that touches zero at 2; one that just misses it.
+    // Three extents: one is negative between 1/2 and 3, one touches zero at t = 2, and one just misses zero.
     expect_later(&value(&f, &[[1.5, -3.5, 1.0]]), Kind::Entry(0), 3.0);
     expect_later(&value(&f, &[[-4.0, 4.0, -1.0]]), Kind::Touch(0), 2.0);
     expect_none(&value(&f, &[[(-4.0_f64).next_down(), 4.0, -1.0]]));
@@ -99,7 +100,8 @@ fn now_counts_while_the_foot_is_on_the_feature() {
     expect_now(&value(&f, &[[0.0, -1.0, 0.0]]));
     expect_later(&value(&f, &[[-0.25, 1.0, 0.0]]), Kind::Entry(0), 0.25);
     expect_none(&value(&f, &[[-0.5, 1.0, 0.0]]));
-    // An overlap that improves, turns and deepens: at the turning point, or when the foot enters after it.
+    // A negative overlap function rises, turns and falls. The event is at the turning point, or later, when the foot of
+    // the perpendicular reaches the feature.
     let g = [-2.0, 2.0, -1.0];
     expect_later(&value(&g, &[]), Kind::TurningPoint, 1.0);
     expect_later(&value(&g, &[[-2.0, 1.0, 0.0]]), Kind::Entry(0), 2.0);
@@ -113,10 +115,11 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
     expect_none(&height([0.5, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 0.0, 0.0], 1.0, &[]));
-    // Down to the plane from above, and no further.
+    // The sphere falls towards the plane. The foot of the perpendicular may reach the face until the height is zero,
+    // and no later.
     expect_later(&height([3.0, -1.0, 0.0], 1.0, &[[-2.5, 1.0, 0.0]]), Kind::Entry(0), 2.5);
     expect_none(&height([3.0, -1.0, 0.0], 1.0, &[[-3.0, 1.0, 0.0]]));
-    // Thrown up from below the plane: through it, and back from above.
+    // The sphere is thrown up from below the plane, passes through it, and falls back from above.
     expect_now(&height([-0.5, 3.0, -1.0], 1.0, &[]));
     expect_later(&height([0.0, 2.5, -1.0], 1.0, &[]), ROOT, 2.0);
     expect_later(&height([-1.5, 4.0, -1.0], 1.5, &[[-1.0, 1.0, 0.0]]), ROOT, 3.0);
@@ -159,8 +162,8 @@ fn a_wrong_answer_is_seen_as_such() {
     for answer in [None, Some(0.0), Some(1.99), Some(2.0 + 1e-14)] {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
-    // With the foot on the end, both verdicts are within rounding. With the foot slightly past the end, only
-    // the verdict without an event is.
+    // If the foot of the perpendicular is on the end, both verdicts are within rounding. If it is slightly past the
+    // end, only the verdict without an event is.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

@@ -1,4 +1,4 @@
-//! Times that are roots of polynomials: signs of other polynomials there, and the order of two times.
+//! Times that are roots of polynomials: the sign of another polynomial at such a time, and the order of two such times.
 
 use crate::crossing::{Crossing, first_fall};
 use crate::dyadic::Dyadic;
@@ -6,7 +6,7 @@ use crate::polynomial::Polynomial;
 use crate::sturm::{Chain, common_factor};
 use std::cmp::Ordering;
 
-/// A time at which the rule is evaluated.
+/// A time at which signs of polynomials are decided: now, or a root.
 #[derive(Debug, Clone, Copy)]
 pub enum Place<'a> {
     Now,
@@ -14,7 +14,7 @@ pub enum Place<'a> {
 }
 
 impl Place<'_> {
-    /// The sign of a polynomial there.
+    /// The sign of a polynomial at this time.
     pub fn sign(&self, g: &Polynomial) -> i32 {
         match self {
             Self::Now => g.sign_at(&Dyadic::zero()),
@@ -22,7 +22,7 @@ impl Place<'_> {
         }
     }
 
-    /// The sign just after: the sign of the first derivative that is not zero there.
+    /// The sign of a polynomial just after this time: that of the first derivative that is not zero.
     pub fn sign_after(&self, g: &Polynomial) -> i32 {
         if g.is_zero() {
             return 0;
@@ -34,13 +34,15 @@ impl Place<'_> {
     }
 }
 
-/// Bisections of a bracket before the search for a common root, which is rare and expensive.
+/// Number of bisections before the search for a common root. Common roots are rare, and the search is expensive.
 const HALVINGS: usize = 40;
 
-/// Tries of Budan's theorem. At a turning point of the polynomial it never excludes a root.
+/// Number of attempts with Budan's theorem before Sturm's theorem is used. At a turning point of the polynomial,
+/// Budan's theorem never excludes a root.
 const CHEAP: usize = 4;
 
-/// The sign at a crossing. The bracket is narrowed until the polynomial has no root in it, or a common root.
+/// The sign of a polynomial at a crossing of another one. The bracket is narrowed until it contains no root of the
+/// polynomial, or a common root of both.
 fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     if g.degree() == 0 {
         return g.sign_far_away();
@@ -64,7 +66,8 @@ fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     unreachable!("roots that differ are apart")
 }
 
-/// Budan's theorem: this many roots in `(from, to]`, or fewer by an even number.
+/// The largest possible number of roots in `(from, to]` by Budan's theorem. The true number may be smaller by an even
+/// number.
 fn count_at_most(g: &Polynomial, from: &Dyadic, to: &Dyadic) -> usize {
     let variations = |x: &Dyadic| if x.sign() == 0 { g.variations() } else { g.around(x).variations() };
     variations(from) - variations(to)
@@ -75,7 +78,7 @@ fn is_common_root(a: &Polynomial, b: &Polynomial, from: &Dyadic, to: &Dyadic) ->
     common.degree() > 0 && Chain::new(&common).count(from, to) > 0
 }
 
-/// The order of two crossings. Their brackets are narrowed until they are disjoint or hold a common root.
+/// The order of two crossings. Their brackets are narrowed until they are disjoint or contain a common root.
 pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
     for step in 0.. {
         let ((a_lower, a_upper), (b_lower, b_upper)) = (a.bracket(), b.bracket());
@@ -92,7 +95,7 @@ pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
                 return Ordering::Equal;
             }
         }
-        // Narrow the wider bracket, so that neither falls behind.
+        // The wider bracket is narrowed, so that both become narrow at the same pace.
         let (a_width, b_width) = (&a.bracket().1 - &a.bracket().0, &b.bracket().1 - &b.bracket().0);
         if a_width > b_width { a.narrow() } else { b.narrow() }
     }

@@ -1,19 +1,19 @@
 //! Exact polynomials of a motion and a feature, and boxes around their coefficients.
 //!
-//! A box contains every polynomial that a floating-point evaluation may have used instead of the exact one:
-//! it includes the rounding of the coefficient, and of its term in an evaluation.
+//! A box contains every polynomial that a floating-point evaluation may have used instead of the exact one. It includes
+//! the rounding of the coefficients and the rounding of their terms in an evaluation.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};
 use crate::dyadic::Dyadic;
 use crate::polynomial::Polynomial;
 
-/// Coefficients, constant first, with half the edges of their box.
+/// Exact coefficients of a polynomial, constant term first, in a box. The errors are half the edges of the box.
 #[derive(Debug, Clone)]
 pub struct Form {
     pub coefficients: Vec<Dyadic>,
     pub errors: Vec<f64>,
-    /// Coefficients as computed by Carom.
+    /// The coefficients as computed by Carom.
     pub computed: Vec<f64>,
 }
 
@@ -29,7 +29,7 @@ impl Form {
         }
     }
 
-    /// Position of Carom's coefficients in the box, as fractions of its half edges.
+    /// Position of Carom's coefficients in the box, as fractions of half its edges.
     pub fn place_of_computed(&self) -> Vec<f64> {
         let part = |((exact, error), computed): ((&Dyadic, &f64), &f64)| {
             let off = (&Dyadic::from(*computed) - exact).to_f64();
@@ -38,39 +38,40 @@ impl Form {
         self.coefficients.iter().zip(&self.errors).zip(&self.computed).map(part).collect()
     }
 
-    /// Shifted by fractions of the half edges.
+    /// The exact coefficients, shifted by fractions of half the edges of the box.
     pub fn moved(&self, parts: &[f64]) -> Vec<Dyadic> {
         let terms = self.coefficients.iter().zip(&self.errors).zip(parts);
         terms.map(|((c, error), part)| c + &(&Dyadic::from(*error) * &Dyadic::from(*part))).collect()
     }
 }
 
-/// How the coefficients of the first form make up an overlap function.
+/// How the coefficients of the first polynomial define an overlap function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// Coefficients of a height above a plane.
+    /// The coefficients are those of the height above a plane.
     Linear,
-    /// Coefficients of a squared distance, times this sign, which is also the sign of the leading
-    /// coefficient.
+    /// The coefficients are those of a squared distance, multiplied by this sign. The leading coefficient has the same
+    /// sign.
     Square(i32),
-    /// Coefficients of a height, and the distance at which the plane is met on either side.
+    /// The coefficients are those of the height above a face, followed by the contact distance. The face is solid on
+    /// both sides.
     TwoSided,
 }
 
-/// Index of the distance among the coefficients of a two-sided form.
+/// Index of the contact distance among the coefficients for a face.
 pub const DISTANCE: usize = 3;
 
-/// A question: an overlap function, followed by extents.
+/// The polynomials that decide the next event: an overlap function, followed by the extents.
 #[derive(Debug, Clone)]
 pub struct Question {
     pub shape: Shape,
     pub forms: Vec<Form>,
-    /// The overlap function of a straight motion, if rounding cannot distinguish the acceleration across a
-    /// line from zero.
+    /// The overlap function without acceleration, if rounding cannot distinguish the acceleration across a line from
+    /// zero.
     pub without_acceleration: Option<Form>,
 }
 
-/// A linear function of the coefficients of one form.
+/// A linear function of the coefficients of one polynomial.
 pub struct Functional {
     pub form: usize,
     pub weights: Vec<Dyadic>,
@@ -84,26 +85,27 @@ impl Functional {
 }
 
 impl Question {
-    /// The polynomials at the centres of all boxes.
+    /// The exact polynomials, at the centres of their boxes.
     pub fn exact(&self) -> Exact {
         let middles: Vec<_> = self.forms.iter().map(|form| form.coefficients.clone()).collect();
         self.with(&middles).expect("the exact square is one")
     }
 
-    /// Whether the distance from a plane is lost in the rounding of heights.
+    /// Whether the contact distance of a face is smaller than the rounding errors of heights.
     pub fn is_thin(&self) -> bool {
         let Form { coefficients, errors, .. } = &self.forms[0];
         self.shape == Shape::TwoSided && coefficients[DISTANCE].to_f64() <= errors[DISTANCE]
     }
 
-    /// The question for a motion without acceleration across a line.
+    /// The same polynomials, but with the overlap function of a motion without acceleration.
     pub fn straight(&self) -> Option<Self> {
         let mut forms = self.forms.clone();
         forms[0] = self.without_acceleration.clone()?;
         Some(Self { shape: self.shape, forms, without_acceleration: None })
     }
 
-    /// The polynomials with other coefficients; `None` if a square would not be one.
+    /// The polynomials with other coefficients. Returns `None` if the leading coefficient of a squared distance has the
+    /// wrong sign.
     pub fn with(&self, coefficients: &[Vec<Dyadic>]) -> Option<Exact> {
         let (first, extents) = coefficients.split_first().expect("an overlap function");
         let overlap = match self.shape {
@@ -114,7 +116,7 @@ impl Question {
         Some(Exact { overlap, extents: extents.iter().map(|extent| Polynomial::new(extent)).collect() })
     }
 
-    /// The polynomial that is zero at an event of a kind at a time.
+    /// A linear function of the coefficients that is zero if there is an event of this kind at this time.
     pub fn functional(&self, kind: Kind, t: f64) -> Functional {
         let form = match kind {
             Kind::Entry(k) | Kind::Touch(k) => k + 1,
@@ -143,13 +145,13 @@ impl Question {
         Functional { form, weights }
     }
 
-    /// How far the boxes can shift it.
+    /// Largest change of a linear function for coefficients within the box.
     pub fn error_of(&self, functional: &Functional) -> f64 {
         let terms = functional.weights.iter().zip(&self.forms[functional.form].errors);
         terms.map(|(weight, error)| weight.to_f64().abs() * error).sum()
     }
 
-    /// All kinds of events that it can have. Touching is never computed.
+    /// All kinds of events that are possible, except `Touch`, which Carom never computes.
     pub fn kinds(&self) -> Vec<Kind> {
         let below = (self.shape == Shape::TwoSided).then_some(Kind::Root { is_below: true });
         let entries = (0..self.forms.len() - 1).map(Kind::Entry);

@@ -1,23 +1,23 @@
 //! Exact numbers, each with a bound on its floating-point error.
 //!
-//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every
-//! operation adds the unit round-off times the size of its result to the propagated errors of its operands.
-//! An expression of the code, written with these numbers, is its own analysis.
+//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds
+//! the unit round-off times the size of its result to the propagated errors of its operands. An expression written with
+//! these numbers therefore computes its own error bound.
 
 use crate::dyadic::Dyadic;
 use carom::Vector;
 use std::ops::{Add, Mul, Sub};
 
-/// Half the distance from 1 to the next floating-point number.
+/// Unit round-off: half the distance from 1 to the next floating-point number.
 pub const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Bounds are floating-point numbers themselves, rounded down by less than this in each operation.
+/// Error bounds are floating-point numbers too. This factor makes up for rounding them down in each operation.
 const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 #[derive(Debug, Clone)]
 pub struct Rounded {
     pub exact: Dyadic,
-    /// A bound on its magnitude.
+    /// Upper bound on the magnitude of the exact number.
     pub size: f64,
     pub error: f64,
 }
@@ -32,17 +32,16 @@ impl Rounded {
         Self { exact, size, error: (error + ROUND_OFF * (size + error)) * SLACK }
     }
 
-    /// Half of it, which is exact.
+    /// Half the number. Halving is exact.
     pub fn half(&self) -> Self {
         Self { exact: self.exact.half(), size: 0.5 * self.size, error: 0.5 * self.error }
     }
 
-    /// Twice it, which is exact.
+    /// Twice the number. Doubling is exact.
     pub fn double(&self) -> Self {
         Self { exact: &self.exact + &self.exact, size: 2.0 * self.size, error: 2.0 * self.error }
     }
 
-    /// Its negative, which is exact.
     pub fn negative(&self) -> Self {
         Self { exact: -&self.exact, ..*self }
     }
@@ -70,7 +69,7 @@ impl Mul for &Rounded {
     }
 }
 
-/// A vector of them.
+/// A vector of numbers with error bounds.
 pub type Triple = [Rounded; 3];
 
 pub fn triple(vector: &Vector) -> Triple {
@@ -84,9 +83,9 @@ pub fn dot(a: &Triple, b: &Triple) -> Rounded {
 
 /// `x - d (d . x)`, as in `carom::physics::detection::feature::across`.
 ///
-/// The length of the direction differs from 1 by rounding and is taken as it is. Exact here is this
-/// expression, not the projection onto the plane perpendicular to the direction, from which it differs by
-/// less than its own rounding.
+/// The length of the direction differs from 1 by rounding and is taken as it is. The exact value is that of this
+/// expression. It is not the projection onto the plane perpendicular to the direction, but the difference is smaller
+/// than its rounding.
 pub fn across(direction: &Triple, vector: &Triple) -> Triple {
     let along = dot(direction, vector);
     [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))

@@ -1,33 +1,33 @@
-//! The rule for a feature with ends, decided exactly.
+//! The rule for a contact with a feature that has ends, decided exactly.
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
-//! The times with `f <= 0` and `f` falling form intervals that include their starts; the set where no extent
-//! is negative is closed. So there is a first time: now, the start of an interval, or a time at which an
-//! extent stops being negative.
+//! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
+//! times at which `f <= 0` and `f` falls form intervals that include their starts. The set of times at which no extent
+//! is negative is closed. So there is a first time: now, the start of an interval, or a time at which an extent stops
+//! being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::polynomial::Polynomial;
 
-/// Kind of an event after now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// The overlap function falls through zero; below a face, with the other sign of the height.
+    /// The overlap function falls through zero. For a face, `is_below` tells whether the sphere comes from below.
     Root { is_below: bool },
     /// The overlap function is not positive and stops rising.
     TurningPoint,
-    /// An extent returns from negative values during an interval.
+    /// The extent with this index stops being negative while the overlap function is not positive and falls.
     Entry(usize),
-    /// An extent touches zero from below during an interval.
+    /// The extent with this index touches zero from below while the overlap function is not positive and falls.
     Touch(usize),
 }
 
-/// A root on the side for which overlap functions are written.
+/// A fall of the overlap function through zero. For a face, the sphere comes from above.
 pub const ROOT: Kind = Kind::Root { is_below: false };
 
-/// The time of the next event.
+/// Whether and when the next event happens.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,
@@ -40,11 +40,11 @@ pub enum Verdict {
 pub enum Overlap {
     /// `f(t)`.
     Value(Polynomial),
-    /// `|h(t)| - s`: a plane that is met from both sides.
+    /// `|h(t)| - s`, for a face with a contact on both sides.
     Height(Polynomial, Dyadic),
 }
 
-/// Exact polynomials of a motion and a feature.
+/// The exact polynomials of a sphere and a feature.
 #[derive(Debug, Clone)]
 pub struct Exact {
     pub overlap: Overlap,
@@ -52,17 +52,17 @@ pub struct Exact {
 }
 
 impl Overlap {
-    /// `h - s` and `-h - s`.
+    /// The gaps above and below a face, `h - s` and `-h - s`.
     fn gaps(height: &Polynomial, distance: &Dyadic) -> [Polynomial; 2] {
         [1, -1].map(|side| shifted(height, side, distance))
     }
 
-    /// Whether it is not positive and falls.
+    /// Whether the overlap function is not positive and falls at a time.
     fn asks_at(&self, place: &Place<'_>) -> bool {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
             Self::Height(height, distance) => {
-                // At height 0 the distance from the plane is smallest, and does not fall.
+                // At height 0, the distance from the plane of the face is smallest and does not fall.
                 let side = place.sign(height);
                 side * place.sign_after(&height.derivative()) < 0
                     && Self::gaps(height, distance).iter().all(|gap| place.sign(gap) <= 0)
@@ -70,7 +70,7 @@ impl Overlap {
         }
     }
 
-    /// All times after now at which an event may start to be due.
+    /// All times after now at which the overlap function may begin to be both not positive and falling.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -79,7 +79,7 @@ impl Overlap {
                 add(ROOT, f);
                 add(Kind::TurningPoint, &f.derivative());
             }
-            // Nothing is within a distance that round-off has made negative.
+            // If round-off has made the contact distance negative, no contact is possible.
             Self::Height(_, distance) if distance.sign() <= 0 => {}
             Self::Height(height, distance) => {
                 let [above, below] = Self::gaps(height, distance);
@@ -94,7 +94,7 @@ impl Overlap {
     }
 }
 
-/// `side f - distance`.
+/// The polynomial `side f - distance`, where `side` is 1 or -1.
 fn shifted(f: &Polynomial, side: i32, distance: &Dyadic) -> Polynomial {
     let mut coefficients: Vec<_> = f
         .coefficients
@@ -115,13 +115,12 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // Of two at the same time, the first in the list, which starts with the intervals.
+    // If two events are at the same time, the first one in the list is taken. Entries onto the feature come last.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which the rule holds but did not just before. Each would be the next event without
-/// the earlier times.
+/// All times after now at which an event becomes required by the rule. The first of them is the next event.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();
@@ -132,7 +131,7 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
     candidates.into_iter().filter(|(kind, crossing)| {
         let place = Place::At(crossing);
         match kind {
-            // A fall through zero starts an interval by itself.
+            // A fall through zero always makes the overlap function negative and falling.
             Kind::Root { .. } => exact.is_on(&place, None),
             Kind::TurningPoint => overlap.asks_at(&place) && exact.is_on(&place, None),
             Kind::Entry(k) | Kind::Touch(k) => overlap.asks_at(&place) && exact.is_on(&place, Some(*k)),
@@ -141,14 +140,14 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
 }
 
 impl Exact {
-    /// Whether no extent is negative. An extent that is exactly zero may be negative by round-off.
+    /// Whether no extent is negative. The extent `zero` is known to be exactly zero and is not evaluated.
     fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
         let mut extents = self.extents.iter().enumerate();
         extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)
     }
 }
 
-/// The time after now at which a parabola has a double root and is negative elsewhere.
+/// The time after now at which a parabola touches zero from below.
 fn touch(extent: &Polynomial) -> Option<Crossing> {
     if extent.degree() != 2 || extent.sign_far_away() > 0 {
         return None;

@@ -1,5 +1,4 @@
-//! Witnesses: polynomials that rounding cannot distinguish from the exact polynomials, and for which an
-//! answer is right.
+//! Witnesses: polynomials that rounding cannot distinguish from the exact ones, and for which a given answer is right.
 
 use super::question::{DISTANCE, Form, Functional, Question, Shape};
 use super::rule::{Kind, Verdict, next_event, possible_events};
@@ -7,12 +6,13 @@ use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
 
-/// Fractions of the boxes at which witnesses are searched, smallest first.
+/// Shifts that are tried in the search for witnesses, as fractions of the boxes around the coefficients, smallest
+/// first.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// The smallest shift found, as a fraction of the boxes, for which the oracle gives the answer. It tries
-/// Carom's own coefficients, then the centres of the boxes, then overlap functions and extents shifted as a
-/// whole, then tilted extents, then all corners, edges and faces of the boxes.
+/// The shift of the first witness found, as a fraction of the boxes. The search begins at the centres of the boxes and
+/// at Carom's own coefficients. Overlap functions and extents are then shifted as a whole. After that, extents are
+/// tilted. The last attempts are all corners, edges and faces of the boxes, and a pair of witnesses.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -34,9 +34,9 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Two witnesses: one in which nothing happens before the answer, one in which the answer happens. Each
-/// evaluation has its own error, and a line that is grazed twice may be missed the first time and met the
-/// second.
+/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Two are
+/// needed because each evaluation has its own rounding error. A line that is grazed twice may be missed the first time
+/// and hit the second time.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -53,20 +53,21 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     Some(met.max(largest(&free)))
 }
 
-/// Overlap functions unchanged, or shifted as a whole.
+/// Number of shifts at the start of the list that leave an overlap function unchanged or shift it as a whole.
 const UNIFORM: usize = 3;
 
-/// Treatment of extents other than the one that makes the event.
+/// Treatment of the extents that do not cause the event of a witness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
     /// Extents are shifted, if their boxes allow it, to be just positive at the time of the event.
     Pinned,
-    /// Unchanged; events before the wanted one do not count.
+    /// Extents are unchanged. Events before the answer do not count.
     AfterOthers,
 }
 
-/// The largest fraction by which boxes are shifted, if the oracle then gives the wanted answer.
+/// Tests whether shifted polynomials are a witness for the answer. Returns the largest shift as a fraction of the
+/// boxes.
 fn size_of_witness(question: &Question, parts: &[Vec<f64>], answer: Option<f64>, ends: Ends) -> Option<f64> {
     if let Some(t) = answer.filter(|t| *t > 0.0) {
         return question.kinds().into_iter().find_map(|kind| event_near(question, parts, (t, kind), ends));
@@ -85,11 +86,12 @@ fn largest(parts: &[Vec<f64>]) -> f64 {
     parts.iter().flatten().fold(0.0, |largest, part| largest.max(part.abs()))
 }
 
-/// The leading coefficient of a square keeps its sign; shifted beyond zero it is zero.
+/// The leading coefficient of a squared distance must keep its sign. If a shift would change the sign, the term is
+/// removed.
 fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
     if let Shape::Square(sign) = question.shape {
         while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
-            // The quartic's cubic term goes with it, like the acceleration.
+            // A quartic without its leading term has no acceleration, and thus no cubic term.
             coefficients[0].pop();
             if coefficients[0].len() == 4 {
                 coefficients[0].pop();
@@ -99,12 +101,11 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
     coefficients
 }
 
-/// Largest distance of a witness's event from the answer, as an exponent of 2 [ulp]: as wide as a closed
-/// bracket.
+/// Largest distance between the event of a witness and the answer: 2 to this power [ulp], the width of a final bracket.
 const SLACK: i64 = 2;
 
-/// Shifts polynomials in their boxes so that one has a root, or a turning point, at `t`; returns the size of
-/// the shift if that is the next event.
+/// Shifts polynomials in their boxes so that one of them has a root, or a turning point, at `t`. Returns the size of
+/// the shift if this makes the next event.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -132,11 +133,11 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// As a fraction of an extent's error: too little to bring an event forward.
+/// The value to which an extent is raised, as a fraction of its error. It is too small to make an event earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Shifts the coefficients of a form, which are already shifted by `parts`, until a functional has a value,
-/// in units of its error. Also returns the largest fraction.
+/// Shifts the coefficients of a polynomial until a linear function of them is `to` times its error. The shift starts
+/// from `parts`. Also returns the largest shift as a fraction of the box.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);
@@ -146,14 +147,14 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let mut effects: Vec<_> = weights.iter().zip(&form.errors).map(|(weight, error)| weight * error).collect();
     let mut parts = parts.to_vec();
     if functional.form == 0 && question.is_thin() {
-        // Nothing would be within a distance that has become negative.
+        // With a negative contact distance, no contact would be possible.
         (effects[DISTANCE], parts[DISTANCE]) = (0.0, 0.0);
     }
     let parts = moved_within(&parts, &effects, -missing(&form.moved(&parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
     let mut coefficients = form.moved(&parts);
-    // The fractions are rounded and leave a small remainder, which is taken from the term that changes the
-    // value most.
+    // Because the fractions are rounded, a small remainder is left. It is subtracted from the term with the largest
+    // effect.
     let term = (0..weights.len()).max_by(|a, b| effects[*a].abs().total_cmp(&effects[*b].abs()))?;
     for _ in 0..CORRECTIONS {
         let rest = missing(&coefficients) / weights[term];
@@ -165,8 +166,8 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     Some((coefficients, size))
 }
 
-/// Shifts all fractions by the same amount, each at most to the edge of its box, until the sum of their
-/// effects has grown by this much.
+/// Moves all fractions by steps of the same size, until the sum of their effects has grown by `growth`. A fraction
+/// stops at the edge of its box.
 fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>> {
     let moved = |step: f64| -> Vec<_> {
         let moved = |(part, effect): (&f64, &f64)| match effect {
@@ -185,7 +186,7 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
         return Some(moved(step));
     }
     let (mut lower, mut upper) = (-2.0, 2.0);
-    // Not a number if nothing can be shifted.
+    // The step is not a number if no fraction has an effect.
     if step.is_nan() || grown(lower) > growth || grown(upper) < growth {
         return None;
     }
@@ -196,18 +197,19 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
     Some(moved(lower))
 }
 
-/// From 4 to the last place of 1.
+/// Each bisection halves an interval of width 4, finally to half the spacing of floating-point numbers at 1.
 const BISECTIONS: usize = 55;
 
-/// Number of corrections. Each leaves one part in 10^16: a value at `t` can be that much smaller than its own
-/// rounding.
+/// Number of corrections. Each one leaves one part in 10^16 of the remainder. Several are needed, because a value at
+/// `t` can be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
-/// Fraction of a box that may be left out of its size: a few roundings of the fractions of other boxes.
+/// Largest remainder of a shift that is ignored, as a fraction of the box. It comes from the rounding of the other
+/// fractions.
 const REST: f64 = 1e-9;
 
-/// Corners of the boxes and midpoints of their edges and faces. An extent is shifted as a whole, up or down
-/// at all times. So is the overlap function in the first three, then each of its coefficients separately.
+/// Shifts to the corners of the boxes and to the midpoints of their edges and faces. Each extent is shifted as a whole.
+/// The overlap function is shifted as a whole in the first three shifts, and coefficient by coefficient in all others.
 fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))
@@ -215,7 +217,7 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
         .collect();
     let all = power_of_three(sizes[0]);
     let vector = move |code: usize| (0..sizes[0]).map(|k| part * digit(code, k)).collect::<Vec<_>>();
-    // The uniform shifts come first: they shift f as far as possible.
+    // Shifts of all coefficients in the same direction come first, because they change f most.
     let ordered = std::iter::once(all / 2).chain([0, all - 1]).chain((1..all - 1).filter(move |code| *code != all / 2));
     ordered.take(most).flat_map(move |code| {
         let overlap = vector(code);
@@ -223,8 +225,8 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
     })
 }
 
-/// Rates of the extents shifted up or down, and overlap functions as a whole: if two extents turn at the same
-/// time, everything depends on which is first.
+/// Shifts of the rates of the extents, with overlap functions unchanged or shifted as a whole. If two extents have a
+/// turning point at the same time, the verdict depends on which of them comes first.
 fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     [0.0, -part, part].into_iter().flat_map(move |shift| {

@@ -1,4 +1,4 @@
-//! Directions to neighbours, projected on the functions of one angular momentum.
+//! Projects the directions to neighbours on the functions of one angular momentum.
 
 use crate::Vector;
 
@@ -13,7 +13,7 @@ const MOST_DEGREE: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct Harmonics {
     degree: usize,
-    /// Axes of the plane, in two dimensions.
+    /// The two axes of the plane in a two-dimensional box; `None` in three dimensions.
     plane: Option<[usize; 2]>,
     /// For each `m`, the coefficients in `z` of `d^m P_l / dz^m`, times `sqrt((2 - delta_m0) (l - m)! / (l +
     /// m)!)`.
@@ -21,7 +21,8 @@ pub(super) struct Harmonics {
 }
 
 impl Harmonics {
-    /// The functions of a degree from 1 to 8, along the axes that are not flat; `None` in one dimension.
+    /// Creates the functions of a degree from 1 to 8 for a box with the given axes. `None` for other degrees
+    /// and in one dimension.
     pub fn new(degree: usize, axes: &[usize]) -> Option<Self> {
         let plane = match *axes {
             [a, b] => Some([a, b]),
@@ -36,7 +37,7 @@ impl Harmonics {
         if self.plane.is_some() { 2 } else { 2 * self.degree + 1 }
     }
 
-    /// Adds the values of the functions in the direction of a separation.
+    /// Adds the value of each function, in the direction of a separation, to its sum.
     pub fn add(&self, separation: &Vector, sums: &mut [f64]) {
         let length = separation.norm();
         if length <= 0.0 {
@@ -60,7 +61,7 @@ impl Harmonics {
                 sums[0] += value;
                 continue;
             }
-            // (x + i y)^m is sin^m(theta) exp(i m phi).
+            // For a unit vector, (x + i y)^m = sin^m(theta) exp(i m phi).
             power = times(power, unit.x, unit.y);
             sums[2 * m - 1] += value * power[0];
             sums[2 * m] += value * power[1];
@@ -72,9 +73,9 @@ fn times([re, im]: [f64; 2], x: f64, y: f64) -> [f64; 2] {
     [re * x - im * y, re * y + im * x]
 }
 
-/// The scaled Legendre polynomial and its derivatives.
+/// Returns the coefficients of the scaled Legendre polynomial and of its derivatives.
 fn polynomials(degree: usize) -> Vec<Vec<f64>> {
-    // n P_n = (2 n - 1) z P_(n-1) - (n - 1) P_(n-2).
+    // Recurrence of the Legendre polynomials: n P_n = (2 n - 1) z P_(n-1) - (n - 1) P_(n-2).
     let (mut before, mut legendre) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);
     legendre[0] = 1.0;
     for n in 1..=degree {
@@ -116,7 +117,8 @@ mod tests {
             };
             let (at_a, at_b) = (values(a), values(b));
             let sum = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| p * q).sum::<f64>();
-            // The terms of the polynomials reach 315/16, with a few roundings each.
+            // Some coefficients of the polynomials are as large as 315/16, so rounding errors are larger than
+            // for values of order 1.
             assert!((sum(&at_a, &at_a) - 1.0).abs() < 1e-13, "{degree}");
             assert!((sum(&at_a, &at_b) - exact).abs() < 1e-13, "{degree}");
         }

@@ -2,7 +2,7 @@ use super::*;
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// `cells^3` unit cells of a lattice, with sites in units of the cell's edges.
+/// Builds a periodic lattice of `cells^3` unit cells. The sites are in units of the edges of the cell.
 fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, Vec<Vector>) {
     let size = cell * f64::from(cells);
     let space = Space { lower: Vector::zeros(), size, boundary: [Boundary::Periodic; 3] };
@@ -25,7 +25,9 @@ fn crystals_have_their_exact_order() {
     // Two layers of a triangular lattice in an orthogonal unit cell.
     let hcp = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0 / 3.0, 0.5], [0.5, 5.0 / 6.0, 0.5]];
     let hcp_cell = Vector::new(1.0, 3.0_f64.sqrt(), (8.0_f64 / 3.0).sqrt());
-    // Cutoffs between the shells of neighbours: 12 at a / sqrt(2), 8 and then 6 up to a, 6 at a, 12 at 1.
+    // In units of the cubic cell edge `a`, the nearest neighbours are: fcc, 12 at 1 / sqrt(2); bcc, 8 at
+    // sqrt(3) / 2 and 6 at 1; sc, 6 at 1. The hcp cell has 12 neighbours at 1. Each cutoff lies between these
+    // neighbours and the next ones.
     for (name, cell, sites, cutoff, q6, q4) in [
         ("fcc", cube, &fcc[..], 0.85, 0.57452, 0.19094),
         ("bcc", cube, &bcc[..], 1.2, 0.51069, 0.03637),
@@ -35,7 +37,7 @@ fn crystals_have_their_exact_order() {
         let (system, positions) = lattice(cell, sites, 4);
         for (degree, expected) in [(6, q6), (4, q4)] {
             let values = per_particle(&system, &sample(0.0, &positions, &[]), cutoff, degree);
-            // The reference values have five digits.
+            // The tolerance is the precision of the reference values, five decimals.
             assert!(values.iter().all(|&value| (value - expected).abs() < 6e-6), "{name}: {}", values[0]);
         }
     }
@@ -67,7 +69,7 @@ fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
 
 #[test]
 fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
-    // Five rows, so that the next image of the first row is shifted by half a spacing.
+    // Five is odd, so the image of the first row above the box is shifted by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
@@ -100,7 +102,7 @@ fn without_neighbours_there_is_no_order_and_no_nan() {
 
 #[test]
 fn the_columns_of_a_trajectory_are_those_of_their_degree() {
-    // A square lattice: four neighbours at right angles.
+    // In a square lattice, each particle has four neighbours at right angles.
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 6.0, 0.0), boundary };
     let positions: Vec<Vector> = (0..36).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6), 0.0)).collect();
@@ -111,7 +113,7 @@ fn the_columns_of_a_trajectory_are_those_of_their_degree() {
     assert_eq!(scalars.len(), 2);
     assert!(values("psi6").iter().all(|value| value.abs() < 1e-12));
     assert!(values("psi4").iter().all(|value| (value - 1.0).abs() < 1e-12));
-    // In one dimension there are no directions.
+    // A one-dimensional box has no directions, and thus no bond order.
     let line = SystemDescription::of_points(
         Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..system.space },
         36,

@@ -1,11 +1,11 @@
-//! The report on the sizes of chains.
+//! Reports bond lengths and chain sizes as numbers and curves.
 
 use super::{Chains, MOST_GROUPS};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number};
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 
-/// Adds a probability density of a length in equal bins.
+/// Adds the probability density of a length, in equal bins, to a curve.
 fn with_density(
     curve: Curve,
     symbol: &str,

@@ -25,12 +25,12 @@ pub(crate) struct ChainSizes {
 }
 
 impl ChainSizes {
-    /// The components of a scene; none without bonds.
+    /// Finds the molecules of a scene. There are none without bonds.
     pub fn of(scene: &Scene) -> Self {
         Self::with(SystemDescription::of(scene))
     }
 
-    /// The components of a simulation, even if its scene no longer holds the initial particles.
+    /// Finds the molecules of a simulation, even if its scene no longer holds the initial particles.
     pub fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         Self::with(SystemDescription::of_simulation(simulation, applicable))
     }
@@ -39,7 +39,8 @@ impl ChainSizes {
         Self { components: components(system.species.len(), &system.bonds), system }
     }
 
-    /// Names of the defined quantities: none without bonds, and no end-to-end distance without linear chains.
+    /// Names of the quantities that the scene has. Without bonds there are none; without linear chains there
+    /// is no end-to-end distance.
     pub fn names(&self) -> &'static [&'static str] {
         match (self.components.is_empty(), self.components.iter().any(|it| it.is_linear)) {
             (true, _) => &[],
@@ -48,7 +49,8 @@ impl ChainSizes {
         }
     }
 
-    /// The values at one time `[length^2]`.
+    /// Returns the mean square sizes of the molecules in a snapshot `[length^2]`, in the order of
+    /// [`Self::names`].
     pub fn at(&self, snapshot: &Snapshot) -> Vec<f64> {
         let sample = Sample::of(snapshot);
         let [mut gyrations, mut ends, mut linear] = [0.0; 3];

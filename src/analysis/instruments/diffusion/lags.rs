@@ -1,4 +1,4 @@
-//! Sampling times of the motion of particles, after each of several origins.
+//! The ticks and time lags at which displacements from each time origin are sampled.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 /// Ticks per linear step, a power of two. It is the ratio of the linear step to the shortest logarithmic lag.
 pub(super) const TICKS_PER_STEP: u64 = 32;
 
-/// Linear steps per mean free time, unless they are given.
+/// Default number of linear steps per mean free time.
 const STEPS_PER_FREE_TIME: f64 = 5.0;
 
 /// Shortest and longest default span, in mean free times.
@@ -22,13 +22,15 @@ const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 /// the span then misses less than a thousandth of the slope.
 const FLOW_DECAYS: f64 = 10.0;
 
-/// Smallest default number of linear steps, and the largest number if the span follows from a given interval.
+/// Smallest default number of linear steps. The second constant is the largest number of steps if only the
+/// interval is given.
 const FEWEST_STEPS: f64 = 50.0;
 const MOST_OF_INTERVAL: f64 = 500.0;
-/// Shortest tick, in spacings of floating-point numbers at the end of the run.
+/// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;
 
-/// New origins per span, unless there would be many more than [`ORIGINS`] in all.
+/// New time origins per span. There are fewer in a run that would otherwise have more than [`ORIGINS`] of
+/// them.
 const OVERLAPPING: u64 = 4;
 
 /// Largest expected number of origins in a run.
@@ -44,9 +46,9 @@ pub(super) struct Lags {
     start: f64,
     /// Duration of a tick `[time]`.
     tick: f64,
-    /// Number of linear lags.
+    /// Index of the last linear lag.
     pub steps: usize,
-    /// Linear steps between two origins.
+    /// Number of linear steps between two time origins.
     pub stride: u64,
 }
 
@@ -69,8 +71,8 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // An interval that is incommensurate with the scaling interval is up to a third shorter.
-                // `MOST_STEPS` such intervals must still reach the span.
+                // `incommensurate` may shorten the interval by up to a third. `MOST_STEPS` shortened
+                // intervals must still reach the span.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())
@@ -81,7 +83,7 @@ impl Lags {
         let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
         let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
         let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
-        // More than a tick counter holds is not a usable number of origins either.
+        // The number of steps between origins is limited, because the tick counter must not overflow.
         let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {
             start: setup.sample.time,
@@ -106,12 +108,12 @@ impl Lags {
         self.start + self.duration(ticks)
     }
 
-    /// Length of a number of ticks `[time]`.
+    /// Converts a number of ticks into a duration `[time]`.
     pub fn duration(&self, ticks: u64) -> f64 {
         ticks as f64 * self.tick
     }
 
-    /// Ticks that have passed at a time, within round-off.
+    /// Number of ticks from the start to a time, within round-off.
     pub fn passed(&self, time: f64) -> u64 {
         trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
@@ -122,14 +124,14 @@ impl Lags {
         (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
     }
 
-    /// The next linear lag after a number of ticks; `None` after the last.
+    /// Returns the first linear lag longer than a number of ticks; `None` if there is none.
     pub fn next_linear(&self, ticks: u64) -> Option<u64> {
         let step = ticks / TICKS_PER_STEP + 1;
         (step <= self.steps as u64).then_some(step * TICKS_PER_STEP)
     }
 }
 
-/// Number of logarithmic lags: no run has 2^63 ticks.
+/// Number of logarithmic lags. No run is longer than the last one, about 2^63 ticks.
 pub(super) const LOGARITHMIC: usize = 126;
 
 /// A logarithmic lag in ticks: 1, 2, 3, 4, 6, 8, 12, ...
@@ -141,7 +143,7 @@ pub(super) fn logarithmic_ticks(number: usize) -> u64 {
     }
 }
 
-/// Index of the last logarithmic lag up to a number of ticks.
+/// Returns the index of the longest logarithmic lag that is at most the given number of ticks.
 fn logarithmic_up_to(ticks: u64) -> Option<usize> {
     let power = ticks.checked_ilog2()? as usize;
     let number = (2 * power).saturating_sub(1);
@@ -153,7 +155,7 @@ pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
     logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
 }
 
-/// The next logarithmic lag after a number of ticks.
+/// Returns the first logarithmic lag longer than a number of ticks.
 pub(super) fn next_logarithmic(ticks: u64) -> u64 {
     logarithmic_ticks(logarithmic_up_to(ticks).map_or(0, |number| number + 1))
 }
@@ -184,13 +186,13 @@ mod tests {
         let (system, simulation) = hard_spheres(108, 0.3);
         let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);
-        // The mean free time is 0.099. There are 500 steps of a fifth of this time, and origins over the
-        // whole run.
+        // The mean free time is 0.099. There are 500 steps of a fifth of the mean free time, and the origins
+        // are distributed over the whole run.
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
         assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
-        // In a larger box the flow decays more slowly. The span is ten decay times of 3.9, in the largest
-        // number of steps.
+        // In a larger box the flow decays more slowly. The span is ten decay times of about 3.9, and the
+        // number of steps is the maximum.
         let (large, of_large) = hard_spheres(2048, 0.3);
         let decay = flow_decay_time(&large, &Sample::of(&of_large.snapshot())).unwrap();
         let in_large = instrument(&of_large, &large, 1000.0, |setup| Lags::new(&Plan::default(), setup));

@@ -1,4 +1,4 @@
-//! Curves and coefficients of diffusion.
+//! Reports the curves and coefficients of diffusion.
 
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::{Tracers, followed};
@@ -55,7 +55,7 @@ fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usiz
     Some(system.species_names.get(id as usize)?)
 }
 
-/// First element of a linear curve.
+/// Index of the first element of a linear curve of a group in the averages.
 fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
@@ -130,13 +130,13 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     with_series(curve.logarithmic([true, true]), diffusion, system, &SQUARE, average, elements)
 }
 
-/// Names for a curve.
+/// How a curve names and describes its values.
 struct Quantity {
     symbol: &'static str,
     unit: &'static str,
-    /// Term that is summed over particles and origins.
+    /// The quantity whose sum over particles and origins is reported.
     of_one: &'static str,
-    /// Whether it is also divided by the number of axes.
+    /// Whether the sum is also divided by the number of axes.
     is_by_axis: bool,
 }
 
@@ -150,7 +150,7 @@ const SUMMED: Quantity = Quantity {
     is_by_axis: true,
 };
 
-/// Adds one series for each group of particles.
+/// Adds one series of values for each group of particles to a curve.
 fn with_series(
     curve: Curve,
     diffusion: &Diffusion,

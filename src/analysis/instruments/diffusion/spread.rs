@@ -1,4 +1,4 @@
-//! Scatter of the mean squared displacements of single particles and of single axes.
+//! Standard error of the diffusion coefficient, from the scatter between particles and between axes.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::Vector;
 use crate::analysis::instruments::slope::straight_terms;
 use crate::analysis::statistics::student;
 
-/// Fewest degrees of freedom of a variance that gives an error.
+/// Smallest number of degrees of freedom at which a variance gives an error estimate.
 const FEWEST: f64 = 4.0;
 
 /// Slope (0) of the squared displacement over the straight part, and the difference (1) between the slopes of
@@ -24,24 +24,25 @@ const FEWEST: f64 = 4.0;
 ///   is the overlap of `[a, b]` and `[c, d]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
-    /// Coefficients of both quantities, by linear lag.
+    /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1). The bend is the
+    /// difference between the slopes of the two halves of the straight part.
     coefficients: Vec<[f64; 2]>,
-    /// Linear steps between two origins.
+    /// Number of linear steps between two time origins.
     stride: usize,
-    /// By tracer, over all origins that have reached the span.
+    /// Slope and bend of each tracer, summed over all origins that have reached the span.
     sums: Vec<[f64; 2]>,
-    /// The number of these origins; by group and axis, the mean and the sum of squared deviations of each of
-    /// the two quantities.
+    /// Number of origins that have reached the span. For each group and axis, `axes` has the mean and the sum
+    /// of squared deviations over these origins, of the slope and of the bend.
     origins: u64,
     axes: Vec<[[[f64; 2]; 2]; 3]>,
 }
 
-/// Slopes of one origin.
+/// Slopes of the squared displacements from one time origin.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Slopes {
-    /// By tracer, over all axes.
+    /// Slope and bend of each tracer, summed over the axes.
     tracers: Vec<[f64; 2]>,
-    /// By group and axis, the mean over its tracers.
+    /// For each group and axis, the mean slope and bend of the tracers of the group.
     axes: Vec<[[f64; 2]; 3]>,
 }
 
@@ -58,12 +59,12 @@ impl Spread {
         Self { coefficients, stride, sums: vec![[0.0; 2]; tracers.len()], origins: 0, axes }
     }
 
-    /// Empty slopes for a new origin.
+    /// Creates the slopes of a new origin, which are zero.
     pub fn begin(&self) -> Slopes {
         Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
     }
 
-    /// Adds the displacement of each tracer after a linear lag to the slopes of an origin.
+    /// Adds the squared displacements of all tracers at a linear lag to the slopes of an origin.
     pub fn follow(&self, slopes: &mut Slopes, step: usize, tracers: &Tracers, moved: impl Fn(usize) -> Vector) {
         let coefficients = self.coefficients[step];
         if coefficients == [0.0; 2] {
@@ -81,7 +82,7 @@ impl Spread {
         }
     }
 
-    /// Adds an origin that has reached the span.
+    /// Adds the slopes of an origin that has reached the span.
     pub fn add(&mut self, slopes: &Slopes) {
         for (sum, slope) in self.sums.iter_mut().zip(&slopes.tracers) {
             (0..2).for_each(|kind| sum[kind] += slope[kind]);
@@ -95,7 +96,7 @@ impl Spread {
         }
     }
 
-    /// Slope (0) or bend (1) of a tracer, summed over origins.
+    /// Slope (0) or bend (1) of one tracer, summed over all origins.
     pub fn sum(&self, tracer: usize, kind: usize) -> f64 {
         self.sums[tracer][kind]
     }
@@ -116,12 +117,13 @@ impl Spread {
     /// `sum r_ij / n^2` with the correlation `r_ij` of origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
-        // For each linear lag, the sum of the coefficients from this lag on.
+        // Element `k` is the sum of the coefficients of all linear lags from `k` on.
         let mut from = vec![0.0; span + 2];
         for k in (0..=span).rev() {
             from[k] = from[k + 1] + self.coefficients[k][kind];
         }
-        // The overlap of `[0, k]` and `[shift, shift + l]` ends where the shorter of them ends.
+        // The overlap of `[0, k]` and `[shift, shift + l]` is `l` or `k - shift`, depending on which interval
+        // ends first. Each sum collects the pairs for which its own interval ends first.
         let covariance = |shift: usize| -> f64 {
             let square = |k: usize| (k * k) as f64 * self.coefficients[k][kind];
             let of_other = |l: usize| square(l) * from[(shift + l + 1).min(span + 1)];
@@ -148,8 +150,9 @@ mod tests {
         let (stride, origins) = (4, 6);
         let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
         for kind in 0..2 {
-            // The covariance of squared Gaussian displacements is twice the square of their covariance, which
-            // is the overlap.
+            // The covariance of the squares of two Gaussian displacements is twice the square of the
+            // covariance of the displacements. The latter is proportional to the overlap of the two time
+            // intervals.
             let covariance = |shift: usize| -> f64 {
                 let of = |k: usize, l: usize| {
                     let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);

@@ -52,7 +52,8 @@ fn the_start_is_ballistic_and_has_the_temperature() {
     measure(&mut simulation, &system, &mut instrument, 4.0);
     let measured = report(&instrument, &system);
     let curve = |name: &str| measured.curves.iter().find(|curve| curve.name == name).unwrap();
-    // The temperature is exactly 1, so <v^2> is 3 at each origin.
+    // The temperature at the start is exactly 1 and kinetic energy is conserved, so <v^2> is 3 at each time
+    // origin.
     let vacf = &curve("velocity_autocorrelation").series[0];
     assert!((vacf.values[0].unwrap() - 3.0).abs() < 1e-12);
     assert!(vacf.standard_errors[0].unwrap() < 1e-12);
@@ -60,15 +61,15 @@ fn the_start_is_ballistic_and_has_the_temperature() {
     let logarithmic = curve("mean_squared_displacement_logarithmic");
     let (times, values) = (&logarithmic.variables[0].values, &logarithmic.series[0].values);
     assert!((times[0] / 0.02 * 32.0 - 1.0).abs() < 1e-12);
-    // <v(0).v(t)> = 3 (1 - a t) with a of about 2 G / 3 = 6.7. At the shortest lag, <dr^2> is less than 3 t^2
-    // by the fraction a t / 3 = 0.0014, to within half of that, because a few particles of each origin have
-    // collided.
+    // At short times `<v(0).v(t)> = 3 (1 - a t)`, where `a` is about 2/3 of the collision rate, or 6.7.
+    // Therefore <dr^2> at the shortest lag is less than 3 t^2 by the fraction a t / 3 = 0.0014. The error of
+    // this fraction is about half of it, because only a few particles collide within the lag.
     let ratio = values[0].unwrap() / (3.0 * times[0] * times[0]);
     assert!(ratio < 1.0 && ratio > 0.997, "{ratio}");
     let linear = curve("mean_squared_displacement");
     let common = times.iter().position(|t| (t / linear.variables[0].values[1] - 1.0).abs() < 1e-12).unwrap();
     let (a, b) = (values[common].unwrap(), linear.series[0].values[1].unwrap());
-    // The logarithmic lags also use origins with incomplete linear lags.
+    // The averages at logarithmic lags also include origins that have not reached the span.
     assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
 }
 
@@ -101,8 +102,9 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
     let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
-    // The centre of mass moves at (4, 1). Relative to it, A flies at 3 and B at -1. The squares are 9 / (1 -
-    // 1/4) = 12 and 1 / (1 - 3/4) = 4, and their mean is 8.
+    // The centre of mass moves at (4, 1). Relative to it, the speed of A is 3 and that of B is 1. The squared
+    // speeds divided by `1 - m / M` are 9 / (1 - 1/4) = 12 for A and 1 / (1 - 3/4) = 4 for B. Their mean is
+    // 8.
     for (series, square) in curve.series.iter().zip([8.0, 12.0, 4.0]) {
         for (t, value) in curve.variables[0].values.iter().zip(&series.values) {
             assert!((value.unwrap() - square * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
@@ -132,8 +134,9 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
     let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
     measure(&mut simulation, &system, &mut instrument, 40.0);
     let measured = report(&instrument, &system);
-    // The centre of mass moves at (2, -1/4) along y and z. Relative to it, A flies at (3, 9/4) and B at (-1,
-    // -3/4). The squares are 225/16 / (1 - 1/4) and 25/16 / (1 - 3/4); the third value is their mean.
+    // The centre of mass moves at (2, -1/4) along (y, z). Relative to it, A moves at (3, 9/4) and B at (-1,
+    // -3/4). The squared speeds divided by `1 - m / M` are 225/16 / (1 - 1/4) for A and 25/16 / (1 - 3/4) for
+    // B. The first of the three values is their mean.
     for (curve, power) in [(0, 2), (2, 0)] {
         for (series, square) in measured.curves[curve].series.iter().zip([12.5, 18.75, 6.25]) {
             for (t, value) in measured.curves[curve].variables[0].values.iter().zip(&series.values) {
@@ -142,7 +145,7 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
             }
         }
     }
-    // The integral of a constant over two axes: 12.5 / 2 t.
+    // The integral of the constant autocorrelation 12.5, divided by two axes, is 12.5 / 2 t.
     let integral = &measured.curves[3];
     assert!((integral.series[0].values[16].unwrap() - 6.25 * 8.0).abs() < 1e-9);
     assert!(measured.numbers[0].method.contains("across the flow"), "{}", measured.numbers[0].method);
@@ -166,7 +169,8 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
         assert!(instrument.origins.len() <= MOST_LONG + MOST_YOUNG);
         samples += 1;
     }
-    // One origin every 4 time units, with 4 linear and ten logarithmic lags in between.
+    // One time origin starts every 4 time units. Until the next one, there are samples at 4 linear and ten
+    // logarithmic lags.
     assert!((5000 / 4 * 14..5000 / 4 * 14 + 100).contains(&samples), "{samples}");
     let measured = report(&instrument, &system);
     let times = &measured.curves[1].variables[0].values;
@@ -206,7 +210,8 @@ fn between_walls(walls: [bool; 3]) -> Measured {
 fn nothing_diffuses_towards_a_wall() {
     let slit = between_walls([false, false, true]);
     let curve = &slit.curves[0];
-    // Along x and y they fly at (1, 2) and (-1, -2), and their total momentum is zero: 5 / (1 - 1/2).
+    // Along x and y, the particles move at (1, 2) and (-1, -2), and their total momentum is zero. The squared
+    // speed divided by `1 - m / M` is 5 / (1 - 1/2) = 10.
     for (t, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
         assert!((value.unwrap() - 10.0 * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
     }
@@ -214,7 +219,7 @@ fn nothing_diffuses_towards_a_wall() {
     let closed = between_walls([true; 3]);
     assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
     assert!(closed.curves[0].method.contains("walls along all axes"));
-    // No particle moves further than across the box.
+    // The square of the longest displacement, the diagonal of the box, is 300.
     assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
 }
 
@@ -242,8 +247,8 @@ fn a_late_start_has_the_same_curves_and_an_end() {
         measured.curves[0].series[0].values.iter().flatten().copied().collect::<Vec<f64>>()
     };
     let early = measured(0.0, 0.02);
-    // Times are exact to 1e-16 of their value. Positions are exact to 2e-9 at speeds of a few units, and
-    // squared displacements to ten times that.
+    // Times near 1e7 are exact to 2e-9, so positions at speeds of a few units are exact to about 1e-8, and
+    // squared displacements to 1e-7.
     for (early, late) in early.iter().zip(measured(1e7, 0.02)) {
         assert!((early - late).abs() < 1e-7, "{early} {late}");
     }
@@ -287,8 +292,8 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
 
 #[test]
 fn the_error_of_few_spans_is_that_of_brownian_motion() {
-    // There are too few origins and too few particles for an error from their scatter. The scatter of axes
-    // remains. D is 1/2.
+    // There are too few origins and too few particles to determine the error from their scatter, so only the
+    // scatter of axes contributes. The exact diffusion coefficient is 1/2.
     for spans in [4.0, 8.0] {
         let estimates: Vec<_> = (1..=150).map(|seed| brownian(seed, spans)).collect();
         let given: Vec<[f64; 2]> = estimates
@@ -298,8 +303,8 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
         let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("{spans} spans: {ratio:.2}, given {}", given.len());
-        // A slope that is bent by chance is withheld. The scatter is known to 6 %, and Student's factor is up
-        // to 1.1.
+        // Slopes that are bent by chance give no estimate. With 150 estimates, the scatter is known to 6 %.
+        // Student's factor increases the errors by up to 10 %.
         assert!(given.len() > 100 && (0.7..1.25).contains(&ratio), "{spans} spans: {ratio}, {}", given.len());
     }
 }
@@ -310,7 +315,7 @@ fn beads_of_a_chain_scatter_as_one() {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), chains * beads);
     system.bonds =
         (0..chains * beads - 1).filter(|id| !(id + 1).is_multiple_of(beads)).map(|id| [id, id + 1]).collect();
-    // Each chain begins in its own cell, and its beads spread over the whole box.
+    // The first bead of each chain is in a different cell, and the other beads are spread over the whole box.
     let place = |id: u32| {
         let cell = if id.is_multiple_of(beads) { id / beads } else { (7 * id) % 27 };
         Vector::new(f64::from(cell % 3), f64::from(cell / 3 % 3), f64::from(cell / 9)) * 3.3 + Vector::repeat(1.0)

@@ -10,15 +10,16 @@ use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::components::components;
 
-/// Random stream for the choice of tracers, separate from the streams of a start, which count from 0.
+/// Number of the random stream for the choice of tracers. The random streams that create the initial state
+/// count from 0.
 const STREAM: u64 = u64::MAX;
 
 /// Minimum number of cells with particles. The scatter between cells gives the standard error. With this
 /// number, the error is uncertain by a quarter.
 const FEWEST: usize = 8;
 
-/// Number of cells along each axis, by number of axes: about 27 cells in all. The particles of a cell count
-/// together as one independent value.
+/// Number of cells along each axis, for boxes with 0 to 3 axes: about 27 cells in all. The sum over the
+/// particles in a cell counts as one independent value.
 const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 
 /// All moving particles, or a random choice that depends only on the seed, in the frame of the centre of
@@ -36,13 +37,14 @@ const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
-    /// Index into `species`, by tracer.
+    /// For each tracer, the index of its species in `species`.
     kinds: Vec<u32>,
-    /// By tracer, the cell in which it began, or the first particle of its bonded molecule.
+    /// For each tracer, the cell in which it started. A bonded tracer has the cell of the first particle of
+    /// its molecule.
     cells: Vec<u32>,
-    /// The species of the tracers.
     pub species: Vec<u32>,
-    /// Number of tracers of each species, and the divisor of their squares.
+    /// Number of tracers of each species, and the factor `1 / (1 - m / M)` by which their squares are
+    /// multiplied.
     counts: Vec<u64>,
     scales: Vec<f64>,
     drift: Vector,
@@ -54,12 +56,12 @@ pub(super) struct Tracers {
 pub(super) struct Frame {
     /// Unwrapped positions `[length]`.
     pub positions: Vec<Vector>,
-    /// Velocities `[length / time]`.
+    /// Velocities relative to the centre of mass `[length / time]`.
     pub velocities: Vec<Vector>,
 }
 
 impl Tracers {
-    /// At most `most` of the particles that move.
+    /// Chooses at most `most` of the moving particles.
     pub fn new(sample: &Sample<'_>, system: &SystemDescription, most: usize) -> Self {
         let ids = choice(&system.moving, most, system.seed);
         let species_of = |id: &u32| system.species[*id as usize];
@@ -89,12 +91,11 @@ impl Tracers {
         followed(system).axes.len() as f64
     }
 
-    /// Number of curves: one for all particles, and one per species if there are several.
+    /// Number of groups: all particles, and each species if there are several.
     pub fn groups(&self) -> usize {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
     }
 
-    /// Number of followed particles.
     pub fn len(&self) -> usize {
         self.ids.len()
     }
@@ -129,8 +130,8 @@ impl Tracers {
         of_species.map_or(self.ids.len() as f64, |count| *count as f64)
     }
 
-    /// Divisor of the squares of a group, `1 - m / M` or its mean over the axes; `None` if its species have
-    /// different divisors.
+    /// The factor `1 - m / M` by which the squares of a group are divided, or its mean over the axes. `None`
+    /// if the species of the group have different factors.
     pub fn free_part_of(&self, group: usize) -> Option<f64> {
         let scales = match group.checked_sub(1) {
             None => &self.scales[..],
@@ -150,7 +151,8 @@ impl Tracers {
         }
     }
 
-    /// Mean over the particles of each group of `square(k)`, a product of two vectors of tracer `k`.
+    /// Returns the mean of `square(k)` over the tracers `k` of each group. `square(k)` is a product of two
+    /// vectors of the tracer.
     pub fn means(&self, square: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.species.len()];
         for (k, kind) in self.kinds.iter().enumerate() {
@@ -168,9 +170,9 @@ impl Tracers {
 /// The axes along which motion is followed.
 pub(super) struct Followed {
     pub axes: Vec<usize>,
-    /// Whether all of them end at walls, so that nothing diffuses.
+    /// Whether every axis without streaming ends at walls, so that no motion is diffusive.
     pub is_enclosed: bool,
-    /// Whether some axes are left out because of walls.
+    /// Whether motion along some axes is not followed, because these axes have walls.
     pub leaves_walls_out: bool,
 }
 
@@ -184,7 +186,7 @@ pub(super) fn followed(system: &SystemDescription) -> Followed {
 }
 
 impl Followed {
-    /// Components along these axes.
+    /// Sets the components along all other axes to zero.
     fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }
@@ -238,8 +240,8 @@ mod tests {
         assert_eq!(chosen, choice(&ids, 300, 7));
         assert_ne!(chosen, choice(&ids, 300, 8));
         assert_eq!(choice(&ids, 1000, 7), ids);
-        // Each half of the ids provides half of the choice: 150 with a standard deviation of sqrt(300 * 0.7)
-        // / 2 = 7.2.
+        // On average, 150 of the 300 chosen ids are in the lower half. The standard deviation is sqrt(300 *
+        // 0.7) / 2 = 7.2.
         let low = chosen.iter().filter(|id| **id < 500).count();
         assert!(low.abs_diff(150) < 30, "{low}");
     }

@@ -23,7 +23,8 @@ fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     [curve(DISPLACEMENT), curve(CORRELATION)]
 }
 
-/// Points with a diffusion coefficient of 0.1 ± 0.003, by both methods, and a viscosity.
+/// Completes a measurement of point particles. Their diffusion coefficient is 0.1 ± 0.003, by both methods.
+/// The times of the curves are multiples of `interval`.
 fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     let mut measured = Measured::default();
     measured.numbers.extend([number(COEFFICIENT, 0.1, Some(0.003)), number(GREEN_KUBO, 0.1, Some(0.003))]);
@@ -34,12 +35,12 @@ fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Nu
     measured
 }
 
-/// A measurement over so long a time that all flows have decayed.
+/// Completes a measurement whose time span is so long that all flows have decayed.
 fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }
 
-/// One particle of species A, with half the mass, and seven of B.
+/// Eight particles: one of species A, which has half of the total mass, and seven of species B.
 fn cube() -> SystemDescription {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 8);
     system.species_names.push("B".to_owned());
@@ -69,17 +70,18 @@ fn a_cube_has_the_term_of_yeh_and_hummer_with_both_errors() {
         "shear_viscosity",
     ];
     assert_eq!(names(&measured), all);
-    // By hand: 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu + 0.1) with nu = 2 *
-    // 1000 / 14, and an error of a fifth.
+    // The finite-size term is 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu +
+    // 0.1) with nu = 2 * 1000 / 14. Its relative error is that of the viscosity, 0.4 / 2.
     let whole = 0.011_289_246;
     let term = whole * 0.999_300_49;
     let infinite = measured.number("diffusion_coefficient_infinite").unwrap();
-    // Eight particles: in the frame of the centre of mass, D is seven eighths.
+    // In the frame of the centre of mass, D of eight particles is smaller by the factor 7/8.
     assert!((infinite.mean.unwrap() - (0.0875 + term)).abs() < 1e-9, "{infinite:?}");
     let error = (0.875 * 0.003_f64 * (0.875 * 0.003) + 0.04 * term * term).sqrt();
     assert!((infinite.standard_error.unwrap() - error).abs() < 3e-6, "{infinite:?}");
     assert_eq!((infinite.unit.as_str(), infinite.title.as_str()), ("1", "Title, infinite system"));
-    // The correction uses the coefficient of the species, and an unknown error stays unknown.
+    // The correction of species A uses the coefficient of A, which has no known error, so the result has none
+    // either.
     let of_species = measured.number("diffusion_coefficient_infinite_A").unwrap();
     assert!(
         (of_species.mean.unwrap() - (0.5 * 0.2 + whole * 0.998_601_96)).abs() < 1e-9
@@ -110,7 +112,8 @@ fn there_is_none_where_the_mean_free_path_is_longer_than_the_box() {
         complete_diffusion(&mut measured, &system);
         measured.number("diffusion_coefficient_infinite").unwrap().mean
     };
-    // <v^2> / 3 = 1.5 (7 + 1 / 7) / 8: a mean free path of L / 2 pi has D = 0.95778 sqrt(<v^2> / 3) * 10 / (2 pi) = 1.7641.
+    // The masses are one 7 and seven 1, so `<v^2> / 3 = 1.5 (7 + 1 / 7) / 8`. The mean free path is `L / (2
+    // pi)` for `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`.
     assert!(measured(1.76).is_some() && measured(1.77).is_none(), "{:?} {:?}", measured(1.76), measured(1.77));
 }
 
@@ -139,7 +142,7 @@ fn there_is_none_for_another_box() {
 #[test]
 fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
     let system = cube();
-    // Computed independently: times from 0.01 to 0.04, a total mass of 14 in a volume of 1000.
+    // The expected tail is computed here for lags from 0.01 to 0.04, a total mass of 14 and a volume of 1000.
     let tail = |viscosity: f64, coefficient: f64| VelocityTail {
         temperature_by_mass: 1.5 / 14.0,
         spreading: viscosity * 1000.0 / 14.0 + coefficient,
@@ -158,10 +161,10 @@ fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
         (infinite.mean.unwrap() - (0.875 * (0.1 + missed) + 0.011_289_246 * 0.999_25)).abs() < 1e-6,
         "{infinite:?}"
     );
-    // An unknown error stays unknown.
+    // The tail adds no error to a coefficient whose error is unknown.
     assert_eq!(measured.number("diffusion_coefficient_A").unwrap().standard_error, None);
 
-    // Without a measured viscosity, Enskog's is used.
+    // Without a measured viscosity, the tail uses Enskog's viscosity.
     let guessed = free_time::viscosity(&system, 1.5).unwrap();
     let missed = tail(guessed, 0.1).beyond_slope([0.01, 0.04]);
     let error = extended_over(0.005, &system, None).number(COEFFICIENT).unwrap().standard_error.unwrap();
@@ -198,11 +201,12 @@ fn a_short_span_and_a_long_one_have_the_same_infinite_system() {
         )
     };
     let [(short, with_tail, first), (long, without, second)] = [1.5, 10.0].map(of_span);
-    // The same particles at the same times, so their noise is nearly the same. A twentieth lies beyond the
-    // short span.
+    // Both runs have the same particles at the same times, so their noise is nearly the same. The short span
+    // misses about a twentieth of the coefficient.
     assert!(long.0 - short.0 > 0.04 * long.0, "{short:?} {long:?}");
     assert!(with_tail > 3.0 * short.1 && without < 1.1 * long.1, "{with_tail} {without} {short:?} {long:?}");
-    // The theory holds for long times: at ten mean free times it misses up to a tenth of the tail.
+    // The theory of the tail holds for long times. At ten mean free times it is wrong by up to a tenth of the
+    // tail.
     let tail = libm::sqrt(with_tail * with_tail - short.1 * short.1);
     let error = libm::hypot(long.1, 0.1 * tail);
     assert!((first.0 - second.0).abs() < 3.0 * error, "{first:?} {second:?} {error}");

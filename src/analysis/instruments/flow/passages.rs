@@ -4,47 +4,51 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 
-/// Largest number of rows. When it is reached, every second row is dropped.
+/// Largest number of rows of the table. When it is reached, every second row is dropped.
 const MOST_ROWS: usize = 1024;
 
-/// Passages up to a time.
+/// Net passages and displacements since the start, at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
-    /// Number and mass of the particles that passed.
+    /// Net number and mass of the particles that have passed the plane.
     pub passed: [f64; 2],
-    /// Net displacement of all particles along the axis, by number and by mass, in periods; 0 between walls.
+    /// Net displacement of all particles along the axis in periods, by number and by mass; 0 without a
+    /// period.
     pub gone: [f64; 2],
 }
 
-/// Indices of number and mass in `passed`.
+/// Indices of the number and the mass in [`Row::passed`].
 pub(super) const NUMBER: usize = 0;
 pub(super) const MASS: usize = 1;
 
-/// Counts passages and records how the count grows.
+/// Counts passages and records the count over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passages {
     rows: Vec<Row>,
-    /// Samples per row, and samples since the last row.
+    /// Number of samples per row of the table, and number of samples since the last row.
     stride: u64,
     skipped: u64,
     /// The last sample.
     now: Row,
-    /// Time of the first and of the last passage, and the count of the first.
+    /// Time of the first and of the last passage. `first_share` is the number and the mass that the first
+    /// passage contributed.
     first: Option<f64>,
     last: f64,
     first_share: [f64; 2],
-    /// The time window for mean rates, if it is given, and the passages inside it.
+    /// The time window over which rates are averaged, if given, and the number and mass of the particles that
+    /// passed in it.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether particles reach the plane only through this system. Then the passages are the net displacement
-    /// minus the increase of the particles beyond the plane.
+    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic
+    /// or ends at two walls. Then the passages are the net displacement minus the increase of the particles
+    /// beyond the plane.
     is_closed: bool,
 }
 
 impl Passages {
-    /// Starts counting at a time. `window` is the time over which rates are averaged, instead of the time
-    /// from the first to the last passage.
+    /// Starts counting at time `start`. Rates are averaged over `window`; if it is `None`, over the time from
+    /// the first to the last passage.
     pub fn new(start: f64, window: Option<[f64; 2]>, is_closed: bool) -> Self {
         let now = Row { time: start, passed: [0.0; 2], gone: [0.0; 2] };
         Self {
@@ -61,13 +65,14 @@ impl Passages {
         }
     }
 
-    /// Adds the distance that a particle travelled, in periods in the counted direction.
+    /// Adds the distance that a particle travelled in the counted direction, in periods.
     pub fn go(&mut self, periods: f64, mass: f64) {
         self.now.gone[0] += periods;
         self.now.gone[1] += periods * mass;
     }
 
-    /// Counts one passage, not before the last sample. Passages between two samples may come in any order.
+    /// Counts one passage. Its time is not before the last sample, but passages between two samples may come
+    /// in any order.
     pub fn count(&mut self, sign: i64, mass: f64, time: f64) {
         let share = [sign as f64, sign as f64 * mass];
         (0..2).for_each(|of| self.now.passed[of] += share[of]);
@@ -95,13 +100,12 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The last row is dropped, too. Its end is the first sample of the next row.
+            // The newest row is dropped too. The samples since the row before it count towards the next row.
             self.skipped = self.stride;
             self.stride *= 2;
         }
     }
 
-    /// Whether rates are averaged over a given window.
     pub fn has_window(&self) -> bool {
         self.window.is_some()
     }
@@ -111,7 +115,7 @@ impl Passages {
         self.now
     }
 
-    /// The count at evenly spaced times, apart from the last one.
+    /// Returns the counts at evenly spaced times, and the current count at the end.
     pub fn rows(&self) -> Vec<Row> {
         let mut rows = self.rows.clone();
         if rows.last() != Some(&self.now) {
@@ -146,7 +150,8 @@ impl Passages {
         let ends = || error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)));
         let standard_error = match self.is_closed.then(ends).flatten() {
             Some(ends) => standard_error(&rates(&gone_at)).map(|gone| libm::hypot(ends, gone)),
-            // One side of the plane fills up: an ordinary flow.
+            // The system is open, or the number of particles beyond the plane keeps growing. Then the error
+            // comes from the scatter of the passages themselves.
             None => standard_error(&rates(&passed_at)),
         };
         Some(Estimate { mean: passed / (to - from), standard_error })
@@ -186,12 +191,12 @@ mod tests {
             }
             passages.rate(NUMBER).unwrap().standard_error.unwrap()
         };
-        // One or two at a time, at random: the standard error is 1 / 2 / sqrt(1000).
+        // One or two particles pass in each time unit, at random. The standard error is 1 / 2 / sqrt(1000).
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
-        // The passages alternate in direction: for half of the time one side has one particle more,
-        // `s^2 = 1/4`.
+        // Passages alternate in direction, so one side has one particle more for half of the time. The
+        // variance of this number is `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }
@@ -206,7 +211,7 @@ mod tests {
             }
             passages.write(f64::from(k));
         }
-        // 19 passages after the first at 20, the last at 39.
+        // After the first passage at t = 20, there are 19 passages until the last one at t = 39.
         assert_eq!(passages.rate(NUMBER).unwrap().mean, 1.0);
         assert_eq!(passages.rate(NUMBER).unwrap().standard_error, Some(0.0));
         assert_eq!(passages.rate(MASS).unwrap().mean, 1.5);
@@ -217,7 +222,7 @@ mod tests {
         let rate = |window, of| {
             let mut passages = Passages::new(10.0, Some(window), false);
             for k in 1..=100 {
-                // One by one from 40 on, in pairs from 60 on.
+                // Particles pass one by one from t = 40 on, and in pairs from t = 60 on.
                 let sign = [0, 1, 2][usize::from(k >= 30) + usize::from(k >= 50)];
                 (0..sign).for_each(|_| passages.count(1, 2.5, 10.0 + f64::from(k) - 0.25));
                 passages.write(10.0 + f64::from(k));
@@ -227,7 +232,7 @@ mod tests {
         assert_eq!(rate([40.0, 59.0], NUMBER), Some(1.0));
         assert_eq!(rate([60.0, 80.0], MASS), Some(5.0));
         assert_eq!(rate([15.0, 30.0], NUMBER), Some(0.0));
-        // The window ends at 110.
+        // The measurement ends at t = 110, before the end of the window.
         assert_eq!(rate([100.0, 1e9], NUMBER), Some(2.0));
         assert_eq!(rate([110.0, 120.0], NUMBER), None);
     }

@@ -46,14 +46,14 @@ fn counted(plan: &Plan, duration: f64) -> Option<f64> {
 fn passages_are_signed_and_go_around_the_box() {
     assert_eq!(counted(&plan("x", 4.0), 10.0), Some(2.0));
     assert_eq!(counted(&plan("x", 0.5), 10.0), Some(2.0));
-    // A moves along y to 10.0 exactly and does not pass. B moves from 4 to -31 and passes at 3, -7, -17 and
-    // -27.
+    // Particle A moves from y = 5 to 10 and does not pass the plane. Particle B moves from 4 to -31 and
+    // passes the plane and its images at 3, -7, -17 and -27.
     assert_eq!(counted(&plan("y", 3.0), 10.0), Some(-4.0));
     assert_eq!(counted(&plan("z", 5.0), 10.0), Some(0.0));
     let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };
     assert_eq!(counted(&a, 10.0), Some(1.0));
     assert_eq!(counted(&plan("w", 4.0), 10.0), Some(0.0));
-    // Few samples, with several passages between two of them.
+    // With a long interval, particle B passes the plane several times between two samples.
     let coarse = Plan { interval: Some(50.0), ..plan("y", 3.0) };
     assert_eq!(counted(&coarse, 10.0), Some(-4.0));
 }
@@ -83,7 +83,7 @@ fn a_tilted_plane_is_passed_where_it_is() {
         Vector::new(2.0, 0.5, 0.0),
     );
     let scene = scene.build().unwrap();
-    // `x + y = 10` at t = 1.6, with x = 4.2.
+    // The particle crosses the plane `x + y = 10` at t = 1.6, where x = 4.2.
     let tilted = Plan { axis: None, normal: Some([3.0, 3.0, 0.0]), ..plan("", 50.0_f64.sqrt()) };
     let within = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..tilted.clone() };
     let backwards = Plan { direction: Some("-".into()), ..tilted.clone() };
@@ -101,7 +101,8 @@ fn a_tilted_plane_is_passed_where_it_is() {
 
 #[test]
 fn only_what_crosses_inside_the_rectangle_counts() {
-    // A passes x = 4 at t = 1.5, 6.5 with y = 5.75, 8.25; again at 11.5 with y = 10.75, in the box 0.75.
+    // Particle A passes x = 4 at t = 1.5, 6.5 and 11.5, with y = 5.75, 8.25 and 10.75. The image of the last
+    // point in the box has y = 0.75.
     let gate = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..plan("x", 4.0) };
     assert_eq!(counted(&gate([0.0, 5.7, 2.0], [0.0, 5.8, 3.0]), 12.0), Some(1.0));
     assert_eq!(counted(&gate([0.0, 5.0, 2.0], [0.0, 9.0, 3.0]), 12.0), Some(2.0));
@@ -117,10 +118,10 @@ fn a_steady_flow_has_its_rate_and_curve() {
     measure(&mut simulation, &system, &mut flow, 1000.0);
     let measured = report(&flow, &system);
     let rate = number(&measured, "flow_gate_rate");
-    // Every 5 time units.
+    // Particle A passes the plane every 5 time units.
     assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
-    // A row every time unit, with a passage in every fifth row. If they were independent, the error would be
-    // sqrt(0.16 / 1000) = 0.0126.
+    // There is a row every time unit and a passage in every fifth row. If the rows were independent, the
+    // error would be sqrt(0.16 / 1000) = 0.0126.
     let error = rate.standard_error.unwrap();
     assert!(error < 0.0126 / 4.0, "{error}");
     let curve = &measured.curves[0];
@@ -132,7 +133,8 @@ fn a_steady_flow_has_its_rate_and_curve() {
 #[test]
 fn species_masses_directions_and_windows_are_told_apart() {
     let (system, mut simulation) = two();
-    // A passes y = 7 upwards at t = 4; B downwards from 4 at y = -3, -13, -23: t = 2, 4.857, 7.714.
+    // Particle A passes y = 7 upwards at t = 4. Particle B starts at y = 4 and passes the images of the plane
+    // at y = -3, -13 and -23 downwards, at t = 2, 4.857 and 7.714.
     let plan = Plan { direction: Some("-".into()), window: Some([3.0, 8.0]), ..plan("y", 7.0) };
     let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
     measure(&mut simulation, &system, &mut flow, 10.0);

@@ -4,17 +4,17 @@ use crate::analysis::statistics::Estimate;
 use crate::base::numbers::trunc_to_usize;
 use serde::{Deserialize, Serialize};
 
-/// Number of values from which the bin width is chosen.
+/// Number of values after which the bin width is chosen.
 const FIRST: usize = 1000;
 
-/// End of the last bin, as a multiple of the mean of the first values.
+/// Upper end of the last bin, divided by the mean of the first values.
 const MEANS: f64 = 8.0;
 
 /// Equal bins from 0 to eight means of the first thousand values. Values beyond the last bin count in the
 /// total.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Histogram {
-    /// Values collected before the bins exist.
+    /// The first values, until the bin width has been chosen.
     first: Vec<f64>,
     /// Bin width; 0 before the bins exist.
     width: f64,
@@ -42,13 +42,14 @@ impl Histogram {
         }
     }
 
-    /// The mean of all values; `None` if there are none.
+    /// The mean of all values; `None` if no value was added.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// The bin width, and for each bin the fraction of all values divided by the width, with the standard
-    /// error of independent values; `None` for an empty bin. Without values there are no bins.
+    /// Returns the bin width and, for each bin, the fraction of all values divided by the width. Errors are
+    /// those of independent values, and unknown for empty bins. There are no bins if no values exist, or only
+    /// a few that are all zero.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {
@@ -71,10 +72,11 @@ impl Histogram {
         }
     }
 
-    /// Chooses the bins. As long as all values are zero there are none.
+    /// Chooses the bin width from the values so far. It stays 0 if they are few and all zero.
     fn choose(&mut self) {
         let width = self.mean().unwrap_or(0.0) * MEANS / self.counts.len() as f64;
-        // Values that are all zero fill one bin of any width.
+        // If all of the first values are zero, any positive width puts them into the first bin. Without a
+        // width, all later values would have to be kept.
         let is_full = self.first.len() >= FIRST;
         self.width = if width > 0.0 || !is_full { width } else { f64::MIN_POSITIVE };
         if self.width > 0.0 {
@@ -104,7 +106,7 @@ mod tests {
         assert_eq!(histogram.mean(), Some(4.0));
         let (width, bins) = histogram.density();
         assert_eq!(width, 2.0, "16 bins up to eight means of 4");
-        // 1000 of 4000 values in each of four bins of 2.
+        // Four of the 16 bins have 1000 of the 4000 values each.
         let full = Estimate { mean: 0.125, standard_error: Some(1000.0_f64.sqrt() / 8000.0) };
         assert_eq!(bins[3], Some(full));
         assert_eq!(bins[4], Some(Estimate { mean: 0.0, standard_error: None }));

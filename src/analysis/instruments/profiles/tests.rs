@@ -6,7 +6,7 @@ use rand_core::{Rng, SeedableRng};
 
 const FRAMES: usize = 400;
 
-/// Uniform in `[0, 1)`.
+/// Returns a random number, uniform in `[0, 1)`.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
@@ -42,7 +42,8 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     system.conserved_axes = [false; 3];
     system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
-    // No particles for y > 3; velocity x is the cell number; thermal velocities have the temperature 1/12.
+    // No particles are at y > 3. The velocity along x is the number of the cell, and the thermal velocities
+    // have the temperature 1/12.
     let frame = || {
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
         for mass in &system.masses {
@@ -64,13 +65,14 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
         assert!((value - expected).abs() < 4.0 * error, "{} {cell}: {value} +- {error}, {expected}", series.name);
     };
     for cell in 0..3 {
-        // Standard errors: sqrt(20 2/3 / 400) / 16, and at most sqrt(1/12 / 8000) for the different masses;
-        // the bounds are twice these.
+        // The exact standard error of the density is sqrt(20 2/3 / 400) / 16. That of the velocity is at most
+        // sqrt(1/12 / 8000), for the lighter particles. The bounds are twice these errors.
         is(density, cell, 1.25, 0.023);
         is(x, cell, cell as f64, 0.0065);
         is(y, cell, 0.0, 0.0065);
         is(z, cell, 0.5, 0.0065);
-        // The variance of v^2 is 1/180 each: sqrt(1/180 / 24000), times two.
+        // The variance of the square of each thermal velocity component is 1/180, and there are 24,000
+        // components. The bound is twice the standard error sqrt(1/180 / 24000).
         is(temperature, cell, 1.0 / 12.0, 0.001);
     }
     assert_eq!((density.values[3], density.standard_errors[3]), (Some(0.0), None));
@@ -89,7 +91,8 @@ fn a_report_fits_no_more_spectra_than_it_has_errors() {
     let before = fits();
     let mut measured = Measured::default();
     profile.report(&system, &mut measured);
-    // One fit each for density, velocity and temperature. The means that they come from need no errors.
+    // For each of the 8 cells, the report fits five spectra: density, three velocity components and
+    // temperature.
     assert_eq!(fits() - before, 5 * 8);
 }
 
@@ -100,8 +103,8 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
     let mut system = SystemDescription::of_points(space, 2);
     system.species_names.push("B".to_owned());
     let frame = || {
-        // One particle a rounding error below the lower side, the other in the third cell along x and the
-        // second along z.
+        // The first particle is below the lower side of the box by one rounding error. The second is in the
+        // third cell along x and the second cell along z.
         let positions = vec![Vector::new((-3.0_f64).next_down(), 1.0, 5.9), Vector::new(0.1, 5.0, 3.1)];
         (positions, vec![Vector::new(2.0, 0.0, 0.0); 2])
     };
@@ -138,7 +141,8 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
         sign = -sign;
         (vec![Vector::repeat(1.0)], vec![Vector::new(5.0 + sign, 0.0, 0.0)])
     };
-    // Two samples, at times 199 and 398, of velocities 4 and 6: 2 / (3 (2 - 1)).
+    // The two samples, at t = 199 and 398, have the velocities 4 and 6 and the mean 5. The squared deviations
+    // add up to 2, and the number of free velocity components is 3 (2 - 1).
     let (_, measured) = measure(&system, &plan::Profile { interval: Some(199.0), ..plan([1; 3]) }, frame);
     let curve = &measured.curves[0];
     assert!((curve.series[4].values[0].unwrap() - 2.0 / 3.0).abs() < 1e-12, "{:?}", curve.series[4]);
@@ -147,8 +151,8 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
 
 #[test]
 fn what_streams_in_a_sheared_box_is_not_hot() {
-    // The positions are uniform in y, in one cell, and the particles move only with the streaming velocity.
-    // Their velocities differ by up to 8, but the temperature is zero.
+    // All particles are in one cell and move with the streaming velocity only. Their velocities differ by up
+    // to 8, but the temperature is zero.
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let system = SystemDescription { shear_rate: 2.0, ..SystemDescription::of_points(Space::periodic_cube(4.0), 100) };
     let (_, measured) = measure(&system, &plan([1, 1, 1]), || {
@@ -159,6 +163,7 @@ fn what_streams_in_a_sheared_box_is_not_hot() {
     let series =
         |name: &str| measured.curves[0].series.iter().find(|series| series.name == name).unwrap().values[0].unwrap();
     assert!(series("temperature") < 1e-12, "{}", series("temperature"));
-    // The mean of 40,000 positions: 8 / sqrt(12 * 40,000).
+    // The standard error of the mean of 40,000 velocities, uniform over a range of 8, is 8 / sqrt(12 *
+    // 40,000) = 0.012.
     assert!(series("velocity x").abs() < 4.0 * 0.012);
 }

@@ -5,33 +5,33 @@ use crate::base::numbers::trunc_to_usize;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Number of bins outwards from the contact.
+/// Number of bins in the shell just outside of the contact distance.
 pub(super) const CONTACT_BINS: usize = 20;
 
-/// Width of all bins together in contact distances, unless the potential has a step within it.
+/// Width of the shell divided by the contact distance, if the potential has no step within the shell.
 const WIDTH: f64 = 0.1;
 
-/// Fewer bins do not determine a parabola well.
+/// Fewer bins near contact do not determine a parabola well.
 const FEWEST_BINS: usize = 8;
 
 /// Shell just outside of the core of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shell {
-    /// Where the cores touch `[length]`.
+    /// Distance at which the two cores are in contact `[length]`.
     pub core: f64,
     /// Where the bins end `[length]`: at most the next step of the potential, at which `g` jumps.
     pub end: f64,
 }
 
 impl Shell {
-    /// Outside of a core, up to a step of the potential.
+    /// Creates the shell between contact at `core` and the first step of the potential, or a default width.
     pub fn new(core: f64, step: Option<f64>) -> Self {
         let end = core * (1.0 + WIDTH);
         Self { core, end: step.map_or(end, |step| end.min(step)) }
     }
 
-    /// Finds the bin of a distance. By round-off, pairs in contact are inside the contact distance as often
-    /// as outside.
+    /// Returns the bin of a distance. Round-off may put a pair in contact slightly inside the core; such a
+    /// pair belongs to the first bin.
     pub fn bin(&self, distance: f64) -> Option<usize> {
         let at = (distance - self.core) / (self.end - self.core);
         let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;
@@ -79,7 +79,7 @@ mod tests {
         for decay in [0.1, 1.0, 5.0] {
             let mut curve = CurveAverage::new(CONTACT_BINS + 3);
             let value = |k: usize| 3.0 * (-decay * (k as f64 + 0.5) / CONTACT_BINS as f64).exp();
-            // Up or down by a tenth, in no particular order.
+            // Noise that raises or lowers all bins by a tenth, in irregular order.
             let noise: Vec<f64> = (0..32_u32).map(|k| if k * k * 7 % 13 < 6 { 1.1 } else { 0.9 }).collect();
             for factor in &noise {
                 (0..CONTACT_BINS).for_each(|k| curve.add(k + 3, factor * value(k)));
@@ -88,7 +88,7 @@ mod tests {
             // The condition number of the normal equations is about 1e5.
             let average = noise.iter().sum::<f64>() / 32.0;
             assert!((mean - 3.0 * average).abs() < 1e-9, "{mean}");
-            // All bins go up and down together.
+            // All bins have the same relative noise, so the contact value has it too.
             let expected = 3.0 * crate::analysis::statistics::standard_error(&noise).unwrap();
             assert!((standard_error.unwrap() / expected - 1.0).abs() < 1e-6, "{standard_error:?}");
         }

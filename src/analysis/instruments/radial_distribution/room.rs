@@ -12,13 +12,13 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone)]
 pub(super) struct Room {
     dimensions: usize,
-    /// Edges along axes that are not periodic `[length]`.
+    /// Lengths that a centre can reach along the axes that are not periodic `[length]`.
     edges: Vec<f64>,
     volume: f64,
 }
 
 impl Room {
-    /// The room for the centres of particles with a diameter.
+    /// Creates the region that the centres of particles with the given diameter can reach.
     pub fn new(space: &Space, diameter: f64) -> Self {
         let (mut edges, mut volume) = (Vec::new(), 1.0);
         for k in 0..3 {
@@ -57,10 +57,10 @@ impl Room {
         surface * total / self.volume
     }
 
-    /// Integral of `r^(D - 1 + order)`.
+    /// Integrates `r^(D - 1 + order)` over a distance bin, in `D` dimensions.
     fn power(&self, from: f64, to: f64, order: usize) -> f64 {
         let exponent = self.dimensions + order;
-        // Multiplications round the same way on all machines.
+        // Repeated multiplication gives the same bits on all machines, unlike a library function for powers.
         let power = |x: f64| (0..exponent).fold(1.0, |product, _| product * x);
         (power(to) - power(from)) / exponent as f64
     }
@@ -115,7 +115,7 @@ mod tests {
         }
         let flat = [Boundary::OPEN, Boundary::OPEN, Boundary::Flat];
         let square = Space { lower: Vector::zeros(), size: Vector::new(1.0, 1.0, 0.0), boundary: flat };
-        // In a unit square: 2 r (pi - 4 r + r^2).
+        // The density of distances in a unit square is 2 r (pi - 4 r + r^2) for r <= 1.
         let exact = |r: f64| PI * r * r - 8.0 / 3.0 * r.powi(3) + 0.5 * r.powi(4);
         assert!((Room::new(&square, 0.0).probability(0.0, 0.7) - exact(0.7)).abs() < 1e-14);
     }

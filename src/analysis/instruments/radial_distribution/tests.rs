@@ -10,12 +10,12 @@ use crate::scene::{Amount, Lattice, SceneBuilder};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Passes frames to an instrument, at times 1, 2, ...
+/// Passes frames to an instrument at t = 1, 2, ... and returns its report.
 fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// Measured distribution with a displacement of the next image up.
+/// Measures the distribution in a sheared box. `displacement` is the shift of the next image along y.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,
@@ -66,7 +66,8 @@ fn a_curve_times_its_divisors_is_the_number_of_pairs_in_each_bin() {
     for (bin, count) in counts.into_iter().enumerate() {
         let product = |divisor: &Divisor| divisor.values[if divisor.values.len() == 1 { 0 } else { bin }];
         let undone = curve.series[0].values[bin].unwrap() * normalisation.divisors.iter().map(product).product::<f64>();
-        // Each of six samples was divided, added and multiplied again.
+        // The tolerance covers the rounding errors of the division, the average over six samples, and the
+        // multiplication.
         assert!((undone - count).abs() < 1e-12 * count && count > 0.0, "{bin}: {undone} and {count}");
     }
 }
@@ -81,7 +82,7 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
         ([Boundary::OPEN; 3], Vector::new(4.0, 5.0, 6.0)),
         ([Boundary::OPEN, Boundary::Periodic, flat], Vector::new(4.0, 8.0, 0.0)),
         ([flat, flat, Boundary::OPEN], Vector::new(0.0, 0.0, 5.0)),
-        // Slits and a channel narrower than the cutoff.
+        // These two slits and this channel are narrower than the cutoff.
         ([Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], Vector::new(0.2, 9.0, 9.0)),
         ([flat, Boundary::Periodic, Boundary::OPEN], Vector::new(0.0, 9.0, 0.7)),
         ([Boundary::Periodic, Boundary::OPEN, Boundary::OPEN], Vector::new(9.0, 0.6, 0.9)),
@@ -124,7 +125,8 @@ fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
     let positions: Vec<Vector> = [0.0, 0.6, 1.6, 5.5, 5.0].iter().map(|&x| Vector::new(x, 0.0, 0.0)).collect();
     let curve = &measure(&system, &plan(2.0, 2), &vec![positions; 9]).curves[0];
     let shell = |bin: usize| 4.0 / 3.0 * std::f64::consts::PI * [1.0, 7.0][bin] / 216.0;
-    // Pairs in bins [0, 1) and [1, 2): A-B 0.6 | 1.6; A-wall 0.5 | 1.0; B-B | (1.0); B-wall | 1.1, 1.6.
+    // The distances between particles in the bins [0, 1) and [1, 2) are: A-B 0.6 and 1.6; A-wall 0.5 and 1.0;
+    // B-B 1.0; B-wall 1.1 and 1.6.
     for (name, bins, pairs) in [
         ("g(r) A-A", [None; 2], 0.0),
         ("g(r) A-B", [Some(1.0), Some(1.0)], 2.0),
@@ -147,7 +149,7 @@ fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
 fn a_crystal_has_its_neighbours_at_exact_distances() {
     let sites = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]].map(Vector::from);
     let corner = |k: u32| Vector::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16));
-    // The unit cell has an edge of sqrt(2), so neighbours are at sqrt(n).
+    // The unit cell has an edge of sqrt(2), so the distances between neighbours are sqrt(n) with integer n.
     let edge = 2.0_f64.sqrt();
     let positions: Vec<Vector> = (0..64).flat_map(|k| sites.map(|site| edge * (corner(k) + site))).collect();
     let system = SystemDescription::of_points(Space::periodic_cube(4.0 * edge), 256);
@@ -168,7 +170,7 @@ fn a_crystal_has_its_neighbours_at_exact_distances() {
     assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-9), "{found:?}");
 }
 
-/// All triples of indices.
+/// Returns all triples of integers in three ranges.
 fn triples([x, y, z]: [std::ops::Range<i32>; 3]) -> Vec<[i32; 3]> {
     z.flat_map(|k| y.clone().map(move |j| (j, k))).flat_map(|(j, k)| x.clone().map(move |i| [i, j, k])).collect()
 }
@@ -185,7 +187,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
             size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
             boundary,
         };
-        // 6 x 5 x 4 unit cells with an oblique second vector.
+        // The crystal has 6 x 5 x 4 unit cells. Their second lattice vector is oblique.
         let site = |[i, j, k]: [i32; 3]| {
             let [i, j, k] = [i, j, k].map(f64::from);
             Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
@@ -203,7 +205,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
             let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
-            // Round-off may move a distance at the end of a bin to either side.
+            // Round-off may put a distance at the border of two bins into either bin.
             let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
             let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
             assert!(is_right, "{displacement} {from}: {neighbours}");
@@ -246,8 +248,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
-    // (1 - phi / 2) / (1 - phi)^3; 500 particles have 0.4 % more. The virial gives their actual value: Z - 1
-    // = 4 phi g.
+    // The exact contact value is (1 - phi / 2) / (1 - phi)^3 for an infinite system. It is 0.4 % larger for
+    // 500 particles. The value of this run follows from its virial: Z - 1 = 4 phi g.
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);
@@ -257,8 +259,8 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));
 }
 
-/// Contact value with its error, and the contact value from the rate of Core events, `Gamma = 4 rho sigma^2 g
-/// sqrt(pi T / m)`.
+/// Returns the extrapolated contact value with its error, and the contact value from the rate of Core events,
+/// `Gamma = 4 rho sigma^2 g sqrt(pi T / m)`.
 fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
     let (mass, temperature) = (1.7, 1.3);
     let scene = SceneBuilder::new("fluid")

@@ -1,23 +1,25 @@
-//! The distribution of the distance between two random points of rooms of different sizes: the centres of
-//! large and small particles between walls.
+//! The distribution of the distance between the centres of two particles with different diameters. Between
+//! walls, the larger particle has less space for its centre.
 
 use crate::model::space::{Boundary, Face, Space};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Pieces with Gauss nodes between two kinks.
+/// Number of pieces into which each interval between two kinks is divided. Each piece is integrated by
+/// Gauss's rule.
 const PIECES: usize = 3;
 
 /// Nodes and weights of Gauss's rule on (-1, 1).
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// The parts of a box that the centres of two particles can reach.
+/// The parts of a box that the centres of two particles with different diameters can reach.
 #[derive(Debug, Clone)]
 pub(super) struct Rooms {
     axes: Vec<Axis>,
 }
 
-/// The ranges of both centres along an axis `[length]`.
+/// The space for the centres of both particles along an axis `[length]`: the period, or the lower and upper
+/// limit of each centre.
 #[derive(Debug, Clone, Copy)]
 enum Axis {
     Periodic(f64),
@@ -34,8 +36,8 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // A particle that does not fit gets the whole edge. This has no effect, because there is
-                    // no such particle.
+                    // A particle too large for the box gets the whole edge. This has no effect, because such
+                    // a particle does not exist.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }
@@ -64,8 +66,8 @@ impl Rooms {
     fn mean_density(&self, r: f64) -> f64 {
         match self.axes.as_slice() {
             [x, y, z] => {
-                // Integrates over the angle to z. The integral around z has kinks where its radius reaches a
-                // kink of x or y.
+                // The outer integral is over the angle to z. The inner integral, around z, has kinks where
+                // the distance from the z axis equals a kink of x or y.
                 let within =
                     |axis: &Axis| axis.kinks().into_iter().filter(|kink| *kink < r).map(|kink| kink / r).collect();
                 let [of_x, of_y, of_z]: [Vec<f64>; 3] = [x, y, z].map(within);
@@ -155,8 +157,8 @@ mod tests {
 
     #[test]
     fn a_slit_has_the_distances_along_it() {
-        // A slit of 0.2 between walls: the mean of (1 - r abs(u_x) / 0.2) / 0.2 over all directions is 1 / (2
-        // r). The edges along the slit are 30.
+        // The centres can move 0.2 across the slit. The mean of (1 - r |u_x| / 0.2) / 0.2 over all directions
+        // u is 1 / (2 r). The edges along the slit are 30.
         let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
         let space = Space { lower: Vector::zeros(), size: Vector::new(1.2, 30.0, 30.0), boundary };
         for diameters in [[1.0; 2], [1.0, 1.0 + 1e-9]] {
@@ -164,11 +166,12 @@ mod tests {
             for [from, to] in [[0.3, 0.4], [1.0, 1.02], [3.9, 4.0]] {
                 let expected = PI * (to * to - from * from) / (30.0 * 30.0);
                 let ratio = rooms.probability(from, to) / expected;
-                // Gauss nodes next to the kink of the inner integral.
+                // The integration is least accurate near the kink of the inner integral.
                 assert!((ratio - 1.0).abs() < 1e-3, "{from}: {ratio}");
             }
         }
-        // A channel with two narrow bounded axes: 2 / L along its length L.
+        // In a channel along the periodic axis of length L, with two narrow axes between walls, the density
+        // of distances is 2 / L.
         let boundary = [Boundary::walls(1.0), Boundary::walls(1.0), Boundary::Periodic];
         let channel = Space { lower: Vector::zeros(), size: Vector::new(1.2, 1.1, 30.0), boundary };
         let ratio = Rooms::new(&channel, [1.0; 2]).probability(8.0, 8.1) / (2.0 * 0.1 / 30.0);
@@ -197,7 +200,8 @@ mod tests {
         }
         for (bin, count_in_bin) in counts.into_iter().enumerate() {
             let expected = f64::from(count) * rooms.probability(edges[bin], edges[bin + 1]);
-            // Poisson noise, plus the error of midpoints.
+            // The bound has four standard deviations of the Poisson distribution, and the error of the
+            // numerical integration.
             let bound = 4.0 * expected.sqrt() + 2e-4 * expected;
             assert!((f64::from(count_in_bin) - expected).abs() < bound, "{bin}: {count_in_bin} but {expected}");
         }

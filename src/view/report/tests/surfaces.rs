@@ -1,4 +1,4 @@
-//! Surfaces in the player of the page.
+//! Tests of surfaces in the player of a report page.
 
 use super::*;
 use crate::Vector;
@@ -8,7 +8,7 @@ use crate::model::TriangleMesh;
 const OBSTACLE: &str =
     "[[surface]]\nname = \"a box\"\nshape = \"box\"\nlower = [1.3, 1.3, 1.3]\nupper = [1.6, 1.7, 1.5]\n[run]";
 
-/// The description in the player's data.
+/// The JSON header of the player's data in a page.
 fn head(html: &str) -> serde_json::Value {
     let start = html.find("id=\"player-head\">").unwrap() + "id=\"player-head\">".len();
     serde_json::from_str(&html[start..start + html[start..].find("</script>").unwrap()]).unwrap()
@@ -28,7 +28,7 @@ fn the_player_has_the_surfaces_of_the_run() {
         (&surfaces["triangles"], &surfaces["edges"], &surfaces["vertices"]),
         (&12.into(), &12.into(), &24.into())
     );
-    // 12 bytes per triangle and edge, 9 per vertex, in base64.
+    // The data has 12 bytes per triangle and per edge and 9 bytes per vertex, and is encoded in base64.
     let start = with.html.find("id=\"player-surface-data\">").unwrap() + "id=\"player-surface-data\">".len();
     let length = with.html[start..].find("</script>").unwrap();
     assert_eq!(length, (12 * 12 + 12 * 12 + 24 * 9) / 3 * 4);
@@ -89,7 +89,7 @@ fn the_player_has_surfaces_where_they_are_in_each_frame() {
     let mut seen = [0; 2];
     for frame in head["frames"].as_array().unwrap() {
         let (time, poses) = (frame["time"].as_f64().unwrap(), &frame["poses"]);
-        // When the gate is removed at t = 1, there may be a frame before the removal and a frame after it.
+        // The gate is removed at t = 1. A frame at this time may show the state before or after the removal.
         assert!(if time < 1.0 { !poses[0].is_null() } else { poses[0].is_null() || time == 1.0 }, "{time} {poses}");
         assert!((poses[1][9].as_f64().unwrap() - 0.25 * time).abs() < 1e-12 && poses[1][0] == 1.0, "{time} {poses}");
         seen[usize::from(poses[0].is_null())] += 1;

@@ -1,4 +1,4 @@
-//! The system and its published values on the page.
+//! Tests of how a report page describes the system and shows published values.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn a_page_says_in_one_line_what_it_is_about() {
         let start = html.find("<p class=\"subtitle\">").unwrap() + "<p class=\"subtitle\">".len();
         html[start..start + html[start..].find("</p>").unwrap()].to_owned()
     };
-    // 27 pi / 6 of 216.
+    // The volume fraction of 27 spheres of diameter 1 in a box of volume 216.
     assert_eq!(subtitle(SCENE), "27 square-well spheres, φ = 0.06545");
     assert_eq!(subtitle(GROWN), "32 hard spheres, φ = 0.4");
 }
