@@ -148,7 +148,7 @@ impl Arrest {
             }
             (true, _) => {
                 "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity; \
-                 dynamics.contact_time, which is set, moves nothing that rests"
+                 dynamics.contact_time is set, but it does not move particles at rest"
             }
         }
     }

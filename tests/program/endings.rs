@@ -238,7 +238,7 @@ fn a_grain_at_rest_in_contact_is_announced_and_its_storm_ends_the_run() {
         errors(output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "")
     };
     for (speed, happens, ends) in [
-        (0.0, "ends at once with a dynamical arrest", "events without time advancing"),
+        (0.0, "ends at once with a dynamical arrest", "events without any advance of time"),
         (1e-12, "in contact again every 2.000e-12 of time", "1020000 events while time advances by 2.0e-6"),
     ] {
         let place = Place::with(&at_rest(0.0, speed));

@@ -283,8 +283,8 @@ fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
     let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
     assert_eq!(code(&output), 1, "{told}");
     for expected in [
-        "surface `gate` appears with the stage `closed` at time 4, where particle",
-        "it reaches 0.25 through the surface",
+        "surface `gate` appears with the stage `closed` at time 4, but particle",
+        "it extends 0.25 through the surface",
         "help: let the surface be there from the start",
     ] {
         assert!(told.contains(expected), "{expected}: {told}");
