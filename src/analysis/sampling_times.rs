@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_are_counted_come_to_an_end() {
+    fn limited_number_of_times_ends() {
         let mut times = SamplingTimes::expecting(0.0, 20.0, 20, 0.0).at_most(3);
         for due in [1.0, 2.0, 3.0] {
             assert_eq!(times.next(), due);
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_below_the_spacing_of_numbers_ends() {
+    fn next_time_advances_despite_interval_below_float_spacing() {
         let mut times = SamplingTimes::given(1e10, 1e-90);
         times.pass(1e10);
         assert!(times.next() > 1e10);

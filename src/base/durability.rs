@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sync_is_off_within_the_work_only() {
+    fn without_sync_applies_only_within_its_closure() {
         assert!(!IS_OFF.get());
         without_sync(|| {
             assert!(IS_OFF.get());

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn carries_are_brought_on_before_a_digit_overflows() {
+    fn carries_are_propagated_before_overflow() {
         let mut one = sum(&[0.1; 1000]);
         one.additions = MOST - 3;
         let mut other = one;
@@ -219,7 +219,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_order_and_no_grouping_decides_a_bit(
+        fn exact_sum_is_independent_of_order_and_grouping(
             terms in prop::collection::vec((-1.0..1.0_f64, -300..300_i32), 1..60),
             turned in 0..60_usize,
         ) {

@@ -72,7 +72,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn there_is_some_memory() {
+    fn total_memory_is_plausible() {
         assert!((1 << 20..1 << 60).contains(&total()), "{}", total());
     }
 

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whole_parts_saturate() {
+    fn conversion_to_integers_saturates() {
         let beyond = [-1e300, -0.9, f64::NAN, 0.0, 254.9999, 1e300];
         assert_eq!(beyond.map(trunc_to_u8), [0, 0, 0, 0, 254, 255]);
         assert_eq!(beyond.map(trunc_to_u16), [0, 0, 0, 0, 254, u16::MAX]);
@@ -83,12 +83,12 @@ mod tests {
     }
 
     #[test]
-    fn single_precision_is_the_nearest() {
+    fn single_rounds_to_nearest_f32() {
         assert_eq!([single(0.1), single(1e39), single(-1e-60)], [0.1, f32::INFINITY, -0.0]);
     }
 
     #[test]
-    fn the_last_id_is_that_of_32_bits() {
+    fn largest_id_is_the_largest_u32() {
         assert_eq!(id(0xffff_ffff), u32::MAX);
         assert!(std::panic::catch_unwind(|| id(0x1_0000_0000)).is_err());
     }

@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
+    fn counts_and_durations_are_printed_short() {
         assert_eq!(short(999.0), "999");
         assert_eq!(short(1234.0), "1.23 k");
         assert_eq!(short(123_456_789.0), "123 M");

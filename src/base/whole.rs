@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_whole_number_of_the_range_is_refused_as_it_was_typed() {
+    fn invalid_whole_numbers_are_quoted_as_typed() {
         let refused = |count: &str, pair: &str| read(count, "0", "", pair).unwrap_err();
         assert_eq!(refused("8.5", "[0, 0]"), "invalid type: floating point `8.5`, expected u64");
         assert_eq!(

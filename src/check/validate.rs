@@ -157,7 +157,7 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn points_have_names_of_their_own() {
+    fn point_names_are_unique() {
         for effort in [Effort::Brief, Effort::Usual, Effort::Long] {
             let points = points(effort);
             let names: HashSet<&str> = points.iter().map(|point| point.name.as_str()).collect();
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn single_motions_are_what_they_were_announced_to_be() {
+    fn single_particle_points_pass_and_list_their_quantities() {
         for point in points(Effort::Brief) {
             if !["bouncing_ball", "three_spheres"].iter().any(|kind| point.name.starts_with(kind)) {
                 continue;

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_command_has_all_that_was_asked_for_and_no_more() {
+    fn repeated_command_has_exactly_the_given_options() {
         let again = |folder: &str| Again::new("run --resume", Path::new(folder));
         let usual = Duration::from_secs_f64(CHECKPOINT_EVERY.parse().unwrap());
         let plain = again("runs/a").option("threads", None::<u8>).checkpoint_every(usual);

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_of_frames() {
+    fn frame_ranges_are_parsed() {
         assert_eq!(frames("3..7"), Ok((3, Some(7))));
         assert_eq!(frames("3.."), Ok((3, None)));
         assert_eq!(frames("..7"), Ok((0, Some(7))));

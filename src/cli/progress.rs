@@ -210,7 +210,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_follows_from_the_latest_speed() {
+    fn time_left_follows_the_latest_speed() {
         let start = Instant::now();
         let mut done = Rate::new(start, 0.0, MEMORY_OF_DONE);
         assert_eq!(left(0.0, done.per_second), "");

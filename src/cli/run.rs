@@ -338,7 +338,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_events_may_be_written_short() {
+    fn event_counts_accept_exponents_and_underscores() {
         assert_eq!(count("1e6"), Ok(1_000_000));
         assert_eq!(count("20_000"), Ok(20_000));
         assert_eq!(count("18446744073709551615"), Ok(u64::MAX));

@@ -289,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_share_is_one_of_several() {
+    fn shares_partition_the_points() {
         assert_eq!(share("3/12"), Ok(Share { number: 3, of: 12 }));
         for bad in ["0/3", "4/3", "3", "a/b", "1/0", "-1/2"] {
             assert!(share(bad).is_err(), "{bad}");

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_lines_go_on_below_their_second_column() {
+    fn long_lines_wrap_under_their_second_column() {
         let text =
             "short\nequilibrated    unknown (too short to tell for temperature)\n  indented words that are too long\n";
         let expected = "short\nequilibrated    unknown (too\n                short to tell\n                for temperature)\n  \

@@ -281,7 +281,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_the_processor_can_do_at_once_changes_nothing() {
+    fn simd_width_does_not_change_results() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
         for packing_fraction in [0.1, 0.45] {
             for ends in [ends::<false>(&hard, packing_fraction), ends::<true>(&well, packing_fraction)] {
@@ -313,7 +313,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_falls_is_the_same_in_lanes_of_any_width() {
+    fn simd_width_does_not_change_results_under_gravity() {
         let scene = falling();
         let run = |width| {
             let mut engine = Engine::<true, true>::new(&scene);
@@ -357,7 +357,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn of_more_captured_partners_than_come_together_the_first_is_met() {
+    fn first_event_is_found_among_many_captured_partners() {
         let at = |k: i32| 1.25 * Vector::new(f64::from(k % 5 - 2), f64::from(k / 5 % 5 - 2), f64::from(k / 25 - 2));
         let places: Vec<Vector> = (0..125).map(at).filter(|at| at.norm() > 0.0 && at.norm() < 2.9).collect();
         assert!(places.len() > TOGETHER, "{}", places.len());
@@ -376,7 +376,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn of_simultaneous_contacts_that_of_the_lowest_id_comes_first() {
+    fn simultaneous_contacts_are_ordered_by_lowest_id() {
         let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
         // The particle in the middle has six partners around it, at equal distance and speed. The cases are a contact
         // from outside, a contact with the core of the well, and a contact with the outer edge of the well.

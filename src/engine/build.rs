@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn the_pair_at_whose_event_a_run_ended_starts_again_in_the_state_that_it_had() {
+    fn pair_at_an_event_restarts_in_its_last_state() {
         for seed in 1..=20 {
             let fluid = wells().seed(seed).fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2));
             let scene = fluid.temperature(1.5).build().unwrap();
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn only_at_a_discontinuity_does_the_velocity_decide() {
+    fn velocity_decides_pair_state_only_at_a_discontinuity() {
         let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
         let state = |distance: f64, radial: f64| {
             let apart =

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn species_without_particles_change_neither_the_pressure_nor_the_counts_of_others() {
+    fn unused_species_change_neither_events_nor_counts() {
         let (few, many) = (after(0), after(300));
         assert_eq!(few.snapshot(), many.snapshot());
         assert_eq!(few.event_counts(), many.event_counts());

@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thermostat_that_would_do_nothing_is_refused_and_leaves_the_bath_as_it_is() {
+    fn ineffective_thermostat_is_rejected_and_leaves_bath_unchanged() {
         let bath = |temperature, rate, axes| Thermostat::Andersen { temperature, rate, axes };
         let good = bath(1.0, 2.0, [true; 3]);
         let number = |name, value| ThermostatError::Number { name, value };

@@ -237,7 +237,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     #[test]
-    fn an_impossible_state_is_named() {
+    fn invariant_error_names_particles_and_time() {
         let broken = InvariantBroken {
             particle: ParticleId(3),
             partner: Some(ParticleId(7)),

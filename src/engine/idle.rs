@@ -201,7 +201,7 @@ mod tests {
     const OPEN: Boundary = Boundary::OPEN;
 
     #[test]
-    fn only_what_recedes_where_nothing_comes_back_is_over() {
+    fn run_is_over_only_if_nothing_can_collide_again() {
         let wall = Face::Wall { restitution: 1.0 };
         let below = Boundary::Bounded { lower: wall, upper: Face::Open };
         for (boundary, velocity, expected) in [
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_collision_that_rounding_hides_is_no_end() {
+    fn possible_collision_hidden_by_rounding_does_not_end_the_run() {
         let hard = |gravity: f64| {
             let space = Space { boundary: [OPEN; 3], ..Space::periodic_cube(10.0) };
             let scene = SceneBuilder::new("far").space(space).species("A", 1.0, 1.0).species("B", 1.0, 1.0);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn balls_that_part_in_open_space_have_an_end() {
+    fn receding_balls_in_open_space_end_the_run() {
         let mut simulation = balls([OPEN; 3], [0.01, -1.0, 0.0]);
         assert_eq!(simulation.advance(Until::events(100)), Ok(Reason::Idle));
         assert!(simulation.event_counts().physical() >= 2);

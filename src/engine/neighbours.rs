@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn few_particles_have_lists_that_last_longer_in_a_long_box() {
+    fn few_particles_in_long_box_use_lists_with_wide_skin() {
         let at = [Vector::repeat(1.0), Vector::repeat(3.0)];
         for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
             let mut space = Space::periodic_cube(size);
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn the_density_is_that_of_the_part_of_the_box_that_is_filled() {
+    fn local_density_ignores_empty_parts_of_the_box() {
         let (mut space, positions) = lattice(12, 1.0);
         assert!((local_density(&space, 1.0, || positions.iter().copied()) - 1.0).abs() < 0.1);
         space.size *= 4.0;
@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn a_skin_has_digits_in_all_units() {
+    fn skin_is_printed_with_two_digits_in_any_unit() {
         let skin = |skin: f64| Search::Lists { half_skin: 0.5 * skin }.to_string();
         assert_eq!(skin(0.256), "neighbour lists with a skin of 0.26");
         assert_eq!(skin(2.56e-6), "neighbour lists with a skin of 2.56e-6");

@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_at_the_last_event_is_the_observers() {
+    fn stop_at_the_last_event_is_reported_as_the_observers() {
         let mut simulation = fluid();
         simulation.set_thermostat(None, 0).unwrap();
         let until = Until::events(5);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn events_come_one_by_one_with_the_simulation_at_their_time_and_change_nothing() {
+    fn event_iterator_shows_the_state_at_each_event_unchanged() {
         let until = Until::events(1_000);
         let (mut plain, mut watched) = (fluid(), fluid());
         let mut expected = Vec::new();
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arrest_comes_after_the_event_that_shows_it_and_ends_the_events() {
+    fn arrest_is_reported_after_its_event_and_ends_the_iterator() {
         // A ball bounces on the floor until infinitely many bounces would follow in a finite time.
         let boundary = [Boundary::OPEN, Boundary::OPEN, Boundary::walls(0.5)];
         let scene = SceneBuilder::new("bounces")

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bits_are_spread() {
+    fn spread_puts_two_zero_bits_between_bits() {
         assert_eq!(spread(0b11_1111_1111), 0b1001_0010_0100_1001_0010_0100_1001);
         assert_eq!(spread(0b101), 0b100_0001);
     }

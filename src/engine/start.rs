@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_a_run_does_is_refused() {
+    fn simulation_rejects_scenes_that_need_a_run() {
         let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.3) });
         let stage = StagePlan {
             name: "grow".into(),
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heat_bath_is_that_of_a_run() {
+    fn simulation_and_run_apply_the_same_heat_bath() {
         let thermostat = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
         let scene = planned(RunPlan { thermostat, limit: Limit::time(2.0), ..RunPlan::default() });
         let mut simulation = Simulation::new(scene.clone()).unwrap();

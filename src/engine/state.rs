@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_body_is_eight_numbers_of_which_seven_have_a_meaning() {
+    fn body_as_numbers_holds_position_velocity_and_time() {
         let (position, velocity) = (Vector::new(1.0, 2.0, 3.0), Vector::new(4.0, 5.0, 6.0));
         let bodies = [Body { position, velocity, time: 7.0, events: 8, name: 9 }; 2];
         for body in &bodies {

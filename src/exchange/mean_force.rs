@@ -161,7 +161,7 @@ mod tests {
 
     /// The points have a constant density in a ball, so the potentials of the bins differ only by noise.
     #[test]
-    fn a_flat_tail_is_at_zero() {
+    fn flat_tail_of_mean_force_is_zero() {
         let edges: Vec<f64> = (0..=20).map(|k| f64::from(k) / 20.0).collect();
         let (mut tails, mut squares) = (Vec::new(), 0.0);
         for seed in 0..12 {
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bin_of_one_sample_takes_no_errors_from_the_others() {
+    fn bin_with_one_sample_does_not_remove_errors_of_others() {
         let edges = [0.0, 0.005, 0.2, 0.4, 0.6, 0.8, 1.0];
         let mut random = Random::new(1, Purpose::Volume, 0);
         let mut distances: Vec<f64> = (0..2000).map(|_| 0.05 + 0.95 * random.uniform()).collect();

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_come_late_were_empty_before() {
+    fn new_levels_count_as_empty_before() {
         let mut populations = populations();
         for energies in [[0.0, -1.0], [-1e-17, -1.0 + 1e-12], [-2.0, 0.0], [0.0, 0.0]] {
             populations.add(&energies);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn bins_have_all_energies_and_few_have_one_each() {
+    fn bins_cover_all_energies_and_few_energies_get_one_bin_each() {
         let energies: Vec<f64> = (0..250).map(|k| 0.7 * f64::from(k) - 60.0).collect();
         let all = bins(&energies);
         assert!(all.len() >= MOST_BINS / 4 && all.len() <= MOST_BINS);

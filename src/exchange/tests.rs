@@ -144,7 +144,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
 /// Covers short intervals of a few events, and long intervals with more events than fit between two checks for a
 /// pause.
 #[test]
-fn what_is_interrupted_goes_on_to_the_same_bits() {
+fn interrupted_exchange_resumes_bitwise() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
         let mut parts = fluid(interval, attempts).into_parts();
         let times = RadialDistribution { interval: Some(1.7 * interval), ..RadialDistribution::default() };
@@ -172,7 +172,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
 
 /// Some checkpoints are taken while the weights are learned, others while they are fixed.
 #[test]
-fn a_multicanonical_exchange_goes_on_to_the_same_bits() {
+fn multicanonical_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 10).into_parts();
     parts.exchange.as_mut().unwrap().ensemble = ExchangeEnsemble::Multicanonical;
     parts.run.equilibration = Limit::time(8.0);
@@ -244,7 +244,7 @@ fn an_exchange_stops_where_it_is_told_to() {
 }
 
 #[test]
-fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
+fn replicas_start_at_their_temperature_with_own_random_numbers() {
     let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
     let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
     // The kinetic energy has 81 degrees of freedom, so its relative standard deviation is sqrt(2 / 81).
@@ -259,7 +259,7 @@ fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
 }
 
 #[test]
-fn a_row_has_the_energies_of_the_replicas_that_are_at_the_temperatures_from_then_on() {
+fn row_lists_potential_energies_after_the_swaps() {
     let mut swapped = 0;
     for attempts in 1..8 {
         let (ended, _) = ran(Exchange::new(fluid(1.0, attempts)).unwrap(), 1, usize::MAX);
@@ -272,7 +272,7 @@ fn a_row_has_the_energies_of_the_replicas_that_are_at_the_temperatures_from_then
 }
 
 #[test]
-fn only_an_exchange_runs_what_a_scene_plans_of_one() {
+fn planned_exchange_needs_an_exchange_run() {
     let scene = fluid(1.0, 10);
     assert_eq!(Simulation::new(scene.clone()).err(), Some(NeedsRun::Exchange));
     let mut parts = scene.into_parts();

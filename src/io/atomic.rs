@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_replaced_when_asked_and_whole() {
+    fn file_is_replaced_completely_and_only_on_request() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         hello(&path, Existing::Keep, "one").unwrap();
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_takes_the_place_of_another_or_both_stay() {
+    fn folder_replacement_is_all_or_nothing() {
         let place = tempfile::tempdir().unwrap();
         let [from, to] = ["new", "old"].map(|name| place.path().join(name));
         for folder in [&from, &to] {
@@ -203,7 +203,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_a_link_leads_to_is_replaced_and_devices_are_written_to() {
+    fn link_target_is_replaced_and_devices_are_written_to() {
         let folder = tempfile::tempdir().unwrap();
         let [path, link] = ["a.txt", "link"].map(|name| folder.path().join(name));
         hello(&path, Existing::Keep, "one").unwrap();

@@ -88,7 +88,7 @@ mod tests {
     use crate::model::Format;
 
     #[test]
-    fn a_line_per_particle_and_frame() {
+    fn csv_has_one_line_per_particle_and_frame() {
         let mut frame = chain();
         frame.species[1].name = "a,b".into();
         frame.particles.truncate(2);

@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_at_rest_and_not_driven_has_no_events() {
+    fn undriven_scene_at_rest_has_no_expected_events() {
         let events = |temperature: &str, more: &str| {
             let text = SCENE.replace("temperature = 1.0", temperature) + more;
             SizeEstimate::of(&Scene::from_toml(text, "scene.toml").unwrap(), Some(3.0)).events

@@ -121,7 +121,7 @@ mod tests {
     use crate::trajectory::Frame;
 
     #[test]
-    fn the_frame_of_a_chain() {
+    fn written_lammps_frame_is_exact() {
         let mut frame = chain();
         frame.particles.truncate(2);
         frame.bonds.clear();

@@ -137,7 +137,7 @@ mod tests {
     use crate::analysis::instruments::{Series, Variable};
 
     #[test]
-    fn a_curve_is_a_table_with_empty_cells_for_what_is_not_known() {
+    fn missing_curve_values_are_empty_cells() {
         let curve = Curve {
             name: "g".into(),
             title: "g".into(),

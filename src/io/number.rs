@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_short_and_read_back_as_the_same() {
+    fn number_cells_hold_the_shortest_text() {
         for (number, text) in [(0.1, "0.1"), (0.0, "0"), (1e300, "1e300"), (-2.5e-9, "-2.5e-9"), (9999.0, "9999")] {
             assert_eq!(Cell(Some(number)).to_string(), text);
         }

@@ -287,7 +287,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_remembers_what_was_written_and_refuses_what_was_not() {
+    fn owned_list_accepts_its_own_files_and_rejects_others() {
         let folder = tempfile::tempdir().unwrap();
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
         let mut owned = Owned::lock(folder.path()).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn no_list_leads_out_of_its_folder() {
+    fn owned_list_ignores_paths_outside_its_folder() {
         let text = format!("{HEADER}+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n");
         assert_eq!(List::of(text.as_bytes()).unwrap().0.names.len(), 1);
     }

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_something_else_is_neither_loaded_nor_replaced_unasked() {
+    fn foreign_file_is_neither_loaded_nor_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notes.txt");
         std::fs::write(&path, "notes of mine, which are longer than the first bytes of a file").unwrap();
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn one_of_other_sources_is_refused_by_name() {
+    fn file_of_another_version_is_rejected() {
         let mut other = saved();
         other[28] ^= 1;
         let content = other.len() - 4;

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_box_is_cut_into_its_parts() {
+    fn clipping_a_box_keeps_only_the_part_above_the_plane() {
         let cube = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(2.0));
         let above = HalfSpace { normal: Vector::z(), offset: 0.5 };
         let upper = clipped(&cube, &[above], 1e-12);

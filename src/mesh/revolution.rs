@@ -60,7 +60,7 @@ mod tests {
     use crate::model::triangle_mesh::EdgeUse;
 
     #[test]
-    fn cones_and_discs_have_their_areas_and_their_tolerance() {
+    fn cones_and_discs_have_exact_area_within_tolerance() {
         let axis = Vector::new(1.0, -2.0, 0.5);
         let base = Vector::new(3.0, 1.0, -2.0);
         // A truncated cone with radii 1 and 4 and slant height `l = 5` has the lateral area `pi (r1 + r2) l = 25 pi`.

@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_that_hold_no_pressure_are_refused() {
+    fn invalid_barostat_parameters_are_rejected() {
         let good = Barostat { pressure: 1.3, interval: 0.5, amplitude: None };
         assert_eq!(good.check(), Ok(()));
         assert_eq!(Barostat { amplitude: Some(2.0), ..good }.check(), Ok(()));

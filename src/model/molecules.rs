@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn centres_are_scaled_and_shapes_are_kept_across_the_sides() {
+    fn scaling_moves_molecule_centres_and_keeps_shapes_across_periodic_sides() {
         let at = [7.5, 1.0, 3.9, 6.5, 8.0];
         let (scene, molecules) = molecules(&at, &[[0, 1], [1, 2]]);
         assert_eq!((molecules.count, molecules.bond_around_the_box(&scene)), (3, None));
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_around_the_box_is_found() {
+    fn ring_of_bonds_around_a_periodic_box_is_detected() {
         let (scene, molecules) = molecules(&[0.5, 3.5, 6.5], &[[0, 1], [1, 2], [0, 2]]);
         assert!(molecules.bond_around_the_box(&scene).is_some());
         let (scene, molecules) = self::molecules(&[0.5, 1.5, 2.5], &[[0, 1], [1, 2], [0, 2]]);

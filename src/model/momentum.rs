@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_acts_from_outside_changes_the_components_that_it_acts_on() {
+    fn external_influences_break_momentum_conservation_on_their_axes() {
         let (periodic, walls) = (Boundary::Periodic, Boundary::walls(1.0));
         assert_eq!(conserved(&pair()), [true; 3]);
         assert_eq!(conserved(&pair().boundary([Boundary::OPEN; 3])), [true; 3]);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn what_loses_energy_cools_for_ever_unless_something_supplies_it() {
+    fn dissipative_scenes_cool_forever_without_energy_supply() {
         let (periodic, walls) = (Boundary::Periodic, Boundary::walls(0.9));
         let soft = |first: &str, second: &str, scene: SceneBuilder| {
             scene.interaction(first, second, Potential::hard_sphere(1.0).unwrap(), 0.9)
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_into_a_box_comes_to_rest_and_on_a_periodic_chute_it_flows_for_ever() {
+    fn resting_heap_has_no_steady_state_and_flow_down_a_slope_has_one() {
         let steady = |scene: &SceneBuilder, thermostat: Option<&Thermostat>| {
             scene.build().unwrap().has_steady_state_with(thermostat)
         };
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn static_particles_count_where_something_meets_them() {
+    fn static_particles_break_momentum_conservation_only_if_they_interact() {
         let with_static = pair().static_species("S", 1.0).particle("S", Vector::repeat(5.0), Vector::zeros());
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let met = with_static.interaction("A", "S", hard(), 1.0).build().unwrap();

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_that_are_no_potential_are_refused() {
+    fn invalid_radii_or_energies_are_rejected() {
         let inf = f64::INFINITY;
         assert_eq!(Potential::new(vec![], vec![0.0]), Err(PotentialError::NoRadius));
         assert!(matches!(Potential::new(vec![1.0], vec![0.0]), Err(PotentialError::Count { .. })));

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn streams_repeat_and_differ() {
+    fn random_streams_are_reproducible_and_distinct() {
         let draw = |seed, purpose, group| Random::new(seed, purpose, group).uniform();
         assert_eq!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Placement, 0));
         assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Velocities, 0));
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn events_of_particles_have_numbers_of_their_own() {
+    fn each_particle_and_event_count_has_its_own_random_number() {
         let mut random = Random::new(1, Purpose::Thermostat, 0);
         let mut draw = |particle, count| {
             random.seek(particle, count);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn streams_keep_their_numbers() {
+    fn stream_numbers_of_purposes_never_change() {
         let first_four = [Purpose::Placement, Purpose::Velocities, Purpose::Composition, Purpose::Thermostat];
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
         assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);

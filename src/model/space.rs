@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_image_is_the_shortest_of_all_up_to_half_of_the_shortest_period() {
+    fn nearest_image_is_exact_up_to_half_the_shortest_period() {
         let size = Vector::new(6.0, 4.0, 7.0);
         for displacement in [0.0, 0.7, -1.9, 2.4, -2.9, 3.0] {
             let mut near = 0;
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_displacement_is_within_half_a_period_on_either_side() {
+    fn shear_displacement_is_reduced_to_half_a_period() {
         for (displacement, expected) in
             [(0.0, 0.0), (3.0, 3.0), (-3.0, 3.0), (3.5, -2.5), (-3.5, 2.5), (6.0, 0.0), (20.0, 2.0), (-20.0, -2.0)]
         {
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrapped_position_is_in_the_box_and_one_inside_stays_as_it_is() {
+    fn wrapping_moves_positions_into_the_box_and_keeps_inner_ones() {
         let mut space = Space { lower: Vector::new(-3.0, 0.5, 1.0), ..Space::periodic_cube(10.0) };
         space.boundary = [Boundary::Periodic, Boundary::OPEN, Boundary::Flat];
         let x = |x: f64| space.wrapped(Vector::new(x, 12.0, 1.5));

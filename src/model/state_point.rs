@@ -118,14 +118,14 @@ mod tests {
     }
 
     #[test]
-    fn names_and_order_of_species_are_no_part_of_it() {
+    fn state_point_ignores_names_order_and_unused_species() {
         let first = of(scene(["A", "B"], [0.7, 1.3], UNLIKE));
         assert_eq!(first, of(scene(["C", "A"], [1.3, 0.7], UNLIKE)));
         assert_eq!(first, of(scene(["A", "B"], [0.7, 1.3], UNLIKE).species("unused", 2.0, 0.1)));
     }
 
     #[test]
-    fn each_part_of_the_physics_changes_it() {
+    fn state_point_depends_on_every_physical_parameter() {
         let plain = || scene(["A", "B"], [0.7, 1.3], UNLIKE);
         let slit = Space {
             boundary: [Boundary::walls(0.9), Boundary::Periodic, Boundary::Periodic],

@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_about_the_axis_from_where_it_has_come_to() {
+    fn rotation_starts_from_the_current_surface_position() {
         // A quarter turn about the axis through (1, 0) moves the point (3, 0) to (1, 2).
         let end = piston().at(5.0).pose;
         assert!((end.place(&Vector::new(3.0, 0.0, 0.0)) - Vector::new(1.0, 2.0, 2.0)).norm() < 1e-15);
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn velocities_and_accelerations_are_the_derivatives_of_places() {
+    fn velocity_and_acceleration_are_derivatives_of_position() {
         let oscillation = MotionKind::Oscillation { amplitude: Vector::new(0.1, 0.0, 0.3), frequency: 1.7, phase: 0.1 };
         let rotation = MotionKind::Rotation { point: Vector::x(), axis: Vector::new(1.0, 2.0, -0.5), frequency: -0.4 };
         for kind in [oscillation, rotation] {

@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn auto_takes_cores_where_there_are_particles_for_them() {
+    fn auto_threads_grow_with_particles_up_to_cores_and_limit() {
         let auto = |particles, cores| Threads::Auto.of(particles, cores);
         assert_eq!([0, 249_999, 499_999, 500_000, 10_000_000].map(|n| auto(n, 8)), [1, 1, 1, 2, 8]);
         assert_eq!(auto(100_000_000, 500), 64);

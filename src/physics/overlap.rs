@@ -120,7 +120,7 @@ mod tests {
     use crate::physics::motion::stream_position;
 
     #[test]
-    fn the_overlap_function_is_the_distance_of_the_streamed_pair() {
+    fn overlap_function_equals_distance_after_free_flight() {
         let state = RelativeState { position: Vector::new(1.5, -0.25, 0.5), velocity: Vector::new(-1.0, 0.5, 0.125) };
         let acceleration = Vector::new(0.25, 0.0, -1.0);
         let zero = Vector::zeros();
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_derivatives_are_the_derivatives() {
+    fn overlap_derivatives_match_finite_differences() {
         let state = RelativeState { position: Vector::new(1.0, 2.0, 0.5), velocity: Vector::new(-1.0, 0.5, 0.25) };
         let quadratic = Quadratic::new(&state, 1.0);
         // For a quadratic function, a central difference is exact.

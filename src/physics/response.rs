@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_that_recedes_within_rounding_keeps_its_velocity_one_float_either_side_of_rest() {
+    fn pair_receding_within_rounding_keeps_its_velocity() {
         // The pair is at a turning point. Reversing its velocity would drive it to the invalid side.
         for least in [0.0, f64::MIN_POSITIVE] {
             assert_eq!(outcome_and_normal_velocity(Side::Positive, f64::INFINITY, least, 1.0), (Outcome::Core, least));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_is_too_high_reflects_elastically_one_float_either_side_of_the_limit() {
+    fn pair_reflects_elastically_if_the_step_exceeds_its_energy() {
         // The kinetic energy of the normal motion is mu/2 vn^2 = 1/4 * 4 = 1, the height of the step.
         assert_eq!(outcome_and_normal_velocity(Side::Negative, 1.0, 2.0, 0.1), (Outcome::Bounce, -2.0));
         assert_eq!(outcome_and_normal_velocity(Side::Positive, 1.0, -2.0, 0.1), (Outcome::Bounce, 2.0));
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tc_model_leaves_a_pair_the_speed_to_stay_away_for_a_contact_time() {
+    fn tc_model_gives_enough_speed_to_separate_for_a_contact_time() {
         // With speed 0.05 and acceleration 1, the pair is in contact again after one contact time, 0.1.
         assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
         assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "but never more than it had");

@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reported_spacing_is_that_of_the_sites_for_any_count_and_side() {
+    fn site_distance_is_never_below_the_reported_spacing() {
         let mut walled = Space::periodic_cube(7.0);
         walled.boundary[2] = Boundary::walls(1.0);
         for space in [Space::periodic_cube(7.0), walled] {
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn close_packing_reaches_three_quarters_of_space() {
+    fn close_packed_lattices_have_unit_spacing_in_their_cells() {
         // A lattice of 4 x 4 x 4 unit cells of hexagonal close packing, with edges 1, sqrt(3) and sqrt(8/3).
         let mut space = Space::periodic_cube(4.0);
         space.size = Vector::new(4.0, 4.0 * 3.0_f64.sqrt(), 4.0 * (8.0_f64 / 3.0).sqrt());
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_walls_the_sites_keep_half_a_diameter() {
+    fn sites_keep_half_a_spacing_from_walls() {
         let mut space = Space::periodic_cube(4.0);
         space.boundary = [Boundary::walls(1.0); 3];
         let sites = fit(Lattice::SimpleCubic, &space, 64).sites();

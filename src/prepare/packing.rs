@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_dense_to_insert_is_compressed_if_it_has_the_box() {
+    fn fill_too_dense_for_insertion_is_compressed_if_it_has_the_whole_box() {
         assert!(fill(60, 0.2, false).is_ok());
         assert!(fill(60, 0.5, true).is_ok());
         let error = fill(60, 0.5, false).unwrap_err();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_packing_that_cannot_be_says_why() {
+    fn impossible_packing_reports_the_reason() {
         assert!(matches!(fill(60, 0.7, true), Err(NoPlace::Jammed { reached: 0.6..0.7, .. })));
         assert!(matches!(fill(3, 0.5, true), Err(NoPlace::SmallBox { axis: 0, range: 1.0, .. })));
     }

@@ -106,14 +106,14 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_those_of_the_tables() {
+    fn normal_quantiles_match_tables() {
         assert!(normal_quantile(0.5).abs() < 1e-15);
         assert!((normal_quantile(0.975) - 1.959_963_984_540_054).abs() < 1e-14);
         assert!((normal_quantile(0.001) + 3.090_232_306_167_813_5).abs() < 1e-14);
     }
 
     #[test]
-    fn the_mean_is_exact_and_the_variance_lacks_the_one_within_the_classes() {
+    fn class_mean_is_exact_and_variance_lacks_spread_within_classes() {
         let (mean, deviation) = mean_and_deviation(&uniform(0.8, 1.4, 10));
         assert!((mean - 1.1).abs() < 1e-15);
         // The variance of `n` class diameters over a range of width `w` is `(w^2 - (w/n)^2) / 12`.
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn one_class_has_the_mean() {
+    fn single_class_is_the_mean() {
         assert_eq!(uniform(1.0, 2.0, 1), [1.5]);
         assert_eq!(lognormal(1.5, 0.3, 1), [1.5]);
         assert!((gaussian(1.5, 0.1, 1)[0] - 1.5).abs() < 1e-15);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_few_are_spread_about_the_middle() {
+    fn first_classes_are_spread_around_the_middle() {
         let first = |count: usize| spread(count).collect::<Vec<_>>();
         assert_eq!(first(1), [0]);
         assert_eq!(first(2), [0, 1]);

@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_volume_is_the_part_of_the_box_around_it_that_is_inside() {
+    fn region_volume_matches_monte_carlo() {
         for dimensions in [2, 3] {
             let space = space(dimensions);
             for shape in shapes(dimensions) {
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_inside_with_the_surface_reach_every_side_and_are_even() {
+    fn random_positions_are_uniform_and_keep_particles_inside() {
         for dimensions in [2, 3] {
             let space = space(dimensions);
             for shape in shapes(dimensions) {
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_particle_has_room_where_it_touches_and_no_farther() {
+    fn region_has_room_up_to_its_inscribed_sphere() {
         let sphere = FillRegion::Sphere { centre: Vector::zeros(), radius: 2.0 };
         assert!(sphere.has_room(2.0) && !sphere.has_room(2.0_f64.next_up()));
         let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_bounces_for_a_noticeable_time_does_not_rest() {
+    fn noticeably_bouncing_particle_is_not_at_rest() {
         let with = |height: f64, speed: f64, contact_time: Option<f64>| {
             resting(&scene(&[([2.0, 2.0, 0.5 + height], [3.0, 0.0, speed])], contact_time)).pop().map(|it| it.bounce)
         };

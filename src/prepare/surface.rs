@@ -388,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_spacing_holds_and_a_wider_one_does_not() {
+    fn default_spacing_is_tight_and_wider_spacing_is_not() {
         let plane = |spacing| {
             let edges = [Vector::x() * 20.0, Vector::y() * 20.0];
             let plane = Surface::Plane { corner: Vector::zeros(), edges };

@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_speeds_are_exact_and_the_momentum_is_zero_in_every_dimension_and_mixture() {
+    fn equal_speeds_are_exact_with_zero_momentum() {
         let (periodic, flat) = (Boundary::Periodic, Boundary::Flat);
         for boundary in [[periodic; 3], [periodic, flat, periodic], [flat, periodic, flat]] {
             let is_line = boundary[0] == flat;
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn fills_and_chains_start_with_equal_speeds_and_their_own_velocity_on_top() {
+    fn equal_speeds_are_added_to_the_velocity_of_the_fill() {
         let velocity = Vector::new(2.0, 0.0, 0.0);
         let scene = SceneBuilder::new("equal")
             .space(Space::periodic_cube(9.0))
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_of_one_temperature_share_what_the_momentum_takes() {
+    fn fills_of_one_temperature_share_the_momentum_correction() {
         let (momentum, twice_kinetic) = two_fills([Boundary::Periodic; 3]);
         assert!(momentum.norm() < 1e-13 && (twice_kinetic / 45.0 - 1.5).abs() < 1e-14, "{momentum} {twice_kinetic}");
         let (momentum, twice_kinetic) = two_fills([Boundary::walls(1.0), Boundary::Periodic, Boundary::walls(0.9)]);

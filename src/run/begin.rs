@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_prepared_goes_on_to_the_bits_of_the_run() {
+    fn prepared_simulation_continues_to_the_result_of_the_run() {
         let finished = Run::new(planned(0.25)).finish().unwrap();
         let go_on = &mut |_: &Progress| ControlFlow::Continue(());
         let (run, ending) = Run::new(planned(0.25)).prepare(go_on).unwrap();
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_interrupted_before_the_measurement_is_not_prepared() {
+    fn interrupted_preparation_is_reported() {
         let (_, ending) = Run::new(planned(0.25)).prepare(&mut |_| ControlFlow::Break(())).unwrap();
         assert_eq!(ending, Some(Ending::Interrupted));
     }

@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_of_the_same_scene_goes_on_as_if_nothing_had_been_changed() {
+    fn unchanged_scene_continues_the_run_identically() {
         let (run, ending) = begun(&[]).advance(Until::events(1_234), &mut ()).unwrap();
         assert_eq!((ending, run.stage()), (None, Stage::Measurement));
         let same = changed(&run, &[]).unwrap();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn other_values_act_from_then_on() {
+    fn changed_values_apply_from_the_current_time() {
         let (run, _) = begun(&[]).advance(Until::events(1_000), &mut ()).unwrap();
         let other = changed(&run, &[("dynamics.gravity.2", "0.5"), ("interaction.0.restitution", "1.0")]).unwrap();
         let (before, after) = (run.simulation().snapshot(), other.simulation().snapshot());
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn incompatible_changes_are_rejected() {
         let (run, _) = begun(&[]).advance(Until::events(1_000), &mut ()).unwrap();
         for overrides in [
             [("space.size", "[12.0, 10.0, 15.0]")],

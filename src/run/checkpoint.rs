@@ -150,7 +150,7 @@ mod tests {
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     #[test]
-    fn a_full_disk_is_told_as_such() {
+    fn full_disk_is_reported_as_such() {
         let scene = SceneBuilder::new("full")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

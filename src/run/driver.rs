@@ -312,7 +312,7 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     #[test]
-    fn a_run_asks_whether_to_go_on_though_nothing_happens() {
+    fn run_can_be_interrupted_while_no_events_happen() {
         let mut space = Space::periodic_cube(3.0);
         space.size.x = 1e15;
         let scene = SceneBuilder::new("pipe")
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_with_overlaps_ends_as_others_do() {
+    fn run_starting_with_overlaps_ends_normally() {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
         // The run has far more rows than `MOST_QUIET_ROWS`, but only about 40 rows between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_gives_up_in_any_stage_that_nothing_happens_in() {
+    fn run_gives_up_if_any_stage_has_no_events() {
         let pass = |position: [f64; 3], velocity: f64, scene: SceneBuilder| {
             scene.particle("A", Vector::from(position), Vector::new(velocity, 0.0, 0.0))
         };

@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_proportion_is_said_and_nothing_else() {
+    fn only_disproportionate_costs_are_reported() {
         let bath = |rate: &str| format!("{{ kind = \"andersen\", temperature = 1.0, rate = {rate} }}");
         let scaling = |interval: &str| format!("{{ kind = \"rescaling\", temperature = 1.0, interval = {interval} }}");
         assert_eq!(causes(&[]), [] as [&str; 0]);
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_of_small_particles_among_large_ones_is_said() {
+    fn costly_long_interaction_range_is_reported() {
         let overrides = [
             ("fill.0.count", "32000"),
             ("fill.0.packing_fraction", "0.01"),

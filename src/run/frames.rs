@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_is_larger_than_all_are_meant_to_be_is_told() {
+    fn frame_above_the_size_limit_is_reported() {
         for (count, reason) in [(1_000, None), (100_000, Some(REASON)), (2_000_000, Some(REASON_BEYOND))] {
             let mut scene = scene(count);
             assert_eq!(FrameLimit::of(&scene).reason(), reason, "{count}");
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_all_temperatures_of_an_exchange_fit_together() {
+    fn frames_of_all_exchange_temperatures_share_the_size_limit() {
         let of = |count, temperatures| FrameLimit::of_replicas(&scene(count), temperatures);
         assert_eq!((of(1_000, 8).of_exchange(), of(1_000, 8).reason_of_exchange()), (AIM, None));
         let some = of(20_000, 16);

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_estimated_is_right_within_a_factor_of_three_and_all_else_is_not() {
+    fn estimated_event_counts_are_within_a_factor_of_three() {
         let ball = Scene::from_file("configs/bouncing_ball.toml").unwrap();
         let pendulum = Scene::from_file("configs/pendulum.toml").unwrap();
         for scene in [ball, pendulum, rain(5, 15.0)] {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_driven_or_elastic_has_a_rate_as_before() {
+    fn steady_scenes_keep_the_expected_rate_and_cooling_ones_have_none() {
         for name in ["hard_sphere_fluid", "sheared_granular_gas", "square_well_fluid"] {
             let scene = Scene::from_file(format!("configs/{name}.toml")).unwrap();
             assert_eq!(foreseen_rate(&scene).ok(), expected_rate(&scene), "{name}");
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
+    fn slow_cooling_is_not_mistaken_for_a_steady_rate() {
         // This system cools within about 10^4 units of time, and the trial covers only a small part of this time. The
         // initial rate would be twenty times too high for the whole run.
         let slow = scene(

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_on_processes_hands_out_what_it_does_on_one() {
+    fn run_output_is_the_same_on_several_processes() {
         let mut one = All::default();
         let finished = Run::new(scene()).execute(&mut one, &mut |_| ControlFlow::Continue(())).unwrap();
         let counts = [one.rows.len(), one.frames.len(), one.events.len(), one.checkpoints];
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn all_processes_end_where_the_first_one_is_told_to() {
+    fn interrupting_the_first_process_ends_all_processes() {
         for asked in [1, 7, 60] {
             let (_, ends) = run_in(2, asked);
             assert_eq!(ends[0].0, Ending::Interrupted);
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_first_process_has_no_run_none_has() {
+    fn no_process_has_a_run_if_the_first_has_none() {
         assert!(in_processes(3, |transport| Run::shared(None, &transport).is_none()).into_iter().all(|none| none));
     }
 }

@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearer_limit_decides() {
+    fn progress_follows_the_nearer_limit() {
         let limit = Limit { time: Some(10.0), events: Some(100) };
         let progress = Progress { stage: Stage::Measurement, time: 7.0, elapsed: 2.0, events: 50, limit };
         assert_eq!(progress.fraction(), 0.5);

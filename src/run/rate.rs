@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn kinetic_theory_and_a_try_are_near_the_truth() {
+    fn kinetic_theory_and_trial_rates_match_measurement() {
         let sphere = Potential::hard_sphere(1.0).unwrap();
         let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
         for (potential, packing_fraction, most) in [(&sphere, 0.05, 0.2), (&sphere, 0.45, 0.2), (&well, 0.2, 1.0)] {
@@ -135,7 +135,7 @@ mod tests {
     /// The plate below the grains oscillates a million times per unit of time, so an engine step needs very many search
     /// steps.
     #[test]
-    fn a_try_beside_a_fast_surface_is_given_up_after_its_work() {
+    fn trial_beside_a_fast_surface_stops_at_its_work_limit() {
         let scene = Scene::from_toml(
             "
             space = { size = [8.0, 8.0, 60.0], x = 'walls', y = 'walls', z = { lower = 'wall', upper = 'open', restitution = 0.7 } }
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rests_or_never_meets_has_no_rate() {
+    fn particles_at_rest_or_never_meeting_have_no_rate() {
         let pair = |velocity: f64| {
             SceneBuilder::new("pair")
                 .space(crate::model::space::Space {

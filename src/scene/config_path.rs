@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_reads_like_a_path() {
+    fn config_path_prints_keys_and_indices() {
         assert_eq!(ConfigPath::entry("mesh", 2).key("edge_1").index(0).to_string(), "mesh[2].edge_1[0]");
         assert_eq!(ConfigPath::root().to_string(), "");
     }

@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_small_and_says_where() {
+    fn scene_error_is_one_pointer_and_names_the_key() {
         assert_eq!(size_of::<SceneError>(), size_of::<usize>());
         let error = SceneError::new(ConfigPath::root().key("seed"), SceneErrorKind::value(-1, "a whole number"));
         assert_eq!(error.to_string(), "seed is -1, expected a whole number");

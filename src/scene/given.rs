@@ -196,7 +196,7 @@ until_time = 1.0
     }
 
     #[test]
-    fn a_record_has_them_in_a_file_or_in_tables() {
+    fn given_particles_are_recorded_in_a_file_or_in_tables() {
         let given = given();
         let scene = read_scene_with(BEADS, "beads.toml", &[], &given).unwrap();
         assert_eq!((scene.particles.len(), scene.space.size.x, scene.space.lower.z), (3, 5.0, -1.0));
@@ -214,7 +214,7 @@ until_time = 1.0
     }
 
     #[test]
-    fn mistakes_have_the_name_and_the_row() {
+    fn errors_in_given_particles_name_the_array_and_row() {
         let error = |given: &GivenParticles| read_scene_with(BEADS, "beads.toml", &[], given).unwrap_err();
         let mut wrong = given();
         wrong.frame.particles[1].velocity.y = f64::NAN;

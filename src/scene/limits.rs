@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_beyond_the_limits_are_told_what_these_are() {
+    fn range_errors_state_the_limits() {
         assert!(LARGEST == 1e50 && positive(1e-50, ConfigPath::root()).is_ok());
         for (result, expected) in [
             (positive(1e300, ConfigPath::root()), "is 1e300, expected a number from 1e-50 to 1e50"),
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_of_species_are_held_against_memory() {
+    fn species_tables_beyond_memory_are_rejected() {
         assert!(affordable_species(1000).is_ok());
         assert!(affordable_species(65_537).is_err() && affordable_species(usize::MAX).is_err());
     }
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn more_particles_than_the_engine_counts_are_refused_with_any_memory() {
+    fn more_particles_than_engine_maximum_are_rejected() {
         let with_any_memory = |particles| affordable_with(particles, u64::MAX, &ConfigPath::root());
         assert!(with_any_memory(MOST_PARTICLES).is_ok());
         let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();

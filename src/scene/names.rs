@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_mean_nothing_else_anywhere() {
+    fn names_with_special_meaning_are_rejected() {
         let at = ConfigPath::root().key("name");
         for good in ["A", "bead-12", "Na+", "\u{e9}t\u{e9}", "(x)".trim_start_matches('('), "2.5", &"a".repeat(64)] {
             assert!(word(good, &at).is_ok(), "{good}");

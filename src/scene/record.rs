@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_record_makes_the_same_scene_elsewhere() {
+    fn recorded_scene_rebuilds_identically() {
         let overrides = [("seed", "5"), ("species.sphere.diameter", "1.25")];
         let path = "configs/hard_sphere_fluid.toml";
         let mut scene = Scene::from_file_with(path, &overrides).unwrap();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_found_from_elsewhere() {
+    fn recorded_scene_finds_its_files_from_another_folder() {
         let directory = tempfile::tempdir().unwrap();
         let scene = directory.path().join("scene.toml");
         let text = "[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n\

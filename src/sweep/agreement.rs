@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn deviations_are_from_what_is_expected_at_the_size_of_the_runs() {
+    fn deviations_use_published_values_at_the_run_size() {
         let z = MeasuredQuantity { name: "z".to_owned(), title: "z".to_owned(), unit: "1".to_owned() };
         let groups = vec![
             group(5.0, 0.5, &[("A", 6.0, -0.5), ("B", 4.0, 0.0)]),

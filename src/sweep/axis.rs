@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_and_ranges_have_the_values_that_people_would_write() {
+    fn lists_and_ranges_expand_to_round_values() {
         assert_eq!(values("0.1, 0.2,0.5"), ["0.1", "0.2", "0.5"]);
         assert_eq!(values("1..4"), ["1", "2", "3", "4"]);
         assert_eq!(values("-2..0, 7"), ["-2", "-1", "0", "7"]);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_change_together_have_as_many_values() {
+    fn keys_varied_together_need_equally_many_values() {
         let axis: Axis = "a=1..2; b.0.c=x,y".parse().unwrap();
         assert_eq!(axis.keys(), ["a", "b.0.c"]);
         let settings: Vec<(String, String)> = axis.settings(1).collect();
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_axis_is_refused() {
+    fn invalid_axes_are_rejected() {
         let kinds = [
             ("seed", AxisError::Form("seed".into())),
             ("=1", AxisError::Form("=1".into())),
@@ -292,7 +292,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_text_is_too_strange(text in "\\PC{0,60}") {
+        fn arbitrary_text_does_not_panic(text in "\\PC{0,60}") {
             let _ = text.parse::<Axis>();
         }
 

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn both_kinds_are_unpacked_also_in_several_parts_and_all_else_is_as_it_is() {
+    fn gzip_zstandard_multipart_and_plain_files_are_read() {
         let text = text();
         let (one, other) = text.split_at(70_001);
         for pack in [gzip as fn(&[u8]) -> Vec<u8>, zstandard] {
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cut_off_or_damaged_is_an_error() {
+    fn truncated_or_damaged_compressed_files_are_rejected() {
         let text = text();
         for (pack, has_checksum) in [(gzip as fn(&[u8]) -> Vec<u8>, true), (zstandard, false)] {
             let packed = pack(&text);

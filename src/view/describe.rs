@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn stages_and_thermostats_say_what_they_do() {
+    fn stage_description_names_growth_and_thermostat() {
         let growth = Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(1000.0) };
         let bath = Thermostat::Andersen { temperature: 1.5, rate: 0.25, axes: [true, false, true] };
         let mut plan = StagePlan {

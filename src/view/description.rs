@@ -298,7 +298,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_time_that_is_not_known_is_not_told() {
+    fn unknown_wall_time_is_omitted() {
         let of = |seconds| told(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
         assert_eq!(of(90.4), "large cells: about 90 seconds of wall time");
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_never_come_are_told_and_those_that_come_once_are_not() {
+    fn intervals_longer_than_their_stage_give_a_warning() {
         let bath = "thermostat = { kind = \"andersen\", temperature = 1.0, rate = 1.0 }";
         let run = format!(
             "run = {{ {bath}, barostat = {{ pressure = 2.0, interval = 0.5 }}, equilibration_time = 19.9, until_time = 0.4 }}"

@@ -234,7 +234,7 @@ mod tests {
     use crate::analysis::instruments::Number;
 
     #[test]
-    fn all_that_was_asked_for_has_a_line_also_where_the_run_was_too_short() {
+    fn every_requested_quantity_has_a_line_even_without_data() {
         let number = |title: &str, mean: Option<f64>| {
             let estimate = mean.map(|mean| Estimate { mean, standard_error: Some(0.25) });
             Number::estimated("x", title, "length^2 / time", estimate, "")

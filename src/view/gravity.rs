@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gravity_is_that_of_the_scene() {
+    fn gravity_is_read_from_the_scene_beside_the_trajectory() {
         let folder = tempfile::tempdir().unwrap();
         let trajectory = folder.path().join("trajectory.xyz");
         assert_eq!(gravity_beside(&trajectory), None);

@@ -50,7 +50,7 @@ mod tests {
     use crate::model::space::Space;
 
     #[test]
-    fn samples_see_all_times_since_a_scaling_as_often() {
+    fn sampling_is_uniform_in_time_since_rescaling() {
         for interval in [5.0, 50.0, 0.25, 3.0, 7.1, 1e-3, 5.001, 4.999] {
             let found = incommensurate(interval, Some(5.0));
             assert!((0.6..1.6).contains(&(found / interval)), "{interval} {found}");
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_given_interval_is_not_shorter_than_a_run_can_bear() {
+    fn too_short_interval_is_lengthened() {
         let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1);
         let times = |start: f64| {
             let sample = Sample { time: start, positions: &[], velocities: &[], images: &[], displacement: 0.0 };

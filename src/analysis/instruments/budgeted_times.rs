@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn dear_samples_are_fewer() {
+    fn expensive_samples_are_taken_less_often() {
         assert_eq!(times(0.0, 100.0, None, 1.0).next(), 0.5);
         // The budget is 5e8 operations, plus 200 for each of 1000 particles and 100 flights: 5.2e8 in all.
         assert_eq!(times(0.0, 100.0, None, 5.2e6).next(), 1.0);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_of_its_own_choice_doubles() {
+    fn automatic_interval_doubles() {
         let mut times = times(0.0, 1.0, None, 1.0);
         let mut count = 0;
         while times.next() < 1000.0 {

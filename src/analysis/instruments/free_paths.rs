@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_on_from_a_record_bit_by_bit() {
+    fn restored_free_paths_continue_bitwise() {
         let (system, mut simulation) = hard_spheres(108, 0.3);
         let mut both = Recorded::new(free_paths(&simulation, &system));
         for _ in 0..4 {

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_are_those_of_a_search_over_all_images() {
+    fn near_pairs_match_brute_force_over_images() {
         let (periodic, flat, walls) = (Boundary::Periodic, Boundary::Flat, Boundary::walls(1.0));
         for (boundary, size, displacement) in [
             ([periodic; 3], [6.0, 7.0, 5.0], 0.0),
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_pairs_is_refused() {
+    fn invalid_pair_distances_are_rejected() {
         let space = space([Boundary::Periodic, Boundary::walls(1.0), Boundary::Periodic], [6.0, 2.0, 5.0]);
         let positions = points(10, &space);
         let sample = sample(&positions, 0.0);

@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_trace_is_the_pressure_of_the_observer() {
+    fn trace_of_pressure_tensor_equals_observed_pressure() {
         let (system, mut simulation) = hard_spheres(108, 0.3);
         equilibrate(&mut simulation, 20);
         let mut observer = Observer::new(simulation.scene());
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_on_from_a_record_bit_by_bit() {
+    fn restored_pressure_tensor_continues_bitwise() {
         let (system, mut simulation) = hard_spheres(32, 0.2);
         let mut both = Recorded::new(tensor(&simulation, &system, 1.0));
         measure(&mut simulation, &system, &mut both, 0.1);
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_box_has_no_pressure_and_a_falling_particle_the_mean_of_its_samples() {
+    fn open_box_has_no_pressure_and_falling_particle_a_sampled_mean() {
         let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
         let scene = |space| {
             SceneBuilder::new("fall").space(space).species("A", 1.0, 1.0).gravity(Vector::new(0.0, 0.0, -1.0)).particle(
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn few_unlike_particles_in_a_slit_have_the_kinetic_pressure_of_their_temperature() {
+    fn two_unlike_particles_in_a_slit_have_exact_kinetic_pressure() {
         // Along the slit, A moves at 5 and B at -1/2 relative to the centre of mass. With the reduced mass
         // 10/11 and the relative speed 11/2, the temperature of the one free velocity component is T = 10/11
         // (11/2)^2.

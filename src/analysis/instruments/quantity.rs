@@ -294,7 +294,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_user_reports_has_free_names_and_even_columns() {
+    fn user_results_get_unique_names_and_equal_columns() {
         let estimate = |mean: f64| Some(Estimate { mean, standard_error: Some(0.5) });
         let number = |name: &str, mean: f64| Number::estimated(name, "", "1", estimate(mean), "");
         let mut measured = Measured { numbers: vec![number("pressure", 1.0)], curves: vec![Curve::new("g", "", "")] };

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_drifts_comes_before_what_is_not_known() {
+    fn drift_outranks_unknown_stationarity() {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
         let conditions = Conditions { events_per_particle: 10.0, ..STEADY };
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_loses_energy_or_has_hardly_begun_is_never_in_equilibrium() {
+    fn cooling_or_very_short_runs_are_never_in_equilibrium() {
         let begun = Conditions { events_per_particle: 0.25, ..STEADY };
         let cooling = Conditions { has_steady_state: false, ..STEADY };
         let all = [("temperature", Stationarity::Stationary)];
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_constant_is_settled_and_what_is_not_known_is_not() {
+    fn constant_series_are_settled_and_unknown_ones_are_not() {
         let of = |all: &[Stationarity]| is_settled(&all.iter().map(|it| ("temperature", *it)).collect::<Vec<_>>());
         let (stationary, constant) = (Stationarity::Stationary, Stationarity::Constant);
         assert!(of(&[]) && of(&[constant]) && of(&[constant, stationary]));

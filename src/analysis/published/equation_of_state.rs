@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn disks_and_rods_have_theirs() {
+    fn hard_disk_and_rod_pressures_match_published_values() {
         for (eta, z) in [(0.3, 2.06369), (0.5, 4.10516), (0.6, 6.45196)] {
             assert_near(hard_disks(eta), z, 5);
         }

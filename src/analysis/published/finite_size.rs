@@ -41,7 +41,7 @@ mod tests {
     use crate::analysis::published;
 
     #[test]
-    fn a_dilute_gas_lacks_one_partner_of_n() {
+    fn dilute_gas_has_one_part_in_n_fewer_contacts() {
         // The dilute limit has a relative error of the order of the packing fraction.
         let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
         assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");

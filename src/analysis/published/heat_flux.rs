@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn far_apart_it_is_fouriers_law_and_near_it_is_what_the_jumps_leave() {
+    fn heat_flux_has_the_fourier_and_temperature_jump_limits() {
         // For a dilute gas, lambda = lambda_0 sqrt(T) integrates to 2/3 lambda_0 T^(3/2).
         let lambda = HardSphereFluid { temperature: 1.0, ..HardSphereFluid::reduced(1e-9) }.thermal_conductivity();
         let far = plates(1e-6, 1e9, [2.0, 1.0]).heat_flux();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn it_scales_as_its_units_do_and_turns_with_the_temperatures() {
+    fn heat_flux_scales_with_units_and_reverses_with_temperatures() {
         let hot_below = plates(0.03, 60.0, [2.0, 1.0]);
         let flux = hot_below.heat_flux();
         assert!((plates(0.03, 60.0, [1.0, 2.0]).heat_flux() / flux + 1.0).abs() < 1e-12);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn its_conductivity_and_its_jump_are_those_of_the_same_theory() {
+    fn heat_conductivity_agrees_with_the_temperature_jump_theory() {
         // Sone and others give the conductivity as `5 sqrt(pi) / 4 gamma_2` with `gamma_2 = 1.922284`, in units
         // of `p l / sqrt(2 T / m)` with `k_B = 1`.
         let gas = HardSphereFluid::reduced(1e-9);

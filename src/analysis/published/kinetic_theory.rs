@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn quantities_have_their_dimensions() {
+    fn transport_coefficients_scale_with_units() {
         let reduced = HardSphereFluid::reduced(0.3);
         // The unit of length is 2, of mass 12 and of energy 3. The unit of time is then `2 sqrt(12 / 3) = 4`.
         let scaled = HardSphereFluid { diameter: 2.0, mass: 12.0, temperature: 3.0, ..reduced };
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn disks_and_rods_collide_at_the_rate_of_their_pressure() {
+    fn collision_rates_of_disks_and_rods_agree_with_the_virial() {
         // Virial theorem: Z - 1 = sqrt(pi) sigma G / (2 D) / sqrt(T / m) for D axes.
         for (rate, z, axes) in [
             (collision_rate_of_disks(0.5, 2.0, 3.0, 5.0), hard_disks(0.5), 2.0),
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn diffusion_in_a_periodic_cube_is_slower_by_the_flow_that_outlives_it() {
+    fn finite_size_correction_of_diffusion_matches_hand_calculation() {
         // Without diffusion the factor `nu / (nu + D)` is 1, so the result is 2.837297 / (6 pi).
         assert!((finite_size_of_diffusion(1.0, 1.0, 1.0, 0.0, 1.0) - 0.150_524).abs() < 1e-6);
         // By hand for `T = 3`, `eta = 2`, `rho = 0.5`, `D = 6` and `L = 4`: `nu = 4`, and the result is
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_of_few_free_paths_has_no_hydrodynamics() {
+    fn finite_size_correction_needs_enough_free_paths_in_the_box() {
         // At a packing fraction of 0.1 the mean free path is 0.9037. A cube whose `L / 2 pi` has this length
         // holds `0.19099 (2 pi 0.9037)^3 = 34.97` spheres.
         let gas = HardSphereFluid::reduced(0.1);

@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_density_is_the_slope_of_its_integral_and_has_the_moments_of_normal_components() {
+    fn maxwell_speed_density_has_exact_integral_and_moments() {
         for dimensions in 1..=3 {
             for variance in [0.3, 1.0, 7.0_f64] {
                 let step = 1e-4 * variance.sqrt();

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_square_lets_through_more_than_its_circle_by_its_area() {
+    fn square_outlet_flow_exceeds_circular_by_area_ratio() {
         let round = beverloo(1.1, 9.81, Outlet::Round(5.0), 0.5);
         // By hand: 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is the diameter of the opening minus 1.4
         // diameters of a grain.

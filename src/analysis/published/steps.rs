@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_without_depth_reflects_nobody() {
+    fn step_without_height_reflects_no_pairs() {
         assert_eq!(bounces_per_release(0.0, 1.0), 0.0);
         assert!((bounces_per_release(2.0, 1.0) - 6.389_056_098_930_65).abs() < 1e-14);
     }

@@ -100,7 +100,7 @@ fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn histograms_are_mbar_over_all_samples() {
+fn histogram_reweighting_equals_mbar() {
     // Four levels whose energies have round-off errors, and continuous energies.
     let mut random = Random::new(9, Purpose::Placement, 0);
     let rounded = sampled(1, 200, 0.0).into_iter().map(|row| row.iter().map(|e| e * (1.0 + 1e-15)).collect());
@@ -116,7 +116,7 @@ fn histograms_are_mbar_over_all_samples() {
 }
 
 #[test]
-fn many_energies_become_bins_of_which_the_moments_are_known() {
+fn binned_energies_keep_their_moments() {
     // Six harmonic coordinates: <U> = 3 T, and the variance is 3 T^2.
     let mut random = Random::new(2, Purpose::Placement, 0);
     let mut harmonic = |t: &f64| t * (0..3).map(|_| random.exponential()).sum::<f64>();
@@ -136,7 +136,7 @@ fn many_energies_become_bins_of_which_the_moments_are_known() {
 }
 
 #[test]
-fn errors_are_those_of_the_scatter_over_seeds() {
+fn bootstrap_errors_match_the_scatter_over_seeds() {
     let temperatures = [0.37, 0.5, 0.63, 1.0];
     let expected: Vec<f64> = temperatures.iter().flat_map(|t| [exact(*t)[0], exact(*t)[1]]).collect();
     // The rows are uncorrelated, correlated over a few rows, or so strongly correlated that there are few
@@ -175,7 +175,7 @@ fn errors_repeat_and_follow_from_the_seed() {
 }
 
 #[test]
-fn temperatures_without_overlap_and_short_series_have_no_curves_or_no_errors() {
+fn missing_overlap_gives_no_curves_and_short_series_no_errors() {
     let rows: Vec<Vec<f64>> = (0..100).map(|k| vec![-50.0 + f64::from(k % 2), f64::from(k % 3)]).collect();
     assert!(Reweighting::new(&histograms(&[0.1, 5.0], &rows), 1).is_none());
     assert!(

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn means_have_the_errors_of_independent_values_in_bounded_memory() {
+    fn curve_errors_of_independent_values_are_correct() {
         let curve = measured(1, 20_000);
         let error = curve.standard_errors()[0].unwrap();
         let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn combinations_know_correlations() {
+    fn combined_elements_include_correlations() {
         let curve = measured(2, 5_000);
         let one = curve.combination(&[(0, 1.0), (1, 1.0)]).unwrap();
         assert!((one.mean - 1.0).abs() < 1e-12 && one.standard_error.unwrap() < 1e-12, "x and 1 - x: {one:?}");
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn it_goes_on_from_a_record_bit_by_bit() {
+    fn curve_average_survives_serialization() {
         let curve = measured(3, 1_000);
         let record = serde_json::to_string(&curve).unwrap();
         assert_eq!(serde_json::from_str::<CurveAverage>(&record).unwrap(), curve);

@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn stationary_series_whose_slow_motion_noise_hides_are_seldom_called_drifting() {
+    fn noisy_slow_stationary_series_rarely_count_as_drifting() {
         for (rho, n, noise, most) in
             [(0.98, 300, 6.0, 15), (0.98, 400, 12.0, 13), (0.95, 300, 4.0, 9), (0.95, 600, 4.0, 4)]
         {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_far_from_where_it_ends_is_drifting() {
+    fn relaxing_or_rising_series_is_drifting() {
         // One series starts ten standard deviations off and relaxes during a fifth of its length. The other drifts
         // slowly by three standard deviations.
         let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_is_unknown() {
+    fn nonfinite_series_is_unknown() {
         for odd in [f64::NAN, f64::INFINITY] {
             let mut series = correlated(0.0, 100, 1);
             assert_eq!(stationarity(&series), Stationarity::Stationary);

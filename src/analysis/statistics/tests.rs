@@ -33,7 +33,7 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
 }
 
 #[test]
-fn what_cancels_between_neighbours_does_not_count() {
+fn anticorrelated_noise_reduces_the_error() {
     // The series is x_k = e_(k+1) - 0.6 e_k with white noise e, so the error of its mean is 0.4 times the error of the
     // mean of e. Independent values with the variance of x would have 1.17 times the error of the mean of e.
     let (n, count) = (200, 60);
@@ -49,7 +49,7 @@ fn what_cancels_between_neighbours_does_not_count() {
 }
 
 #[test]
-fn differences_of_what_lasts_for_several_values_do_not_count() {
+fn bounded_quantity_adds_no_error_to_its_rate() {
     // Each series consists of the changes of a quantity and a tenth of white noise. The quantity relaxes, like the
     // momentum between two walls, or oscillates, like the virial of a crystal. The error of the mean comes only from
     // the noise and from the values of the quantity at both ends, divided by n.
@@ -109,7 +109,7 @@ pub fn fits() -> u64 {
 }
 
 #[test]
-fn a_mean_alone_costs_no_fit() {
+fn mean_without_error_needs_no_spectral_fit() {
     let mut average = BlockAverage::new(1.0);
     assert_eq!(average.mean(), None);
     correlated(0.5, 100, 1).iter().for_each(|&x| average.add(x, 1.0));
@@ -166,7 +166,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
 }
 
 #[test]
-fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
+fn true_mean_is_within_two_errors_in_95_percent() {
     let is_near = |seed: &u64| {
         let mut average = BlockAverage::new(1.0);
         correlated(0.8, 4000, *seed).iter().for_each(|&x| average.add(x, 1.0));
@@ -199,7 +199,7 @@ fn errors_of_short_series_are_not_too_small() {
 }
 
 #[test]
-fn what_only_rises_has_no_error() {
+fn monotonic_series_has_no_error() {
     let rising: Vec<f64> = (0..200).map(f64::from).collect();
     assert_eq!(standard_error(&rising), None);
     // The series consists of two constant halves, so at most two values are independent.
@@ -208,7 +208,7 @@ fn what_only_rises_has_no_error() {
 }
 
 #[test]
-fn the_mean_of_values_that_alternate_is_known() {
+fn alternating_series_has_a_small_error() {
     let alternating: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { -1.0 } else { 1.0 }).collect();
     assert!(standard_error(&alternating).unwrap() < 1e-3);
 }
@@ -250,7 +250,7 @@ fn longer_and_cut_off_intervals_count_by_their_time() {
 }
 
 #[test]
-fn too_little_is_none_and_never_nan() {
+fn too_few_values_give_none_and_never_nan() {
     let mut average = BlockAverage::new(1.0);
     assert_eq!(average.estimate(), None);
     average.add(f64::NAN, 1.0);
@@ -263,7 +263,7 @@ fn too_little_is_none_and_never_nan() {
 }
 
 #[test]
-fn what_has_happened_in_the_last_bin_only_has_no_error() {
+fn change_only_in_the_last_bin_gives_no_error() {
     // After `MOST_BINS` values, bins have a weight of 2. The value added last is in an incomplete bin.
     let series = |last: f64| {
         let mut average = BlockAverage::new(1.0);
@@ -300,7 +300,7 @@ fn a_first_value_that_is_longer_than_all_others_does_not_hide_them() {
 }
 
 #[test]
-fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
+fn error_of_a_bounded_rate_comes_from_its_end_values() {
     for rho in [0.0, 0.8, 0.9] {
         let (n, count) = (400, 200);
         let squares = |seed: u64| {

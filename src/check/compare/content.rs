@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_depends_on_the_clock_may_differ() {
+    fn only_clock_dependent_fields_may_differ() {
         let summary =
             |seconds: &str, mean: &str| format!("{{\n  \"mean\": {mean},\n  \"wall_seconds\": {seconds}\n}}\n");
         assert_eq!(lines("summary.json", &summary("1.5", "2.5"), &summary("1.25", "2.5")), None);

@@ -220,7 +220,7 @@ impl Judge<'_> {
 }
 
 #[test]
-fn every_event_of_the_engine_follows_from_the_rules_and_the_response_of_the_reference() {
+fn every_engine_event_matches_the_reference() {
     let counts = RefCell::new(BTreeMap::new());
     let run = |recipe: Recipe| {
         let scene = recipe.scene();

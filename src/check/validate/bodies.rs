@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_interrupted_is_not_compared() {
+    fn interrupted_measurement_is_not_compared() {
         let interrupted = pendulum(0.0, Effort::Brief, 1, &mut || ControlFlow::Break(()));
         assert!(matches!(interrupted, Err(StatePointError::Interrupted)), "{interrupted:?}");
     }

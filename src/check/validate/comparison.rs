@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_random_may_only_be_off_by_its_allowance() {
+    fn exact_value_may_differ_only_by_its_allowance() {
         let exact = Comparison::exact("t", Some(1.5), 1.0, SOURCE);
         assert_eq!((exact.verdict(), exact.deviation()), (Verdict::Fail, None));
         assert_eq!(exact.allow(0.5, "why").verdict(), Verdict::Pass);
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_does_not_pass() {
+    fn unknown_value_or_error_does_not_pass() {
         assert_eq!(comparison(10.0, None).verdict(), Verdict::Unresolved);
         assert_eq!(comparison(10.0, Some(0.51)).verdict(), Verdict::Unresolved);
         assert_eq!(comparison(10.0, Some(f64::NAN)).verdict(), Verdict::Unresolved);

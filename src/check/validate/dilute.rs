@@ -64,7 +64,7 @@ mod tests {
     use crate::check::validate::Verdict;
 
     #[test]
-    fn a_pressure_of_the_series_passes_and_one_of_other_wells_does_not() {
+    fn virial_series_pressure_passes_and_that_of_another_depth_fails() {
         let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
         let z = |depth: f64| {
             let second = second_virial_of_square_well(WELL_RATIO, depth, 2.0);

@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_diffusion_coefficient_is_that_of_the_fit_at_its_size_and_larger_beyond() {
+    fn diffusion_matches_the_fit_at_its_size_and_grows_with_the_box() {
         for packing_fraction in [*DIFFUSING.start(), 0.3, *DIFFUSING.end()] {
             let fit = HardSphereFluid::reduced(packing_fraction).simulated_diffusion_coefficient();
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_square_of_the_width_is_taken_out() {
+    fn quadratic_step_width_error_is_extrapolated() {
         let estimate = |mean| Some(Estimate { mean, standard_error: Some(3e-3) });
         let compared = finest("energy", estimate(-2.0 + 0.04), estimate(-2.0 + 0.01), -2.0);
         assert!((compared.measured.unwrap() + 2.0).abs() < 1e-15);

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mean_knows_its_error() {
+    fn mean_has_its_standard_error() {
         let estimate = mean(&[1.0, 2.0, 3.0, 4.0]).unwrap();
         assert_eq!(estimate.mean, 2.5);
         assert!((estimate.standard_error.unwrap() - (5.0_f64 / 12.0).sqrt()).abs() < 1e-15);

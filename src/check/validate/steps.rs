@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_that_obey_the_law_have_no_error_but_the_curvature() {
+    fn blocks_obeying_the_law_have_small_errors() {
         let compared = law(&lawful(), 3000.0);
         // The errors do not include the linear dependence of the law on temperature. Its curvature, about (2e-3)^2, and
         // the products of deviations remain.
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bounce_too_many_in_a_hundred_fails() {
+    fn one_percent_too_many_bounces_or_captures_fails() {
         let mut blocks = lawful();
         blocks.iter_mut().for_each(|block| block.bounces *= 1.01);
         assert_eq!(law(&blocks, 3000.0)[0].verdict(), super::super::Verdict::Fail);

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_falls_to_the_floor() {
+    fn ball_reaches_the_floor_at_the_exact_time() {
         let ball = falling(0.5, 0.0);
         assert_eq!(ball.next_event(f64::INFINITY), Some(2.0));
         assert_eq!((ball.gap(1.0), ball.gap(2.0), ball.closing(2.0)), (0.5, 0.0, 1.0));

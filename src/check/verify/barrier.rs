@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_soon_after_another_is_elastic_and_close_to_the_contact_time_either() {
+    fn contact_within_contact_time_is_elastic_and_borderline_allows_both() {
         let mut memory = ContactMemory::new(0.5, 2, None);
         let fast = arrival(0.25, 2.0, 0.0, 0.0);
         assert_eq!(speeds(&memory, &fast, 1.0), [0.5]);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_leaves_the_speed_to_stay_away_and_slides_without_any() {
+    fn slow_contact_keeps_a_least_speed_and_slides_if_it_has_none() {
         let memory = ContactMemory::new(0.5, 2, None);
         assert_eq!(speeds(&memory, &arrival(0.0, 2.0, 0.0, 1.0), 1.0), [0.25]);
         assert_eq!(speeds(&memory, &arrival(0.0, 0.125, 0.0, 1.0), 1.0), [0.125]);

@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_is_passed_by_what_leaves_it_or_turns_above_it() {
+    fn plane_is_missed_by_receding_or_turning_flights() {
         for (height, velocity, gravity, expected) in [
             (1.0, 0.0, 0.0, true),
             (1.0, -1e-9, 0.0, false),

@@ -213,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_flight_leaves_for_good() {
+    fn last_time_within_an_interval_is_exact() {
         assert_eq!(last_within(0.0, 2.0, 0.0, 1.0), 0.5);
         assert_eq!(last_within(-5.0, 2.0, 0.0, 1.0), 3.0);
         assert_eq!(last_within(5.0, 2.0, 0.0, 1.0), 0.0);

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_flight_takes_its_time() {
+    fn flight_duration_is_exact() {
         assert_eq!(duration(2.0, 0.0, 3.0), 1.5);
         assert_eq!(duration(0.0, 2.0, 4.0), 2.0);
         assert_eq!(duration(1.0, 2.0, 6.0), 2.0);

@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_that_ends_by_what_it_measures_goes_on_unless_surfaces_change_after_it() {
+    fn stage_of_measured_length_must_not_precede_surface_changes() {
         let open = |gate: &[&str]| of(&[("a", false), ("b", true)], gate);
         let expected = [("b", Limit::default()), ("a", Limit::events(7))];
         for gate in [&[][..], &["a"], &["b", MEASUREMENT]] {
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn gravity_does_not_turn_after_a_stage_that_ends_by_what_it_measures() {
+    fn stage_of_measured_length_must_not_precede_gravity_changes() {
         let found = |open: Option<Vector>, later: Option<Vector>| {
             let measured = Some(Equilibration { until_stationary: true, ..Equilibration::default() });
             let first = StagePlan { name: "a".to_owned(), gravity: open, measured, ..StagePlan::default() };

@@ -190,7 +190,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
 }
 
 #[test]
-fn a_contact_that_is_passed_over_is_found() {
+fn audit_finds_dropped_contacts() {
     let wanted = std::env::var("CAROM_DROPS").map_or(20, |text| text.parse().unwrap());
     let (mut judged, mut within, mut disturbed) = (0, 0, [0, 0]);
     let mut left_out = BTreeMap::<&str, u32>::new();

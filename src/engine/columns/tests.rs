@@ -144,7 +144,7 @@ pub(in crate::engine) fn mixture() -> SceneBuilder {
 }
 
 #[test]
-fn neither_order_in_memory_nor_buckets_nor_copying_decide_a_bit() {
+fn results_do_not_depend_on_memory_order_buckets_or_copying() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     is_the_same_in_any_order::<false, false>("cells", &spheres(hard(), 0.1, 256).build().unwrap());
     is_the_same_in_any_order::<false, false>("lists", &spheres(hard(), 0.45, 256).build().unwrap());

@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_line_has_a_squared_length_next_to_a_power_of_two() {
+    fn scaled_squared_length_is_never_near_a_power_of_two() {
         for diameter in [1.0, 4.0 / 3.0, 2.0 / 3.0, 8.0 / 3.0, 0.7, 1e-3, 1e9, 1.5, std::f64::consts::SQRT_2] {
             let contact: f64 = diameter * diameter;
             for ulps in -40..=40_i64 {

@@ -297,7 +297,7 @@ mod tests {
     use crate::model::potential::Potential;
 
     #[test]
-    fn each_place_has_one_owner_that_holds_it() {
+    fn each_position_has_one_owner_whose_halo_holds_it() {
         let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.3, 32_000).build().unwrap();
         let engine = Engine::<false, false>::new(&scene);
         for (domains, axes) in [(1, 0), (2, 1), (8, 2), (13, 1)] {
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_blocks_are_all_that_there_are() {
+    fn factors_lists_all_block_grids() {
         assert_eq!(factors(4).len(), 6);
         assert_eq!(factors(64).len(), 28);
         assert!(factors(12).iter().all(|[x, y, z]| x * y * z == 12));

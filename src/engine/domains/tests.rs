@@ -90,7 +90,7 @@ fn compare_with<const FALLING: bool, const TABLE: bool>(
 }
 
 #[test]
-fn processes_have_the_bits_of_one_engine_each() {
+fn multiple_processes_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let dense = spheres(hard(), 0.45, 4_000).build().unwrap();
     let one = advance::<false, false>(&dense, Until::events(40_000), None);
@@ -127,7 +127,7 @@ const WIDE: Halo = HALO;
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 
 #[test]
-fn domains_have_the_bits_of_one_engine() {
+fn domains_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 4_000).build().unwrap(), spheres(hard(), 0.45, 4_000).build().unwrap());
     let events = Until::events(40_000);
@@ -179,7 +179,7 @@ fn bathed(builder: SceneBuilder, rate: f64) -> Scene {
 }
 
 #[test]
-fn domains_in_a_heat_bath_and_of_long_bonds_have_the_bits_of_one_engine() {
+fn domains_with_heat_bath_or_long_bonds_match_one_engine_bitwise() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     for (halo, counts) in [(WIDE, [1, 2, 3, 8]), (THIN, [1, 2, 5, 13])] {
         let halo = (&counts[..], halo);
@@ -209,7 +209,7 @@ fn advance_to<const FALLING: bool, const TABLE: bool>(
 }
 
 #[test]
-fn a_cold_start_that_a_bath_warms_has_the_bits_of_one_engine() {
+fn domains_match_one_engine_bitwise_after_a_cold_start() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let cold =
@@ -239,7 +239,7 @@ fn compare_cold<const FALLING: bool, const TABLE: bool>(scene: &Scene) {
 }
 
 #[test]
-fn an_observer_ends_a_run_at_any_event_also_of_a_heat_bath() {
+fn observer_can_stop_domains_at_any_event() {
     let scene = bathed(mixture(), 2.0);
     let (mut one, mut whole) = (begun::<false, true>(&scene), begun::<false, true>(&scene));
     let mut domains = Domains::with(Team::new(3, 2, None), WIDE);
@@ -266,7 +266,7 @@ fn an_observer_ends_a_run_at_any_event_also_of_a_heat_bath() {
 }
 
 #[test]
-fn windows_that_are_wrong_are_undone() {
+fn wrong_windows_are_rolled_back() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 4_000).build().unwrap(), spheres(hard(), 0.45, 4_000).build().unwrap());
     let events = Until::events(20_000);
@@ -356,7 +356,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 }
 
 #[test]
-fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_owners_have() {
+fn domains_match_one_engine_and_copies_match_owners_at_each_barrier() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
     // At this density, a partner that has changed course is far away at the time of the contact that was predicted with
@@ -384,7 +384,7 @@ fn at_each_barrier_all_state_is_that_of_one_engine_and_copies_are_what_their_own
 }
 
 #[test]
-fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_been_read() {
+fn copy_with_unmatched_steps_is_resent_and_may_count_as_difference() {
     let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
     let mut engine = Engine::<false, false>::new(&scene);
     let mut domains = Domains::with(Team::new(2, 1, None), WIDE);
@@ -401,7 +401,7 @@ fn a_copy_that_has_steps_alone_is_sent_anew_and_is_a_difference_if_it_can_have_b
 }
 
 #[test]
-fn the_last_events_are_done_at_once_however_few_steps_are_asked_for() {
+fn last_events_run_at_once_for_any_step_limit() {
     let scene = spheres(Potential::hard_sphere(1.0).unwrap(), 0.45, 4_000).build().unwrap();
     let until = Until::events(40_000);
     let mut one = begun::<false, false>(&scene);

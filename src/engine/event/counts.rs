@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_species_count_as_few_do() {
+    fn event_counts_are_equal_for_few_and_many_species() {
         let (mut few, mut many) = (EventCountsBySpecies::new(3), EventCountsBySpecies::new(MOST_LISTED + 1));
         for counts in [&mut few, &mut many] {
             counts.note_pair(2, 0, CountedKind::Core);

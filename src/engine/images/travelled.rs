@@ -106,7 +106,7 @@ mod tests {
     use crate::engine::columns::{Column, Order};
 
     #[test]
-    fn images_go_on_where_a_byte_ends() {
+    fn image_counts_extend_beyond_one_byte() {
         let mut images = Travelled::new(3);
         for _ in 0..127 {
             images.add(1, 0, 1);

@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn successors_are_followed_to_the_last() {
+    fn linked_lists_are_followed_to_their_end() {
         // The particles of the first cell are 5, 2 and 0, of the second cell 3, and of the third cell 1 and 4.
         let next = [NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2];
         let mut near = Candidates::default();

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_the_pairs_that_all_pairs_contain() {
+    fn cell_list_finds_the_same_pairs_as_brute_force() {
         let flat = Boundary::Flat;
         let (whole, plane) = ([Boundary::Periodic; 3], [Boundary::Periodic, Boundary::Periodic, flat]);
         let (box_of_three, sheet) = (Vector::new(10.0, 7.0, 3.0), Vector::new(12.0, 9.0, 0.0));
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_far_away_are_no_trouble() {
+    fn empty_and_distant_points_are_handled() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
         CellList::new(&space, 0.0, 1.0, std::iter::empty()).for_each_pair(|_, _, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_point_is_that_of_a_search_over_all() {
+    fn nearest_point_matches_brute_force() {
         for displacement in [0.0, 1.7] {
             let space =
                 Space { lower: Vector::zeros(), size: Vector::new(9.0, 5.0, 7.0), boundary: [Boundary::Periodic; 3] };

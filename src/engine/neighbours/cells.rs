@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn every_particle_within_range_is_near_and_met_once() {
+    fn neighbour_cells_hold_every_particle_in_range_once() {
         for n in 1..6 {
             let (mut space, positions) = lattice(n);
             for boundary in [Boundary::Periodic, Boundary::OPEN] {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_new_after_a_transition_completes_what_was_near() {
+    fn candidates_after_a_transition_cover_the_new_cell() {
         for n in 1..6 {
             let (mut space, positions) = lattice(n);
             for boundary in [Boundary::Periodic, Boundary::OPEN] {

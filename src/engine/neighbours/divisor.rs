@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_multiplication_divides() {
+    fn divisor_matches_integer_division() {
         for by in [1, 2, 3, 5, 7, 64, 641, 65_535, 65_536, 65_537, u32::MAX - 1, u32::MAX] {
             for x in [0, 1, 2, by - 1, by, by.saturating_add(1), by.wrapping_mul(3), 1 << 31, u32::MAX - 1, u32::MAX] {
                 assert_eq!(Divisor::new(by).divide(x), [x / by, x % by], "{x} / {by}");

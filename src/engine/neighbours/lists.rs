@@ -286,7 +286,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn a_long_list_gives_room_back() {
+    fn shrinking_list_releases_memory() {
         let mut lists = Lists::new(2);
         (10..1010).for_each(|other| lists.add(0, other));
         lists.set(1, &(10..200).collect::<Vec<_>>());
@@ -302,7 +302,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn lists_are_sets_filled_up_with_their_owner(
+        fn lists_are_sets_padded_with_their_owner(
             steps in prop::collection::vec((0..4_u32, 4..40_u32, prop::bool::weighted(0.7)), 1..400),
         ) {
             let mut lists = Lists::new(4);
@@ -328,7 +328,7 @@ mod tests {
         }
 
         #[test]
-        fn a_renewed_list_changes_those_of_the_others(
+        fn rebuilding_a_list_updates_its_neighbours_lists(
             steps in prop::collection::vec((0..12_u32, prop::collection::btree_set(0..14_u32, 0..14)), 1..60),
         ) {
             // Particles 12 and 13 have no lists.

@@ -77,7 +77,7 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     #[test]
-    fn a_step_costs_that_of_the_weights_and_is_reported_as_it_is() {
+    fn reported_step_is_physical_while_weights_decide_its_cost() {
         let scene = SceneBuilder::new("pair")
             .space(Space::periodic_cube(9.0))
             .species("A", 1.3, 1.0)

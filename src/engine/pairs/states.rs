@@ -156,7 +156,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn pair_states_are_a_map(steps in prop::collection::vec((0..4_u32, 0..12_u32, 0..4_u16), 1..200)) {
+        fn captured_pairs_behave_like_a_map(steps in prop::collection::vec((0..4_u32, 0..12_u32, 0..4_u16), 1..200)) {
             let mut states = CapturedPairs::new(4);
             let mut map = BTreeMap::new();
             for (particle, partner, state) in steps {

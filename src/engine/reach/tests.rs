@@ -64,7 +64,7 @@ fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
 }
 
 #[test]
-fn in_a_small_box_a_particle_meets_all_images() {
+fn small_box_search_covers_all_images() {
     for (count, packing_fraction) in [(4, 0.1), (8, 0.3), (16, 0.2), (32, 0.45), (32, 0.2)] {
         for is_mixture in [false, true] {
             let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
@@ -78,7 +78,7 @@ fn in_a_small_box_a_particle_meets_all_images() {
 }
 
 #[test]
-fn next_to_sides_that_slide_a_particle_meets_all_across() {
+fn search_across_sheared_sides_covers_all_images() {
     for (count, rate) in [(256, 0.3), (256, -2.0), (500, 0.1)] {
         meets_in_all_images::<false>(&box_of_spheres(count, 0.15, false, rate));
         meets_in_all_images::<true>(&box_of_spheres(count, 0.15, true, rate));
@@ -86,7 +86,7 @@ fn next_to_sides_that_slide_a_particle_meets_all_across() {
 }
 
 #[test]
-fn all_that_one_by_one_is_within_reach_is_so_in_lanes() {
+fn simd_reach_test_keeps_every_pair_within_reach() {
     let mut engine = Engine::<true, true>::new(&falling());
     let others: Vec<u32> = engine.particles().collect();
     let (mut within, mut beyond) = (0, 0);

@@ -129,7 +129,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn buckets_are_lists(steps in prop::collection::vec((0..3_usize, 0..1000_u32, prop::bool::weighted(0.02)), 1..600)) {
+        fn buckets_behave_like_lists(steps in prop::collection::vec((0..3_usize, 0..1000_u32, prop::bool::weighted(0.02)), 1..600)) {
             let mut buckets = Buckets::new(3);
             let mut lists = vec![Vec::new(); 3];
             for (bucket, particle, is_taken) in steps {

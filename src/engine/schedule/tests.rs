@@ -30,7 +30,7 @@ fn entry(time: f64, particle: u32) -> QueueEntry {
 }
 
 #[test]
-fn a_power_of_two_is_exact() {
+fn power_of_two_rounds_down_exactly() {
     assert_eq!(power_of_two(1.0), 1.0);
     assert_eq!(power_of_two(1.0_f64.next_down()), 0.5);
     assert_eq!(power_of_two(1000.0), 512.0);
@@ -38,7 +38,7 @@ fn a_power_of_two_is_exact() {
 }
 
 #[test]
-fn an_epoch_is_long_enough_for_all_that_may_move_later() {
+fn bucket_width_shrinks_with_the_number_of_due_events() {
     let [few, many] = [1, 1 << 14].map(|due| EventQueue::new(1 << 14, due, 1.0));
     assert_eq!(few.buckets.count(), many.buckets.count());
     assert_eq!(few.width, 64.0);
@@ -64,7 +64,7 @@ fn ties_come_out_by_tie_order_then_by_rank() {
 }
 
 #[test]
-fn a_bucket_is_opened_with_the_wake_times_of_then() {
+fn opened_bucket_uses_current_wake_times() {
     let mut queue = EventQueue::new(1024, 1024, 64.0);
     let mut pending = Times::new(&[100.0, 200.0, 300.0]);
     for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {

@@ -97,7 +97,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
     #[test]
-    fn a_simulation_goes_on_from_its_own_state(seed in 1_u64..1_000, before in 0_u64..600) {
+    fn resetting_the_current_state_does_not_change_later_events(seed in 1_u64..1_000, before in 0_u64..600) {
         for which in 0..7 {
             let mut simulation = Simulation::new(scene(which, seed)).unwrap();
             next_events(&mut simulation, before);
@@ -135,7 +135,7 @@ proptest! {
     }
 
     #[test]
-    fn the_energy_balance_holds_whatever_is_set(seed in 1_u64..1_000, factor in 0.0_f64..3.0) {
+    fn energy_balance_holds_after_setting_velocities_or_positions(seed in 1_u64..1_000, factor in 0.0_f64..3.0) {
         for which in 0..7 {
             let mut simulation = Simulation::new(scene(which, seed)).unwrap();
             let start = balance(&simulation);
@@ -186,7 +186,7 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
 }
 
 #[test]
-fn what_particles_cannot_have_is_refused() {
+fn invalid_positions_and_velocities_are_rejected() {
     let scene = fluid(hard(), 1.0)
         .static_species("S", 1.0)
         .interaction("A", "S", hard(), 1.0)

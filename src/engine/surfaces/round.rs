@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_segment_is_where_its_foot_is() {
+    fn segment_gap_is_finite_only_beside_the_segment() {
         let edge = Round {
             centre: Vector::new(1.0, 0.0, 0.0),
             axis: Some(Vector::x()),
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cavity_is_met_from_inside_at_its_radius_less_that_of_the_sphere() {
+    fn cavity_contact_is_at_cavity_radius_minus_sphere_radius() {
         let cavity = Round { centre: Vector::zeros(), axis: None, length: 0.0, radius: 3.0, is_inside: true };
         let (position, velocity, none) = (Vector::new(1.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0), Vector::zeros());
         let flight = Flight { position: &position, velocity: &velocity, acceleration: &none, radius: 1.0 };

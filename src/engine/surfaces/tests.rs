@@ -113,7 +113,7 @@ fn planes_in_any_direction_hold_grains_and_reflect_them() {
 }
 
 #[test]
-fn thermal_planes_give_their_temperature() {
+fn thermal_planes_emit_particles_at_their_temperature() {
     let scene = grains(0.0, 40, cage(SurfaceLaw::Thermal { temperature: 1.7 }));
     let mut engine = Engine::<false, true>::new(&scene);
     let mut squares = [0.0; 2];
@@ -158,7 +158,7 @@ fn a_ball_on_a_slope_bounces_at_the_exact_times() {
 }
 
 #[test]
-fn what_flies_away_from_a_plane_is_shown_never_to_meet_it() {
+fn particle_receding_from_a_plane_is_known_never_to_meet_it() {
     let plane = Plane::through(&Vector::zeros(), &Vector::new(1.0, 2.0, -1.0)).unwrap();
     let (position, none) = (Vector::new(4.0, 4.0, 1.0), Vector::zeros());
     let never = |velocity: Vector| {

@@ -22,7 +22,7 @@ fn plan(windows: &[[f64; 2]], interval: f64) -> ExchangePlan {
 
 /// Some checkpoints are taken while replicas are on their way into their windows.
 #[test]
-fn an_exchange_between_windows_goes_on_to_the_same_bits() {
+fn window_exchange_resumes_bitwise() {
     let mut parts = fluid(0.2, 12).into_parts();
     parts.exchange = Some(plan(&[[1.0, 1.3], [1.2, 1.6], [1.5, 2.0]], 0.2));
     parts.run.equilibration = Limit::time(10.0);

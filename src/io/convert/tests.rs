@@ -70,7 +70,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_piece_is_the_frames_asked_for() {
+fn selected_frames_are_converted() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("b.xyz"));
     trajectory(&source, &at(&[0.0, 1.0, 2.0, 3.0]));
@@ -92,7 +92,7 @@ fn a_piece_is_the_frames_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_read_is_told_and_nothing_is_left() {
+fn unreadable_source_is_reported_and_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("b"));
     let good = "1\n\nA 0 0 0\n";
@@ -176,7 +176,7 @@ fn only_a_former_conversion_is_replaced_and_only_by_force() {
 }
 
 #[test]
-fn what_another_run_has_not_finished_is_left_alone() {
+fn unfinished_file_of_another_run_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("trajectory.xyz"));
     let unfinished = folder.path().join("trajectory.xyz.partial");
@@ -289,7 +289,7 @@ fn scalars_of_particles_are_in_every_format() {
 }
 
 #[test]
-fn images_are_in_every_format() {
+fn image_counts_are_written_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("a.xyz");
     let mut frame = chain();

@@ -112,7 +112,7 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     #[test]
-    fn radii_are_those_of_the_start_after_any_growth() {
+    fn frame_radii_after_growth_are_initial_radii() {
         for k in 1..=40 {
             let diameter = 0.1 * f64::from(k) / 3.0;
             let scene = SceneBuilder::new("two")

@@ -165,7 +165,7 @@ mod tests {
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     #[test]
-    fn frames_of_a_thread_are_those_that_are_written_at_once() {
+    fn frames_written_in_a_thread_equal_frames_written_directly() {
         for count in [32, 500] {
             let scene = SceneBuilder::new("fluid")
                 .species("A", 1.0, 1.0)

@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_beyond_16_bits_is_refused_and_a_known_one_is_not() {
+    fn more_than_65536_chunk_names_are_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let mut chunks = Chunks::new(crate::io::convert::draft(&folder.path().join("a.gsd")).unwrap());
         chunks.names = vec![Cow::Borrowed("taken"); usize::from(u16::MAX)];

@@ -75,7 +75,7 @@ fn whole(chunk: &Chunk) -> Vec<u32> {
 }
 
 #[test]
-fn a_frame_read_back() {
+fn gsd_frame_has_all_particle_data_and_bonds() {
     let chunks = parse(&converted(&[chain()], Format::Gsd));
     let get = |name: &str| &chunks[&(0, name.to_owned())];
     assert_eq!(get("configuration/step"), &(4, 1, 1, vec![0; 8]));
@@ -121,7 +121,7 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
 }
 
 #[test]
-fn more_periods_than_fit_are_refused() {
+fn image_counts_beyond_32_bits_are_rejected() {
     let mut frame = Frame { displacement: -1.5, ..chain() };
     frame.periodic[1] = true;
     // At y = 4.9 the tilted box ends at x = 1.275. One period is therefore subtracted from x = 1.3.
@@ -140,7 +140,7 @@ fn more_periods_than_fit_are_refused() {
 }
 
 #[test]
-fn later_frames_say_only_what_differs() {
+fn later_frames_store_only_changes() {
     let mut second = Frame { time: 1.5, ..chain() };
     second.particles[2].radius = 2.0;
     let chunks = parse(&converted(&[chain(), second, Frame { bonds: Vec::new(), ..chain() }], Format::Gsd));
@@ -174,7 +174,7 @@ fn particles_are_in_the_order_of_their_ids_and_bonds_follow() {
 }
 
 #[test]
-fn a_plane_has_two_dimensions_and_a_line_is_thick() {
+fn plane_is_two_dimensional_and_line_has_a_thickness() {
     let flat = |axes: &[usize]| {
         let mut frame = chain();
         for &axis in axes {
@@ -212,7 +212,7 @@ fn velocities_of_the_first_frame_are_not_taken_for_those_of_a_later_one() {
 }
 
 #[test]
-fn a_frame_without_particles_is_a_frame() {
+fn frame_without_particles_is_written() {
     let empty = Frame { particles: Vec::new(), bonds: Vec::new(), lower: Vector::zeros(), ..chain() };
     let chunks = parse(&converted(&[empty], Format::Gsd));
     assert_eq!(whole(&chunks[&(0, "particles/N".to_owned())]), [0]);

@@ -64,7 +64,7 @@ fn arrays_read_back() {
 }
 
 #[test]
-fn what_is_not_known_has_no_file() {
+fn unknown_quantities_have_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("npy"));
     fs::write(&source, "1\n\n\u{e9} 1 2 3\n").unwrap();

@@ -57,7 +57,7 @@ fn a_run_has_the_surfaces_of_its_scene_as_files() {
 }
 
 #[test]
-fn a_file_that_is_in_the_way_is_not_replaced() {
+fn foreign_surface_file_is_not_replaced() {
     let place = tempfile::tempdir().unwrap();
     let target = place.path().join("run");
     run(&target, Existing::Keep);
@@ -114,7 +114,7 @@ fn names_of_files_are_safe_and_unique() {
 }
 
 #[test]
-fn the_motions_of_surfaces_are_beside_their_triangles() {
+fn surface_motions_are_written_beside_their_meshes() {
     let kind = MotionKind::Translation { velocity: Vector::z() * 0.1, acceleration: Vector::zeros() };
     let motions =
         [SurfaceMotion { from: 1.0, until: 2.0, kind }, SurfaceMotion { from: 2.0, until: f64::INFINITY, kind }];

@@ -72,7 +72,7 @@ fn in_folder(frames: &[Frame]) -> tempfile::TempDir {
 }
 
 #[test]
-fn a_frame_read_back() {
+fn vtk_frame_has_all_particle_data_and_bonds() {
     let folder = in_folder(&[chain()]);
     let file = File::read(&folder.path().join("vtk/frame_000000.vtp"));
     for (name, count) in [("Points", "4"), ("Verts", "4"), ("Lines", "3")] {
@@ -98,7 +98,7 @@ fn a_frame_read_back() {
 }
 
 #[test]
-fn a_sheared_box_tells_its_displacement() {
+fn displacement_of_a_sheared_box_is_written() {
     let mut frame = Frame { displacement: 2.0, ..chain() };
     frame.periodic[1] = true;
     let folder = in_folder(&[frame]);
@@ -107,7 +107,7 @@ fn a_sheared_box_tells_its_displacement() {
 }
 
 #[test]
-fn a_bond_is_drawn_up_to_half_of_a_periodic_edge_and_anywhere_else() {
+fn bond_longer_than_half_a_period_is_not_drawn() {
     let lines = |separation: Vector| {
         let mut frame = chain();
         frame.bonds.truncate(1);
@@ -123,7 +123,7 @@ fn a_bond_is_drawn_up_to_half_of_a_periodic_edge_and_anywhere_else() {
 }
 
 #[test]
-fn the_list_has_the_times_and_the_box_its_twelve_edges() {
+fn frame_list_has_all_times_and_box_has_twelve_edges() {
     let frames = [0.0, 1e-9, 2.5].map(|time| Frame { time, ..chain() });
     let folder = in_folder(&frames);
     let list = fs::read_to_string(folder.path().join("vtk/trajectory.pvd")).unwrap();
@@ -154,7 +154,7 @@ fn velocities_that_are_not_known_are_left_out() {
 }
 
 #[test]
-fn surfaces_are_where_they_are_at_the_time_of_each_frame() {
+fn surfaces_are_written_at_the_time_of_each_frame() {
     let folder = tempfile::tempdir().unwrap();
     let surfaces = folder.path().join("surfaces");
     fs::create_dir(&surfaces).unwrap();

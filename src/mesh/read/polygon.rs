@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn concave_faces_have_their_area_from_every_corner_and_in_both_orientations() {
+    fn concave_face_area_is_independent_of_first_corner_and_orientation() {
         for first in 0..L.len() {
             let mut corners = L;
             corners.rotate_left(first);

@@ -74,7 +74,7 @@ fn text_keeps_all_digits_of_a_number() {
 }
 
 #[test]
-fn binary_files_may_begin_with_solid_and_are_told_from_text_when_cut_off() {
+fn binary_stl_may_begin_with_solid_and_truncation_is_reported() {
     let mesh = sheet(3);
     for header in [&b"solid part"[..], b"SOLID\n", b"solid facet normal 0 0 1 outer loop vertex"] {
         let mut content = binary(&mesh);
@@ -91,7 +91,7 @@ fn binary_files_may_begin_with_solid_and_are_told_from_text_when_cut_off() {
 }
 
 #[test]
-fn a_header_of_ten_gigabytes_is_checked_against_the_length() {
+fn triangle_count_in_header_is_checked_against_file_length() {
     let mut content = binary(&sheet(1));
     for count in [200_000_000, u32::MAX, 1, 3] {
         content[80..84].copy_from_slice(&u32::to_le_bytes(count));
@@ -166,7 +166,7 @@ fn solids_on_one_line_are_all_read() {
 }
 
 #[test]
-fn bytes_behind_the_triangles_of_a_binary_file_are_passed_over_and_counted() {
+fn trailing_bytes_of_binary_stl_are_ignored_and_counted() {
     let mesh = sheet(2);
     let mut content = binary(&mesh);
     assert_eq!(unread_bytes("stl", &content), 0);
@@ -180,7 +180,7 @@ fn bytes_behind_the_triangles_of_a_binary_file_are_passed_over_and_counted() {
 }
 
 #[test]
-fn text_stl_is_refused_with_the_line() {
+fn text_stl_errors_name_the_line() {
     let solid = |body: &str| refused("stl", format!("solid a\n{body}"));
     let whole = facet(CORNERS);
     for (body, expected) in [
@@ -235,7 +235,7 @@ fn obj_faces_are_read_in_all_notations() {
 }
 
 #[test]
-fn a_concave_face_of_an_obj_has_nothing_where_it_has_none() {
+fn concave_obj_face_is_not_filled_outside_its_outline() {
     let outline = "v 10 0 0\nv 10 4 0\nv 4 4 0\nv 4 10 0\nv 0 10 0\nv 0 0 0\n";
     for face in ["f 1 2 3 4 5 6", "f 3 4 5 6 1 2", "f 6 5 4 3 2 1"] {
         let mesh = read_mesh("a", "obj", format!("{outline}{face}\n").as_bytes()).unwrap();
@@ -251,7 +251,7 @@ fn a_concave_face_of_an_obj_has_nothing_where_it_has_none() {
 }
 
 #[test]
-fn obj_is_refused_with_the_line() {
+fn obj_errors_name_the_line() {
     let three = |rest: &str| refused("obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{rest}"));
     for (rest, expected) in [
         ("f 1 2 4\n\n", "line 4: the face refers to vertex 4, expected 1 to 3, or -3 to -1;"),
@@ -283,7 +283,7 @@ fn obj_is_refused_with_the_line() {
 }
 
 #[test]
-fn stl_is_not_written_where_it_cannot_be_read() {
+fn stl_writer_rejects_coordinates_beyond_single_precision() {
     use crate::mesh::write_stl::WriteStlError;
     let mut mesh = sheet(1);
     mesh.vertices[3].x = 1e39;

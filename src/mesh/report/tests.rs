@@ -49,7 +49,7 @@ fn assert_clean(mesh: &TriangleMesh) -> MeshReport {
 }
 
 #[test]
-fn whole_surfaces_are_clean() {
+fn closed_surfaces_have_no_findings() {
     let report = assert_clean(&sphere());
     assert_eq!((report.vertices, report.triangles, report.parts), (642, 1280, 1));
     assert_eq!(report.orientation(), Some(Orientation::Outwards));
@@ -68,7 +68,7 @@ fn whole_surfaces_are_clean() {
 }
 
 #[test]
-fn rough_and_flattened_spheres_are_clean() {
+fn rough_and_flattened_spheres_have_no_findings() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for case in 0..20 {
         // Vertices that move along rays from the centre produce spikes, but no self-intersections.
@@ -99,7 +99,7 @@ fn a_missing_triangle_leaves_three_open_edges() {
 }
 
 #[test]
-fn a_turned_triangle_is_not_oriented() {
+fn flipped_triangle_makes_the_surface_unoriented() {
     let mut mesh = sphere();
     mesh.triangles[5].swap(0, 1);
     let report = MeshReport::of(&mesh);
@@ -108,7 +108,7 @@ fn a_turned_triangle_is_not_oriented() {
 }
 
 #[test]
-fn a_doubled_triangle_is_a_duplicate_on_crowded_edges() {
+fn duplicate_triangle_is_reported_with_crowded_edges() {
     let mut mesh = sphere();
     let [a, b, c] = mesh.triangles[7];
     mesh.triangles.extend([[b, c, a], [b, a, c], mesh.triangles[3]]);
@@ -136,7 +136,7 @@ fn spheres_meet_where_they_overlap_only() {
 }
 
 #[test]
-fn triangles_without_area_are_found_and_close_the_surface_all_the_same() {
+fn degenerate_triangles_are_reported_and_surface_stays_closed() {
     let mut mesh = sphere();
     let [a, b, _] = mesh.triangles[9];
     mesh.triangles.push([a, a, b]);
@@ -155,7 +155,7 @@ fn triangles_without_area_are_found_and_close_the_surface_all_the_same() {
 }
 
 #[test]
-fn edges_with_three_triangles_and_parts_are_counted() {
+fn edges_with_three_triangles_and_separate_parts_are_counted() {
     let fin = |angle: f64| [Vector::zeros(), Vector::z(), Vector::new(angle.cos(), angle.sin(), 0.0)];
     let report = MeshReport::of(&TriangleMesh::welded([0.0, 1.0, 2.0].map(fin).into_iter()));
     assert_eq!((report.crowded_edges.count, report.open_edges.count, report.parts), (1, 6, 1));
@@ -180,7 +180,7 @@ fn edges_with_three_triangles_and_parts_are_counted() {
 }
 
 #[test]
-fn meshes_that_are_not_usable_are_counted_and_nothing_else() {
+fn unusable_meshes_are_reported_without_further_checks() {
     let mut mesh = sphere();
     mesh.triangles[40][2] = 9_999;
     mesh.vertices[0].y = f64::NAN;

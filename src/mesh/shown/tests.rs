@@ -18,7 +18,7 @@ fn plane(region: &Region, point: [f64; 3], normal: [f64; 3]) -> TriangleMesh {
 }
 
 #[test]
-fn a_plane_is_the_polygon_in_which_it_cuts_the_box() {
+fn plane_is_drawn_as_its_cross_section_with_the_box() {
     let cube = region([0.0; 3], [2.0; 3], Boundary::walls(1.0));
     assert!((plane(&cube, [9.0, 9.0, 1.0], [0.0, 0.0, 3.0]).area() - 4.0).abs() < 1e-12);
     // The plane through the middle, perpendicular to the diagonal, cuts a regular hexagon with sides of sqrt(2).
@@ -84,7 +84,7 @@ fn a_cylinder_ends_at_the_box() {
 }
 
 #[test]
-fn what_leaves_a_periodic_side_comes_in_at_the_other() {
+fn shape_across_a_periodic_side_continues_on_the_opposite_side() {
     let cube = region([0.0; 3], [10.0; 3], Boundary::Periodic);
     let sphere = |x: f64| SurfaceShape::Sphere { centre: Vector::new(x, 5.0, 0.0), radius: 2.0, is_inside: false };
     let (whole, parts) =
@@ -100,7 +100,7 @@ fn what_leaves_a_periodic_side_comes_in_at_the_other() {
 }
 
 #[test]
-fn flat_scenes_have_strips_away_from_the_particles() {
+fn surfaces_of_flat_scenes_are_strips_facing_away_from_particles() {
     let mut square = region([0.0; 3], [10.0, 10.0, 0.0], Boundary::walls(1.0));
     square.boundary[2] = Boundary::Flat;
     let centre = Vector::new(5.0, 5.0, 0.0);
@@ -123,7 +123,7 @@ fn flat_scenes_have_strips_away_from_the_particles() {
 }
 
 #[test]
-fn open_sides_reach_to_the_particles() {
+fn surfaces_extend_past_open_sides_to_the_particles() {
     let mut space = Space::periodic_cube(10.0);
     space.boundary[0] = Boundary::walls(1.0);
     space.boundary[2] = Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open };

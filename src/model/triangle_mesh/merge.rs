@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_of_loose_triangles_closes() {
+    fn merging_close_vertices_closes_a_box_of_loose_triangles() {
         let (mesh, merged) = soup(1e-7).merged(1e-6);
         assert_eq!((mesh.vertices.len(), merged, mesh.triangles.len()), (8, 28, 12));
         assert!(mesh.edges().iter().all(|uses| uses.len() == 2));
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_farther_apart_stays_and_so_does_all_without_a_tolerance() {
+    fn only_vertices_within_the_tolerance_are_merged() {
         // Displacements of different vertices are equal or at least 5e-8 apart.
         let alike = soup(1e-7).merged(1e-12).1;
         assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");

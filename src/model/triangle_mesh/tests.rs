@@ -60,7 +60,7 @@ fn measures_of_a_tetrahedron_are_exact() {
 }
 
 #[test]
-fn transformations_scale_then_rotate_then_move_and_mirrors_keep_normals_outwards() {
+fn transform_scales_rotates_then_moves_and_keeps_normals_outward() {
     let quarter = Rotation3::from_matrix_unchecked(nalgebra::Matrix3::new(0., -1., 0., 1., 0., 0., 0., 0., 1.));
     let mesh = tetrahedron().transformed(2.0, &quarter, &Vector::new(10.0, 0.0, 0.0));
     assert_eq!(mesh.vertices[2], Vector::new(10.0, 2.0, 0.0));
@@ -92,7 +92,7 @@ fn edges_list_the_triangles_on_them() {
 }
 
 #[test]
-fn what_refers_to_nothing_is_not_a_number_and_never_a_panic() {
+fn invalid_vertex_indices_give_nan_without_panic() {
     let mut mesh = tetrahedron();
     assert!(mesh.corners(4)[0].x.is_nan());
     assert_eq!(mesh.first_unusable(), None);
@@ -108,7 +108,7 @@ fn what_refers_to_nothing_is_not_a_number_and_never_a_panic() {
 }
 
 #[test]
-fn a_mesh_is_what_it_was_after_json() {
+fn mesh_survives_json_round_trip() {
     let text = serde_json::to_string(&tetrahedron()).unwrap();
     assert_eq!(serde_json::from_str::<TriangleMesh>(&text).unwrap(), tetrahedron());
 }

@@ -162,17 +162,17 @@ mod tests {
     }
 
     #[test]
-    fn figure_5f_a_bond_too_long_that_never_recovers_interacts_at_its_turning_point() {
+    fn figure_5f_overlong_bond_that_never_recovers_acts_at_turning_point() {
         close(next_event(&line(-2.0, 1.0, -1.0), Side::Negative), 1.0);
     }
 
     #[test]
-    fn figure_5g_a_bond_too_long_that_recovers_interacts_when_it_leaves_again() {
+    fn figure_5g_overlong_bond_that_recovers_acts_when_it_leaves_again() {
         close(next_event(&line(-1.5, 2.0, -1.0), Side::Negative), 2.0 + 3.0_f64.sqrt());
     }
 
     #[test]
-    fn the_correction_of_algorithm_6_starts_its_bracket_after_the_turning_point() {
+    fn algorithm_6_brackets_the_last_root_after_the_turning_point() {
         // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. From t = 4.0775 on, it leaves
         // only at the last root, where r = -1.
         let f = line(0.0, 20.0, -9.81);

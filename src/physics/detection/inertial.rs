@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overlap_that_grows_is_an_event_now_one_float_either_side_of_contact() {
+    fn growing_overlap_is_an_immediate_event() {
         assert_eq!(positive(&f(-0.5, -1.0, 1.0)), Some(0.0));
         assert_eq!(positive(&f(0.0, -1.0, 1.0)), Some(0.0));
         let soon = positive(&f(f64::EPSILON, -1.0, 1.0)).unwrap();
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_captured_pair_that_is_too_slow_for_squares_never_leaves() {
+    fn captured_pair_with_underflowing_squared_speed_never_leaves() {
         let (r2, radial, speed) = (-1.7e-9, 2.6e-6, 3.4e-161_f64);
         for radial in [radial, 0.0, -radial] {
             assert_eq!(negative(&f(r2, radial * speed, speed * speed)), None);

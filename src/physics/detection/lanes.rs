@@ -288,7 +288,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn many_at_once_are_one_by_one(f in prop::array::uniform8((coefficient(), coefficient(), coefficient()))) {
+        fn simd_detection_matches_scalar_detection(f in prop::array::uniform8((coefficient(), coefficient(), coefficient()))) {
             let f = f.map(|(r2, b, v2)| [r2, b, v2.abs()]);
             let coefficients = [0, 1, 2].map(|k| f.map(|f| f[k]));
             for width in Simd::all() {
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_become_columns() {
+    fn simd_transpose_is_exact() {
         let rows: [[f64; 8]; 8] = from_fn(|row| from_fn(|column| (10 * row + column) as f64));
         let expected: [[f64; 8]; 8] = from_fn(|column| from_fn(|row| (10 * row + column) as f64));
         for width in Simd::all() {
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn times_are_compared() {
+    fn simd_finds_minimum_and_mask_of_times() {
         let times = [4.0, 3.0, f64::INFINITY, 5.0, 3.5, 2.0, 9.0, 8.0];
         for width in Simd::all() {
             assert_eq!(width.run(Compare(&times)), (2.0, 0b10_0010));

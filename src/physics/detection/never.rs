@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_miss_on_a_straight_path_is_shown_unless_rounding_could_undo_it() {
+    fn straight_miss_is_proven_unless_rounding_could_undo_it() {
         for (position, velocity, expected) in [
             ([3.0, 0.0, 0.0], [1.0, 0.0, 0.0], true),
             ([1.0, 0.0, 0.0], [1e-9, 1.0, 0.0], true),
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fall_past_a_sphere_is_shown() {
+    fn fall_past_a_sphere_is_proven_to_miss() {
         let down = Vector::new(0.0, 0.0, -1.0);
         for (position, velocity, expected) in [
             ([2.0, 0.0, 3.0], [0.0, 0.0, 0.0], true),
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_is_missed_by_what_leaves_it_or_turns_above_it() {
+    fn plane_is_missed_by_receding_or_turning_particles() {
         for (height, velocity, acceleration, expected) in [
             (0.0, 0.0, 0.0, true),
             (-1e-20, 1.0, 0.0, true),

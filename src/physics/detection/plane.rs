@@ -76,14 +76,14 @@ mod tests {
     }
 
     #[test]
-    fn below_the_plane_the_event_is_where_it_stops_improving() {
+    fn event_below_the_plane_is_at_turning_point_or_next_arrival() {
         assert_eq!(next_event(-2.0, 1.0, -1.0), Some(1.0));
         assert_eq!(next_event(-2.0, 0.0, -1.0), Some(0.0));
         assert_eq!(next_event(-2.0, 3.0, -1.0), Some(3.0 + 5.0_f64.sqrt()));
     }
 
     #[test]
-    fn a_stretch_lasts_from_the_distance_to_the_plane_or_a_turning_point() {
+    fn stretch_runs_from_contact_distance_to_plane_or_turning_point() {
         let stretch = |height, velocity, acceleration| falling_stretch(height, 1.0, velocity, acceleration);
         assert_eq!(stretch(3.0, -1.0, 0.0), Some(Stretch { from: 2.0, until: 3.0 }));
         assert_eq!(stretch(3.0, -2.5, 1.0), Some(Stretch { from: 1.0, until: 2.0 }));

@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn at_zero_the_next_derivative_decides() {
+    fn sign_at_a_zero_follows_the_next_derivative() {
         assert!(sign_changes_of_cubic(&[0.0, -1.0, 0.0, 1.0]).starts_negative);
         assert!(!sign_changes_of_cubic(&[0.0, 1.0, 0.0, 1.0]).starts_negative);
         assert!(!sign_changes_of_cubic(&[0.0, 0.0, 0.0, 1.0]).starts_negative);

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_region_has_the_sites_of_one_lattice_that_fit() {
+    fn region_is_filled_with_sites_of_one_lattice() {
         let cube = Space::periodic_cube(20.0);
         let axis = Vector::new(0.0, 1.0, 1.0);
         for (region, lattice, count) in [

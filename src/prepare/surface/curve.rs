@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_belongs_to_the_side_that_is_there() {
+    fn corner_belongs_to_the_closed_side() {
         let (lower, upper) = (at(0.0, 0.0), at(4.0, 2.0));
         let side = |axis, is_upper| BoxSide { axis, is_upper };
         let open = vec![side(0, false), side(0, true), side(2, true)];
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_ring_is_a_triangle_and_the_default_spacing_holds() {
+    fn small_ring_becomes_a_triangle_and_default_spacing_is_tight() {
         let ring = |radius| Surface::Ring { centre: at(5.0, 5.0), radius };
         let triangle = ring(0.1).layout(10.0, &plane());
         assert_eq!(triangle.points.len(), 3);

@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_collide_with_a_surface_does_not_leak_through_it() {
+    fn surface_without_interaction_does_not_leak() {
         let text = r#"
             space = { size = [30.0, 30.0, 30.0] }
             species = [

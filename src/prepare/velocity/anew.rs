@@ -77,7 +77,7 @@ mod tests {
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     #[test]
-    fn velocities_on_the_way_are_those_of_a_start_but_for_their_numbers() {
+    fn thermalized_velocities_are_exact_and_independent_of_the_start() {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.3, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_goes_on_ends_as_what_never_stopped() {
+    fn resumed_checksum_equals_uninterrupted_checksum() {
         let mut whole = Checked::new(Vec::new());
         whole.write_all(b"123456789").unwrap();
         // `0xCBF4_3926` is the check value of CRC-32 in its specification.

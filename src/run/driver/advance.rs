@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steps_become_fewer_where_they_are_slow_and_never_too_many() {
+    fn step_count_adapts_to_duration_within_limits() {
         assert_eq!(steps_after(64, PAUSE), 128);
         assert_eq!(steps_after(64, 2 * PAUSE), 32);
         assert_eq!(steps_after(1, 1000 * PAUSE), 1);

@@ -127,14 +127,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_constant_is_in_equilibrium() {
+    fn constant_energy_counts_as_equilibrium() {
         let (ending, events) = ending(to_and_fro(1.0, Limit::default()), 100_000);
         assert_eq!(ending, Ending::Events);
         assert!(events < 1_000, "{events}");
     }
 
     #[test]
-    fn what_loses_energy_for_ever_is_given_up_unless_the_scene_has_a_limit() {
+    fn cooling_run_is_given_up_unless_it_has_a_limit() {
         let most = 2 * MOST_EVENTS_PER_PARTICLE;
         assert_eq!(ending(to_and_fro(0.9999, Limit::default()), 2 * most), (Ending::Unsettled, most));
         assert_eq!(ending(to_and_fro(0.9999, Limit::events(most + 1_000)), 2 * most), (Ending::Events, most + 1_010));

@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_amplitude_goes_where_two_moves_in_five_are_accepted() {
+    fn volume_move_amplitude_adapts_to_40_percent_acceptance() {
         let done = VolumeMoves { attempted: 0, accepted: 0, too_small: 0, amplitude: 0.1 };
         let mut moves = Moves { next: 0.0, random: Random::new(1, Purpose::Volume, 0), done };
         let mut after = |accepted: &[bool]| {

@@ -14,7 +14,7 @@ fn begun() -> (SceneBuilder, SpeciesId) {
 }
 
 #[test]
-fn ids_are_those_of_the_scene() {
+fn inserted_items_get_the_ids_of_the_built_scene() {
     let (mut scene, bead) = begun();
     let wall = scene.insert_species(SpeciesDraft::new("wall").diameter(1.0).fixed());
     scene.insert_interaction(InteractionDraft::new(Model::HardSphere).between("bead", "wall"));
@@ -43,7 +43,7 @@ fn ids_are_those_of_the_scene() {
 }
 
 #[test]
-fn an_id_that_cannot_be_known_is_refused_and_so_is_a_species_without_a_mass() {
+fn unknown_ids_and_species_without_mass_are_rejected() {
     let fill = || Fill::new(Lattice::SimpleCubic, "bead");
     let insert = |fill: Fill| {
         let (mut scene, _) = begun();

@@ -32,7 +32,7 @@ fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
 }
 
 #[test]
-fn pairs_keep_their_states_where_only_energies_are_others() {
+fn pairs_keep_their_states_if_only_energies_change() {
     // The simulation stops right after an event, with a pair exactly at a step of its potential. Round-off decides on
     // which side of the step the coordinates are, so the test covers 40 different events.
     for events in 1_000..1_040 {
@@ -50,7 +50,7 @@ fn pairs_keep_their_states_where_only_energies_are_others() {
 }
 
 #[test]
-fn distances_decide_where_the_steps_are_others() {
+fn pair_states_follow_from_distances_if_radii_change() {
     let before = simulation(2_000);
     let wider = Simulation::without_plan(next(&wells(1.0, 1.9), &before).unwrap());
     assert!(wider.captured_pairs().len() > before.captured_pairs().len());
@@ -58,7 +58,7 @@ fn distances_decide_where_the_steps_are_others() {
 }
 
 #[test]
-fn the_same_dynamics_goes_on_and_counts_from_zero() {
+fn unchanged_scene_continues_the_run_with_counts_reset() {
     let mut before = simulation(2_000);
     let scene = next("", &before).unwrap();
     assert_eq!(scene.inputs()[0].checksum, "crc32:00000007");
@@ -71,7 +71,7 @@ fn the_same_dynamics_goes_on_and_counts_from_zero() {
 }
 
 #[test]
-fn images_end_where_an_axis_is_no_longer_periodic() {
+fn image_counts_are_reset_on_axes_no_longer_periodic() {
     let before = simulation(5_000);
     assert!(before.snapshot().images.iter().any(|image| image[0] != 0));
     let open = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap()).snapshot();
@@ -98,7 +98,7 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
 }
 
 #[test]
-fn what_no_longer_fits_is_refused_by_its_name() {
+fn incompatible_changes_are_rejected_by_key() {
     let before = simulation(1_000);
     let error = |text: &str| next(text, &before).unwrap_err().to_string();
     let renamed = wells(1.0, 1.5).replace("\"A\"", "\"B\"");
@@ -120,7 +120,7 @@ fn what_no_longer_fits_is_refused_by_its_name() {
 }
 
 #[test]
-fn the_name_of_a_distribution_is_that_of_all_of_its_classes() {
+fn species_distributions_keep_their_common_name() {
     let grains = "species = [{ name = \"grain\", mass = 1.0, diameter = { distribution = \"uniform\", lower = 0.9, upper = 1.1, classes = 3 } }]\n";
     let fill = "fill = [{ species = \"grain\", arrangement = \"random\", count = 60, packing_fraction = 0.1, temperature = 1.0 }]\n";
     let hard = |restitution: f64| {

@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_the_same_but_for_the_rounding_of_their_digits() {
+    fn values_match_if_they_differ_only_by_rounded_digits() {
         for (written, number) in [(0.5, 0.5), (0.333, 1.0 / 3.0), (0.5, 0.500_000_4), (66.67, 66.666_666), (1e-5, 1e-5)]
         {
             assert!(is_same(written, number), "{written} {number}");

@@ -20,7 +20,7 @@ fn columns_are_found_by_name() {
 }
 
 #[test]
-fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
+fn plain_xyz_needs_only_species_and_coordinates() {
     let text = b"1\n\nA 1 2 3\n1\n\nA 4 5 6\n";
     let Start { frame, has_box, comment, .. } = parse(text, 1).unwrap();
     assert_eq!(frame.particles[0].position, Vector::new(4.0, 5.0, 6.0));
@@ -30,7 +30,7 @@ fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
 }
 
 #[test]
-fn wrong_files_name_the_line() {
+fn file_errors_name_the_line() {
     assert_eq!(parse(b"", 0).unwrap_err().0, 1);
     let error = parse(b"x\n\n", 0).unwrap_err();
     assert_eq!(error, (1, "expected the number of particles of a frame, 0 to 4294967295, found `x`".to_owned()));
@@ -131,7 +131,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
 }
 
 #[test]
-fn bonds_that_nothing_holds_are_told_with_their_file_and_line() {
+fn unresolvable_bonds_are_reported_with_file_and_line() {
     let file = "[[file]]\npath = \"start.xyz\"\n";
     let without_link = BEADS[..BEADS.rfind("[[interaction]]").unwrap()].to_owned();
     let error = |frame: &Frame, scene: String| started(frame, &scene).unwrap_err().to_string();
@@ -149,7 +149,7 @@ fn bonds_that_nothing_holds_are_told_with_their_file_and_line() {
 }
 
 #[test]
-fn sides_of_a_box_that_a_frame_cannot_tell_are_asked_for() {
+fn boundaries_missing_from_the_frame_must_be_given() {
     let mut frame = chains();
     frame.periodic[2] = false;
     let file = "[[file]]\npath = \"start.xyz\"\n";
@@ -173,7 +173,7 @@ path = "start.xyz"
 "#;
 
 #[test]
-fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
+fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     let sheared = SceneBuilder::new("sheared")
         .species("ball", 1.0, 1.0)
         .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 0.7)
@@ -283,7 +283,7 @@ fn momenta_are_velocities_times_masses() {
 }
 
 #[test]
-fn columns_that_would_be_lost_are_refused_or_named() {
+fn malformed_velocity_columns_are_rejected_and_unused_columns_listed() {
     let error = of_text("1\nProperties=species:S:1:pos:R:3:velo:R:2\nA 1 1 1 3 0\n").unwrap_err().to_string();
     assert!(error.contains("line 2: ") && error.contains("`velo:R:3`"), "{error}");
     let text = "1\nProperties=species:S:1:pos:R:3:forces:R:3:initial_charges:R:1:id:I:1\nA 1 1 1 0 0 0 0.5 0\n";

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_of_both_walls_say_what_their_axis_says() {
+    fn wall_tables_and_axis_keys_describe_the_same_walls() {
         for (of_axis, of_walls) in [
             ("'walls'", "{ lower = {}, upper = {} }"),
             (
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn each_wall_has_its_own_law_and_what_the_axis_says_is_for_words() {
+    fn each_wall_has_its_own_law_and_axis_keys_apply_to_plain_walls() {
         let wall = |restitution: f64| Face::Wall { restitution };
         for (x, faces, temperatures) in [
             ("{ lower = { temperature = 2.0 }, upper = { temperature = 1.0 } }", [1.0, 1.0], [Some(2.0), Some(1.0)]),
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_temperature_needs_a_wall() {
+    fn wall_temperature_is_ignored_on_open_sides() {
         let open = scene("{ lower = 'open', upper = 'open', temperature = 1.5 }");
         assert!(!open.has_thermal_walls() && !open.is_driven());
     }

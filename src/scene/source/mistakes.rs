@@ -103,7 +103,7 @@ mod tests {
         "seed = -1\nname = \"a\"\n\n[[species]]\nname = \"A\"\nmas = 1.0\ndiameter = \"x\"\n\n[run]\nuntil_tim = 10\n";
 
     #[test]
-    fn all_mistakes_are_told_in_the_order_of_the_file() {
+    fn all_mistakes_are_reported_in_file_order() {
         let found = mistakes(TEXT, &[]);
         let lines: Vec<usize> = found.iter().map(|(line, _)| *line).collect();
         assert_eq!(lines, [1, 6, 7, 10], "{found:?}");

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_is_its_parts() {
+    fn scene_survives_conversion_to_parts_and_back() {
         let scene = fluid();
         assert_eq!(Scene::new(scene.clone().into_parts()).unwrap(), scene);
     }
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn every_part_is_checked() {
+    fn invalid_scene_parts_are_rejected_at_their_key() {
         type Change = fn(&mut SceneParts);
         let changes: [(&str, Change, &str); 17] = [
             ("name", |p| p.name = "a/b".into(), "name"),

@@ -9,7 +9,7 @@ fn sweep(set: &[(&str, &str)], axes: &[&str]) -> Sweep {
 }
 
 #[test]
-fn a_folder_is_that_of_one_sweep() {
+fn folder_belongs_to_one_sweep() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("sweep");
     let first = sweep(&[("run.until_events", "10")], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
@@ -43,7 +43,7 @@ fn a_folder_with_something_else_is_not_touched() {
 }
 
 #[test]
-fn a_scene_without_a_file_is_kept_in_the_folder() {
+fn scene_given_as_text_is_stored_in_the_sweep_folder() {
     let directory = tempfile::tempdir().unwrap();
     let text = fs::read_to_string(FLUID).unwrap();
     let path = directory.path().join("sweep");
@@ -63,7 +63,7 @@ fn a_scene_without_a_file_is_kept_in_the_folder() {
 }
 
 #[test]
-fn a_file_of_a_sweep_starts_at_its_own_folder() {
+fn sweep_file_paths_are_relative_to_its_folder() {
     let directory = tempfile::tempdir().unwrap();
     fs::copy(FLUID, directory.path().join("fluid.toml")).unwrap();
     let file = directory.path().join("study.toml");
@@ -75,7 +75,7 @@ fn a_file_of_a_sweep_starts_at_its_own_folder() {
 }
 
 #[test]
-fn failures_are_kept_and_forgotten() {
+fn failures_are_recorded_and_cleared() {
     let directory = tempfile::tempdir().unwrap();
     let sweep = sweep(&[], &["seed=1,2"]);
     let folder = SweepFolder::open(directory.path().join("sweep"), &sweep).unwrap();
@@ -89,7 +89,7 @@ fn failures_are_kept_and_forgotten() {
 }
 
 #[test]
-fn of_sweeps_that_begin_at_once_one_has_the_folder() {
+fn only_one_of_concurrent_sweeps_gets_the_folder() {
     const SWEEPS: usize = 8;
     let sweeps: Vec<Sweep> =
         (0..SWEEPS).map(|k| sweep(&[("run.until_events", &format!("{}", 10 + k))], &["seed=1..3"])).collect();

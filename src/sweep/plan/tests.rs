@@ -22,7 +22,7 @@ fn points_are_all_combinations_with_the_last_axis_fastest() {
 }
 
 #[test]
-fn names_are_short_where_that_tells_them_apart() {
+fn short_names_are_used_if_unambiguous() {
     let names = |axes: &[&str]| sweep(axes).unwrap().short_names();
     assert_eq!(names(&["fill.0.count=1,2", "species.A.mass=1,2"]), ["count", "mass"]);
     assert_eq!(names(&["species.A.mass=1,2", "species.B.mass=1,2"]), ["species_A_mass", "species_B_mass"]);
@@ -69,7 +69,7 @@ fn folders_have_names_that_every_disk_takes() {
 }
 
 #[test]
-fn what_would_mix_up_points_is_refused() {
+fn ambiguous_sweeps_are_rejected() {
     assert!(matches!(sweep(&[]), Err(SweepError::NoAxis)));
     assert!(matches!(sweep(&["seed=1,2", "seed=3,4"]), Err(SweepError::Twice(key)) if key == "seed"));
     for values in ["seed=1,1", "seed=1,+1,0x1", "fill.0.packing_fraction=0.1,1e-1", "fill.0.arrangement=fcc,\"fcc\""] {
@@ -126,7 +126,7 @@ fn lists_tables_and_files_have_short_folders() {
 }
 
 #[test]
-fn entries_of_lists_are_numbers_to_plot_against() {
+fn numeric_list_entries_can_be_plotted_against() {
     let named = |axes: &[&str]| -> Vec<(String, Vec<f64>)> {
         let sweep = sweep(axes).unwrap();
         let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect();

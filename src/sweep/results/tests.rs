@@ -22,7 +22,7 @@ fn runs_with_the_same_bits_count_once() {
 }
 
 #[test]
-fn what_is_looked_for_comes_first() {
+fn important_quantities_are_sorted_first() {
     let mut names = ["pressure_xy", "temperature", "mean_free_path", "pressure", "compressibility_factor", "order"];
     names.sort_by_key(|name| rank(name, false));
     assert_eq!(names, ["compressibility_factor", "pressure", "mean_free_path", "order", "temperature", "pressure_xy"]);

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn every_frame_is_read_by_its_place_as_in_its_turn() {
+    fn frames_read_by_offset_equal_frames_read_in_sequence() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trajectory.xyz");
         let text = trajectory();

@@ -41,7 +41,7 @@ fn two_discs() -> Frame {
 }
 
 #[test]
-fn frame_of_the_documentation() {
+fn written_frame_matches_documentation() {
     let expected = "2\n\
         Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:map_shift:I:3:masses:R:1 \
         Time=0.5 pbc=\"T T F\" flat=\"F F T\" species_table=\"ball\" static=\"F\" \
@@ -52,7 +52,7 @@ fn frame_of_the_documentation() {
 }
 
 #[test]
-fn images_of_other_names_are_read_and_those_of_old_files_are_not_known() {
+fn image_columns_are_read_under_every_known_name() {
     let text = |columns: &str, rest: &str| format!("1\nProperties=pos:R:3:{columns}\n1 2 3 {rest}\n");
     for name in ["map_shift", "images", "image"] {
         let frame = read(text(&format!("{name}:I:3"), "-4 0 5").as_bytes()).pop().unwrap().unwrap();
@@ -67,7 +67,7 @@ fn images_of_other_names_are_read_and_those_of_old_files_are_not_known() {
 }
 
 #[test]
-fn a_sheared_box_comes_back_less_whole_periods() {
+fn sheared_box_displacement_is_read_modulo_the_period() {
     let frame = Frame { displacement: -1.75, ..two_discs() };
     assert!(written(&frame).contains("Lattice=\"5 0 0 -1.75 5 0 0 0 1\""), "{}", written(&frame));
     for (entry, expected) in [("-1.75", -1.75), ("8.25", -1.75), ("-2.5", 2.5), ("5", 0.0), ("-0", 0.0)] {
@@ -82,7 +82,7 @@ fn a_sheared_box_comes_back_less_whole_periods() {
 }
 
 #[test]
-fn columns_in_another_order_and_unknown_ones() {
+fn reordered_and_unknown_columns_are_accepted() {
     let text = b"1\r\nProperties=id:I:1:junk:R:2:vel:R:3:pos:R:3 note='a b' Time = 3\r\n7 nan x 1 2 3 4 5 6\r\n\n";
     let frames = read(text);
     let frame = frames[0].as_ref().unwrap();
@@ -97,7 +97,7 @@ fn columns_in_another_order_and_unknown_ones() {
 }
 
 #[test]
-fn plain_xyz() {
+fn plain_xyz_file_is_read() {
     let mut reader = FrameReader::new(&b"2\nwater, by hand\nO 0 0 0\nH 1 0 0"[..]);
     let frame = reader.next().unwrap().unwrap();
     let names: Vec<_> = frame.species.iter().map(|species| species.name.as_str()).collect();
@@ -107,7 +107,7 @@ fn plain_xyz() {
 }
 
 #[test]
-fn what_ase_reads_is_read() {
+fn comment_line_variants_of_ase_are_read() {
     let plain = "1\nLattice=\"3 0 0 0 4 0 0 0 5\" Properties=species:S:1:pos:R:3 Time=2 pbc=\"T T T\"\nA 1 2 3\n";
     let expected = read(plain.as_bytes()).pop().unwrap().unwrap();
     for comment in [
@@ -127,7 +127,7 @@ fn what_ase_reads_is_read() {
 }
 
 #[test]
-fn the_column_of_species_is_the_one_with_the_names_of_the_table() {
+fn species_column_is_the_one_matching_the_species_table() {
     let text = "2\nProperties=species:S:1:pos:R:3:type:S:1 species_table=\"ball Fe\" static=\"_JSON [true, false]\"\n\
         X 1 1 1 Fe\nX 2 2 2 ball\n";
     let frame = read(text.as_bytes()).pop().unwrap().unwrap();
@@ -220,7 +220,7 @@ fn refuses_to_write_what_could_not_be_read_back() {
 }
 
 #[test]
-fn picks_the_nearest_frame_and_survives_a_killed_run() {
+fn frame_nearest_to_a_time_is_found_even_in_truncated_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("trajectory.xyz");
     let at = |time| written(&Frame { time, ..two_discs() });
@@ -329,7 +329,7 @@ proptest! {
 }
 
 #[test]
-fn passing_over_frames_finds_as_many_as_reading_them_wherever_the_file_ends() {
+fn skipping_frames_counts_as_many_as_reading_them() {
     let text = [written(&two_discs()), "0\nTime=3\n".to_owned(), written(&two_discs())].concat();
     for cut in 0..=text.len() {
         let read = read(&text.as_bytes()[..cut]);

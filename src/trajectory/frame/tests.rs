@@ -73,7 +73,7 @@ fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
+fn unwrapped_positions_match_the_followed_trajectories() {
     // At a shear rate of 0.5, the images slide by 60 * 0.5 * 4.5 = 135 in a time of 60, or 27 periods of length 5.
     for rate in [None, Some(0.5), Some(-0.3)] {
         let (frames, followed) = flown(rate);
@@ -108,7 +108,7 @@ fn unwrapped_positions_of_files_are_those_of_particles_that_are_followed() {
 }
 
 #[test]
-fn what_is_less_than_a_bit_below_the_box_is_wrapped_into_it() {
+fn position_below_the_box_within_round_off_wraps_into_it() {
     let (frames, _) = flown(None);
     let frame = &frames[0];
     for below in [-1e-20, -1e-300, 0.0, -f64::MIN_POSITIVE] {

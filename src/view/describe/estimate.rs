@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn means_have_the_digits_that_their_errors_leave() {
+    fn mean_is_printed_to_the_precision_of_its_error() {
         let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
         assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
         assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_change_at_all_is_conserved_and_nothing_else() {
+    fn only_constant_observables_are_labelled_conserved() {
         let of = |name, mean, standard_error, stationarity, events| {
             observable(name, &Estimate { mean, standard_error }, stationarity, events)
         };

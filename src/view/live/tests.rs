@@ -57,7 +57,7 @@ fn told(page: &Page) -> serde_json::Value {
 }
 
 #[test]
-fn a_page_carries_all_that_it_needs() {
+fn live_page_is_self_contained() {
     let text = text() + "# </script>\n";
     let page = page_of(&text, &b"packed".repeat(100));
     let (told, page) = (told(&page), page.html);
@@ -107,7 +107,7 @@ fn the_same_scene_gives_the_same_page() {
 }
 
 #[test]
-fn mistakes_in_a_page_are_told() {
+fn invalid_live_settings_are_rejected_by_key() {
     let with = |from: &str, to: &str| {
         let changed = text().replace(from, to);
         assert_ne!(changed, text());
@@ -121,7 +121,7 @@ fn mistakes_in_a_page_are_told() {
 }
 
 #[test]
-fn a_page_carries_the_text_as_it_was_written_its_changes_and_its_files() {
+fn page_contains_original_text_overrides_and_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     let text = text().replace(
@@ -147,7 +147,7 @@ fn a_page_carries_the_text_as_it_was_written_its_changes_and_its_files() {
 }
 
 #[test]
-fn a_run_that_a_scene_starts_from_is_no_file_of_its_page() {
+fn predecessor_run_is_not_embedded_in_the_page() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, "start.from = \"run\"\nrun.until_time = 1.0\n").unwrap();
@@ -157,7 +157,7 @@ fn a_run_that_a_scene_starts_from_is_no_file_of_its_page() {
 }
 
 #[test]
-fn an_engine_is_what_the_build_has_left() {
+fn engine_file_needs_a_valid_fingerprint() {
     let file = format!("carom engine {}\npacked", env!("CAROM_FINGERPRINT"));
     let engine = Engine::of(file.as_bytes()).unwrap();
     assert!(engine.is_of_these_sources());
@@ -179,7 +179,7 @@ fn a_scene_without_a_description_has_its_first_comment() {
 }
 
 #[test]
-fn what_lies_in_a_closed_surface_has_no_outflow() {
+fn scene_inside_a_closed_surface_is_contained() {
     let scene = |surface: &str| {
         let heavy = "[dynamics]\ngravity = [0.0, -1.0, 0.0]\n\n[[species]]";
         let text = text().replace("10.0, 0.0]\nz = \"flat\"", "10.0, 10.0]\nx = \"open\"\ny = \"open\"\nz = \"open\"");

@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_is_marked_within_the_rectangle() {
+    fn unchanged_pixels_in_the_rectangle_are_marked() {
         let whole = Rectangle { left: 0, top: 0, width: 3, height: 2 };
         let image = [1, 2, 3, 4, 5, 6];
         assert_eq!(Rectangle::changes(None, &image, [3, 2], 0), (whole, image.to_vec()));

@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_hangs_is_ended_whatever_it_hangs_at() {
+    fn hanging_ffmpeg_is_killed() {
         let mut go_on = || ControlFlow::Continue(());
         // The shell of the last script starts a child process, which outlives it.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_asks_for_an_end_gets_it_while_it_hangs() {
+    fn hanging_ffmpeg_can_be_interrupted() {
         let mut asked = 0;
         let mut stop = || {
             asked += 1;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_does_not_answer_is_none() {
+    fn unresponsive_ffmpeg_is_rejected() {
         let folder = tempfile::tempdir().unwrap();
         let program = folder.path().join("ffmpeg");
         fs::write(&program, "#!/bin/sh\nexec sleep 1000\n").unwrap();

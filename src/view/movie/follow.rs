@@ -65,7 +65,7 @@ mod tests {
     use crate::view::render::tests::frame;
 
     #[test]
-    fn what_is_followed_is_in_the_middle_of_periodic_axes() {
+    fn followed_particle_is_centred_on_periodic_axes() {
         let mut scene = frame([10.0; 3], &[(0, [9.0, 1.0, 2.0], 0.5), (1, [1.0, 1.0, 4.0], 0.5), (2, [3.0; 3], 0.5)]);
         scene.periodic = [true, true, false];
         let (shown, focus) = Follow::Particle(ParticleId(0)).centred(scene.clone()).unwrap();

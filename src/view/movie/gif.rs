@@ -88,7 +88,7 @@ mod tests {
     use super::delay;
 
     #[test]
-    fn delays_come_out_even() {
+    fn frame_delays_differ_by_at_most_one_hundredth() {
         for per_second in 1..=super::MOST_PER_SECOND {
             let delays: Vec<u16> = (0..per_second as usize).map(|place| delay(place, per_second)).collect();
             assert_eq!(delays.iter().sum::<u16>(), 100, "{per_second}");

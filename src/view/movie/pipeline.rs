@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_of_workers_hands_on_the_same_in_order() {
+    fn output_is_in_order_for_any_number_of_workers() {
         let expected: Vec<_> = (0..40).map(|place: u8| (usize::from(place), place.checked_sub(1), place)).collect();
         for crew in [1, 2, 3, 7, 50] {
             let (pieces, result) = handed_on(crew, None);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_the_file_or_a_break_ends_the_work() {
+    fn write_error_or_interrupt_stops_the_workers() {
         for is_break in [false, true] {
             let is_stopped = AtomicBool::new(false);
             let (count, crew, is_stopped) = (100, 3, &is_stopped);

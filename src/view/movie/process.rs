@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_a_little_now_and_then_is_waited_for() {
+    fn slow_but_active_process_is_not_killed() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
             // The number of read pieces changes every 8 ticks, the file every 4 ticks.

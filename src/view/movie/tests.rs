@@ -154,7 +154,7 @@ fn still() -> Movie {
 }
 
 #[test]
-fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
+fn movie_frames_equal_single_images() {
     let place = Place::with(&frames(7));
     let alone = |first| {
         let movie = Movie { first, last: Some(first), ..still() };
@@ -181,7 +181,7 @@ fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
 }
 
 #[test]
-fn some_frames_are_taken_and_the_same_bytes_come_twice() {
+fn frame_selection_works_and_output_is_reproducible() {
     let place = Place::with(&frames(9));
     let movie = Movie { first: 1, last: Some(7), every: 3, ..still() };
     let seen = place.seen("film.apng", &movie);
@@ -202,7 +202,7 @@ fn some_frames_are_taken_and_the_same_bytes_come_twice() {
 }
 
 #[test]
-fn what_rests_looks_the_same_until_the_camera_moves() {
+fn resting_scene_changes_only_if_the_camera_moves() {
     let mut resting = vec![frame(3, 0.0); 4];
     for (frame, time) in resting.iter_mut().zip([0.0, 10.0, 20.0, 30.0]) {
         frame.time = time;
@@ -305,7 +305,7 @@ fn a_frame_that_was_cut_off_is_left_out() {
 }
 
 #[test]
-fn what_makes_no_movie_is_refused_and_leaves_nothing() {
+fn rejected_movie_leaves_no_files() {
     let place = Place::with(&frames(3));
     fs::create_dir(place.path("folder.gif")).unwrap();
     fs::write(place.path("there.gif"), "mine").unwrap();
@@ -339,7 +339,7 @@ fn what_makes_no_movie_is_refused_and_leaves_nothing() {
 }
 
 #[test]
-fn one_that_is_broken_off_leaves_nothing() {
+fn interrupted_movie_leaves_no_files() {
     let place = Place::with(&frames(6));
     let trajectory = place.path("trajectory.xyz");
     for (is_drawing, name) in [(false, "film.gif"), (true, "film.gif"), (true, "film.apng")] {

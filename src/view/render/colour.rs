@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn viridis_meets_its_table_and_grows_lighter() {
+    fn viridis_matches_its_table_and_increases_in_luminance() {
         assert_eq!(encode(&viridis(0.0))[..3], VIRIDIS[0]);
         assert_eq!(encode(&viridis(0.3))[..3], VIRIDIS[3]);
         assert_eq!(encode(&viridis(7.0))[..3], VIRIDIS[10]);

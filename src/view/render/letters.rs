@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_has_an_outline_and_figures_have_one_width() {
+    fn every_letter_has_an_outline_and_digits_have_equal_width() {
         for code in u32::from(FIRST) + 1..u32::from(FIRST) + COUNT {
             let letter = of(char::from_u32(code).unwrap()).unwrap();
             assert!(letter.lines.len() >= 4 && letter.advance > 0.1, "{code}");

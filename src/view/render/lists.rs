@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_body_is_listed_where_it_reaches() {
+    fn body_is_listed_in_every_cell_it_covers() {
         let reach = |x: f32, y: f32, half: f32| [[x - half, x + half], [y - half, y + half]];
         let bodies = [
             (0, reach(-0.9, 0.1, 0.2)),
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_as_large_as_the_scene_make_cells_wide_and_lists_short() {
+    fn scene_sized_bodies_keep_lists_short() {
         let bodies: Vec<(u32, Reach<3>)> = (0..10_000).map(|body| (body, [[-9.0, 9.0]; 3])).collect();
         let lists = Lists::of(&bodies, 0.01);
         assert!(lists.items.len() <= MOST_PER_BODY * bodies.len() + MOST_BESIDES);

@@ -105,7 +105,7 @@ fn nearer_sphere_hides_the_farther_in_either_order() {
 }
 
 #[test]
-fn directions_are_those_of_the_axes() {
+fn image_axes_follow_scene_axes() {
     for (size, red, green) in [
         ([10.0; 3], [8.0, 5.0, 8.0], [2.0, 5.0, 2.0]),
         ([10.0, 10.0, 0.0], [8.0, 8.0, 0.0], [2.0, 2.0, 0.0]),
@@ -121,7 +121,7 @@ fn directions_are_those_of_the_axes() {
 }
 
 #[test]
-fn what_a_static_surface_holds_stays_in_sight() {
+fn particle_behind_translucent_static_sphere_is_visible() {
     let held = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 1.0), (2, [5.0, 2.0, 5.0], 1.0)]);
     assert!(is_red(pixel(&draw(&held, &level()).unwrap(), 0.5, 0.5)));
     let opaque = Style { static_opacity: 1.0, ..level() };
@@ -146,7 +146,7 @@ fn colour_by_speed_ends_at_the_top_speed() {
 }
 
 #[test]
-fn bonds_leave_through_periodic_sides() {
+fn bond_across_a_periodic_side_is_not_drawn_through_the_box() {
     let ends = [(0, [1.0, 5.0, 0.0], 0.4), (0, [9.0, 5.0, 0.0], 0.4)];
     let grey_between = |size: f64, is_bonded: bool| {
         let mut pair = frame([10.0, 10.0, 0.0], &ends);
@@ -159,7 +159,7 @@ fn bonds_leave_through_periodic_sides() {
 }
 
 #[test]
-fn edges_of_the_box_are_behind_and_in_front() {
+fn box_has_twelve_edges_or_fewer_if_flat() {
     let inked = Style { has_box: true, ..level() };
     let with_box = |size: [f64; 3]| area(&draw(&frame(size, &[(0, size.map(|x| x / 2.0), 0.1)]), &inked).unwrap());
     assert!(with_box([10.0; 3]) > 1.5 * with_box([10.0, 10.0, 0.0]));
@@ -170,7 +170,7 @@ fn edges_of_the_box_are_behind_and_in_front() {
 }
 
 #[test]
-fn same_bytes_twice_and_back_from_the_file() {
+fn image_is_reproducible_and_saved_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let (trajectory, file) = (folder.path().join("trajectory.xyz"), folder.path().join("frame.png"));
     let shown = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 2.0), (2, [4.0, 2.0, 5.0], 1.0), (1, [7.0, 3.0, 4.0], 1.5)]);
@@ -192,7 +192,7 @@ fn same_bytes_twice_and_back_from_the_file() {
 }
 
 #[test]
-fn refuses_what_cannot_be_drawn() {
+fn invalid_frames_and_styles_are_rejected() {
     let refusal = |change: &dyn Fn(&mut Frame, &mut Style)| {
         let (mut frame, mut style) = (frame([10.0; 3], &[(0, [5.0; 3], 1.0)]), level());
         change(&mut frame, &mut style);
@@ -232,7 +232,7 @@ fn an_image_that_is_not_cut_has_the_size_of_the_style() {
 }
 
 #[test]
-fn the_camera_stands_where_it_is_told() {
+fn camera_looks_from_the_given_direction() {
     let balls = [(0, [8.0, 5.0, 5.0], 1.0), (1, [2.0, 5.0, 5.0], 1.0)];
     let seen_from = |from: Vector| {
         let style = Style { from: Some(from), elevation: 50.0, ..level() };
@@ -282,7 +282,7 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
 }
 
 #[test]
-fn a_sphere_shades_what_is_below_it_and_beside_it() {
+fn sphere_shades_what_is_below_but_not_beside() {
     let brightness = |balls: &[(u32, [f64; 3], f64)]| {
         let image = draw(&frame([10.0; 3], balls), &level()).unwrap();
         image
@@ -305,7 +305,7 @@ fn a_sphere_shades_what_is_below_it_and_beside_it() {
 }
 
 #[test]
-fn the_box_is_behind_what_it_contains() {
+fn box_edges_do_not_cover_particles() {
     // Seen from a corner, some edges of the box run in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
@@ -318,7 +318,7 @@ fn the_box_is_behind_what_it_contains() {
 }
 
 #[test]
-fn the_image_is_fitted_to_what_fills_the_box() {
+fn image_is_cropped_to_the_particles_under_gravity() {
     let mut scene = frame([10.0; 3], &[(0, [2.0, 2.0, 1.0], 1.0), (1, [8.0, 8.0, 3.0], 1.0)]);
     let size = |scene: &Frame, style: &Style| {
         let image = draw(scene, style).unwrap();

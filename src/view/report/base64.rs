@@ -17,7 +17,7 @@ pub(in crate::view) fn encode(bytes: &[u8], text: &mut String) {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn bytes_become_the_text_of_the_standard() {
+    fn encoding_matches_rfc_4648() {
         // The test vectors of RFC 4648, section 10, and three bytes with all bits set.
         for (bytes, expected) in [
             (&b""[..], ""),

@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_another_unit_has_another_figure() {
+    fn series_with_another_unit_get_their_own_figure() {
         let series = |name: &str, unit: &str| Series {
             name: name.to_owned(),
             unit: unit.to_owned(),

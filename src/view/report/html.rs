@@ -193,7 +193,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_from_a_file_is_markup() {
+    fn special_characters_are_escaped() {
         assert_eq!(
             escape("</script><b a='1'>&\"\u{0}\r\n"),
             "&lt;/script&gt;&lt;b a=&#39;1&#39;&gt;&amp;&quot;\u{fffd}\n"
@@ -202,14 +202,14 @@ mod tests {
     }
 
     #[test]
-    fn symbols_have_one_style() {
+    fn symbols_are_typeset_consistently() {
         assert_eq!(symbols("Z = p / (rho T), <v(0).v(t)>"), "Z = p / (ρ T), ⟨v(0).v(t)⟩");
         assert_eq!(symbols("<(dG_p - <dG_p>)^2> / (2 V T)"), "⟨(dG_p - ⟨dG_p⟩)²⟩ / (2 V T)");
         assert_eq!(symbols("a < b, c > d, phi4 and psi_6"), "a < b, c > d, phi4 and ψ_6");
     }
 
     #[test]
-    fn exponents_are_raised() {
+    fn exponents_are_superscripts() {
         assert_eq!(unit("energy / length^D"), "energy / lengthᴰ");
         assert_eq!(unit("length^-2 * Density2"), "length⁻² * Density2");
         assert_eq!(brackets("1"), "");

@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn damage_is_told_with_its_line() {
+    fn damaged_table_is_reported_with_its_line() {
         for (text, expected) in [
             ("", "line 1"),
             ("a,b\n1,2\n", "line 1"),

@@ -195,7 +195,7 @@ fn the_same_files_give_the_same_bytes() {
 }
 
 #[test]
-fn a_page_tells_what_was_simulated_and_what_came_out() {
+fn page_describes_the_scene_and_its_results() {
     let run = run_folder();
     let html = page(run.path()).unwrap().html;
     for expected in [
@@ -220,7 +220,7 @@ fn a_page_tells_what_was_simulated_and_what_came_out() {
 }
 
 #[test]
-fn after_growth_the_page_tells_the_diameters_that_were_measured() {
+fn page_shows_diameters_after_growth() {
     let run = folder_of(GROWN);
     let html = page(run.path()).unwrap().html;
     // Growth from a packing fraction of 0.2 to 0.4 multiplies the diameters by the cube root of 2.
@@ -325,7 +325,7 @@ fn plots_are_well_formed_and_finite() {
 }
 
 #[test]
-fn what_cannot_be_known_is_told() {
+fn missing_estimates_are_shown_as_insufficient_data() {
     let run = run_folder();
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
@@ -337,7 +337,7 @@ fn what_cannot_be_known_is_told() {
 }
 
 #[test]
-fn without_its_summary_a_folder_is_no_run() {
+fn folder_without_valid_summary_is_rejected() {
     let run = run_folder();
     assert!(matches!(page(&run.path().join("nowhere")), Err(ViewError::NotFolder(_))));
     assert!(matches!(page(&run.path().join("thermo.csv")), Err(ViewError::NotFolder(_))));
@@ -351,7 +351,7 @@ fn without_its_summary_a_folder_is_no_run() {
 }
 
 #[test]
-fn other_files_may_be_missing_or_damaged() {
+fn missing_or_damaged_optional_files_give_one_note() {
     let run = run_folder();
     keep_measured(run.path());
     let sound = page(run.path()).unwrap();

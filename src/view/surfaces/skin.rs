@@ -154,7 +154,7 @@ mod tests {
     use crate::mesh::revolution::revolution;
 
     #[test]
-    fn a_tube_is_smooth_and_a_box_is_not() {
+    fn normals_are_smooth_on_a_tube_and_flat_on_a_box() {
         let tube = revolution(&Vector::zeros(), &Vector::z(), &[[2.0, 0.0], [2.0, 5.0]], 0.02).unwrap();
         let skin = Skin::of(&tube);
         assert_eq!((skin.vertices.len(), skin.triangles.len()), (tube.vertices.len(), tube.triangles.len()));
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_triangle_is_left_out() {
+    fn invalid_triangles_are_omitted() {
         let vertices = vec![Vector::zeros(), Vector::x(), Vector::y(), Vector::repeat(f64::NAN)];
         let triangles = vec![[0, 1, 2], [0, 0, 1], [0, 1, 3], [0, 1, 9]];
         let skin = Skin::of(&TriangleMesh { vertices, triangles });
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_skin_that_moves_is_where_it_is_at_a_time() {
+    fn moving_skin_has_its_position_at_the_given_time() {
         use crate::model::{MotionKind, SurfaceMotion};
         let mut skin = Skin::of(&TriangleMesh::cuboid(&Vector::zeros(), &Vector::new(1.0, 2.0, 3.0)));
         assert_eq!(skin.at(7.0), skin, "at rest");

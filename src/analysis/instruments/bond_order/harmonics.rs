@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn products_of_two_directions_are_legendre_polynomials() {
+    fn harmonics_obey_the_addition_theorem() {
         // The addition theorem: sum_m Y_lm(a) Y_lm(b) = P_l(a.b) in this normalisation.
         let a = Vector::new(0.3, -0.8, 0.52).normalize();
         let b = Vector::new(-0.6, 0.1, 0.7).normalize();
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_plane_they_are_powers_of_a_phase() {
+    fn planar_harmonics_are_powers_of_a_phase() {
         let harmonics = Harmonics::new(6, &[0, 2]).unwrap();
         let mut sums = [0.0; 2];
         harmonics.add(&Vector::new(0.4_f64.cos(), 0.0, 0.4_f64.sin()), &mut sums);

@@ -44,7 +44,7 @@ fn crystals_have_their_exact_order() {
 }
 
 #[test]
-fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
+fn triangular_lattice_has_full_hexatic_order() {
     let (mut system, positions) = lattice(Vector::new(1.0, 3.0_f64.sqrt(), 1.0), &[[0.0; 3], [0.5, 0.5, 0.0]], 4);
     system.space.boundary[2] = Boundary::Flat;
     system.space.size[2] = 0.0;
@@ -68,7 +68,7 @@ fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
 }
 
 #[test]
-fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
+fn triangular_lattice_in_a_commensurate_sheared_box_is_hexatic() {
     // Five is odd, so the image of the first row above the box is shifted by half a spacing.
     let height = 0.75_f64.sqrt();
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
@@ -101,7 +101,7 @@ fn without_neighbours_there_is_no_order_and_no_nan() {
 }
 
 #[test]
-fn the_columns_of_a_trajectory_are_those_of_their_degree() {
+fn trajectory_columns_hold_the_bond_order_of_their_degree() {
     // In a square lattice, each particle has four neighbours at right angles.
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 6.0, 0.0), boundary };

@@ -72,7 +72,7 @@ fn check_sizes(displacement: f64) {
 }
 
 #[test]
-fn without_bonds_there_is_nothing_to_say() {
+fn system_without_bonds_reports_nothing() {
     let system = SystemDescription::of_points(Space::periodic_cube(5.0), 2);
     let positions = [Vector::zeros(), Vector::repeat(1.0)];
     let setup = Setup { system: &system, sample: sample(0.0, &positions, 0.0), duration: 10.0 };

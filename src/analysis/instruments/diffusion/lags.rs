@@ -168,7 +168,7 @@ mod tests {
     use crate::analysis::instruments::test_system::{hard_spheres, instrument};
 
     #[test]
-    fn logarithmic_times_follow_each_other() {
+    fn logarithmic_lags_are_consecutive() {
         let times: Vec<u64> = (0..10).map(logarithmic_ticks).collect();
         assert_eq!(times, [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]);
         let mut ticks = 0;
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn times_fit_the_fluid_and_the_run() {
+    fn lags_fit_mean_free_time_and_run_length() {
         let (system, simulation) = hard_spheres(108, 0.3);
         let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);

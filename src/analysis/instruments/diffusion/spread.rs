@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn origins_depend_on_each_other_as_pieces_of_a_brownian_path() {
+    fn covariance_of_origins_matches_brownian_path_overlap() {
         let coefficients: Vec<[f64; 2]> =
             (0..=13).map(|k| [f64::from(k % 5) - 1.5, f64::from(k * k % 7) - 2.0]).collect();
         let (stride, origins) = (4, 6);

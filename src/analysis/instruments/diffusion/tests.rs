@@ -46,7 +46,7 @@ fn cubics_are_integrated_exactly_and_few_points_by_trapezoids() {
 }
 
 #[test]
-fn the_start_is_ballistic_and_has_the_temperature() {
+fn start_is_ballistic_and_matches_the_temperature() {
     let (system, mut simulation) = hard_spheres(108, 0.3);
     let mut instrument = diffusion(&simulation, &system, &Plan::default(), 4.0);
     measure(&mut simulation, &system, &mut instrument, 4.0);
@@ -178,7 +178,7 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
 }
 
 #[test]
-fn it_goes_on_from_a_record_bit_by_bit() {
+fn restored_diffusion_continues_bitwise() {
     let (system, mut simulation) = hard_spheres(32, 0.2);
     let mut both = Recorded::new(diffusion(&simulation, &system, &Plan::default(), 4.0));
     measure(&mut simulation, &system, &mut both, 1.3);
@@ -207,7 +207,7 @@ fn between_walls(walls: [bool; 3]) -> Measured {
 }
 
 #[test]
-fn nothing_diffuses_towards_a_wall() {
+fn axes_between_walls_are_excluded_from_diffusion() {
     let slit = between_walls([false, false, true]);
     let curve = &slit.curves[0];
     // Along x and y, the particles move at (1, 2) and (-1, -2), and their total momentum is zero. The squared
@@ -224,7 +224,7 @@ fn nothing_diffuses_towards_a_wall() {
 }
 
 #[test]
-fn a_late_start_has_the_same_curves_and_an_end() {
+fn late_start_time_gives_the_same_curves_and_ends() {
     let measured = |start_time: f64, interval: f64| {
         let scene = SceneBuilder::new("fluid")
             .start_time(start_time)
@@ -310,7 +310,7 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
 }
 
 #[test]
-fn beads_of_a_chain_scatter_as_one() {
+fn beads_of_one_chain_count_as_one_sample() {
     let (chains, beads) = (16_u32, 8_u32);
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), chains * beads);
     system.bonds =

@@ -59,7 +59,7 @@ fn names(measured: &Measured) -> Vec<&str> {
 }
 
 #[test]
-fn a_cube_has_the_term_of_yeh_and_hummer_with_both_errors() {
+fn cubic_box_has_the_yeh_hummer_correction_with_both_errors() {
     let measured = extended(&cube(), Some(viscosity()));
     let all = [
         "diffusion_coefficient",
@@ -90,7 +90,7 @@ fn a_cube_has_the_term_of_yeh_and_hummer_with_both_errors() {
 }
 
 #[test]
-fn there_is_none_without_a_viscosity_that_is_known() {
+fn no_correction_without_a_known_viscosity() {
     assert_eq!(names(&extended(&cube(), None)).len(), 3);
     for unknown in [number(VISCOSITY, 2.0, Some(0.7)), number(VISCOSITY, 2.0, None), number(VISCOSITY, -1.0, Some(0.1))]
     {
@@ -103,7 +103,7 @@ fn there_is_none_without_a_viscosity_that_is_known() {
 }
 
 #[test]
-fn there_is_none_where_the_mean_free_path_is_longer_than_the_box() {
+fn no_correction_if_mean_free_path_exceeds_the_box() {
     let system = cube();
     let measured = |coefficient: f64| {
         let mut measured = Measured::default();
@@ -118,7 +118,7 @@ fn there_is_none_where_the_mean_free_path_is_longer_than_the_box() {
 }
 
 #[test]
-fn there_is_none_for_another_box() {
+fn no_correction_for_unsupported_systems() {
     let is_there = |system: &SystemDescription| names(&extended(system, Some(viscosity()))).len() > 4;
     assert!(is_there(&cube()));
     let changed = |change: fn(&mut SystemDescription)| {
@@ -172,7 +172,7 @@ fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
 }
 
 #[test]
-fn a_span_that_misses_more_than_a_tenth_has_no_infinite_system() {
+fn span_missing_over_a_tenth_gives_no_infinite_system_value() {
     let system = cube();
     let slow = number(VISCOSITY, 0.2, Some(0.001));
     let measured = extended_over(0.005, &system, Some(slow));

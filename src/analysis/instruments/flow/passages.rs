@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_bounded_even_and_have_the_whole_count() {
+    fn rows_are_bounded_evenly_spaced_and_complete() {
         let mut passages = Passages::new(0.0, None, false);
         for k in 1..=10_000 {
             passages.count(1, 0.5, f64::from(k) - 0.5);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_empties_one_side_of_a_closed_box_has_the_error_of_its_passages() {
+    fn discharge_error_is_the_same_in_closed_and_open_boxes() {
         let noise = crate::analysis::statistics::tests::correlated(0.0, 1000, 3);
         let error = |is_closed: bool, of: fn(usize, f64) -> i64| {
             let mut passages = Passages::new(0.0, None, is_closed);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_is_that_of_the_time_in_which_it_flows() {
+    fn rate_covers_only_the_time_with_flow() {
         let mut passages = Passages::new(0.0, None, false);
         assert_eq!(passages.rate(NUMBER), None);
         for k in 1..=100 {

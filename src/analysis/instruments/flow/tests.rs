@@ -75,7 +75,7 @@ fn more_crossings_between_two_samples_than_are_handled_one_by_one_are_all_counte
 }
 
 #[test]
-fn a_tilted_plane_is_passed_where_it_is() {
+fn tilted_plane_counts_crossings_inside_its_bounds() {
     let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
     let scene = SceneBuilder::new("one").space(open).species("A", 1.0, 1.0).no_interaction("A", "A").particle(
         "A",
@@ -100,7 +100,7 @@ fn a_tilted_plane_is_passed_where_it_is() {
 }
 
 #[test]
-fn only_what_crosses_inside_the_rectangle_counts() {
+fn only_crossings_inside_the_rectangle_count() {
     // Particle A passes x = 4 at t = 1.5, 6.5 and 11.5, with y = 5.75, 8.25 and 10.75. The image of the last
     // point in the box has y = 0.75.
     let gate = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..plan("x", 4.0) };
@@ -131,7 +131,7 @@ fn a_steady_flow_has_its_rate_and_curve() {
 }
 
 #[test]
-fn species_masses_directions_and_windows_are_told_apart() {
+fn flow_counts_by_species_mass_direction_and_window() {
     let (system, mut simulation) = two();
     // Particle A passes y = 7 upwards at t = 4. Particle B starts at y = 4 and passes the images of the plane
     // at y = -3, -13 and -23 downwards, at t = 2, 4.857 and 7.714.
@@ -151,7 +151,7 @@ fn species_masses_directions_and_windows_are_told_apart() {
 }
 
 #[test]
-fn it_goes_on_from_a_record_bit_by_bit() {
+fn restored_flow_continues_bitwise() {
     let (system, mut simulation) = hard_spheres(32, 0.2);
     let mut both = Recorded::new(instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
     measure(&mut simulation, &system, &mut both, 1.0);

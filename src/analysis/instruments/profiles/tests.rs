@@ -123,7 +123,7 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
 }
 
 #[test]
-fn a_grid_over_a_part_counts_what_is_in_it_and_stays_affordable() {
+fn partial_grid_counts_only_its_volume_and_its_size_is_limited() {
     let system = SystemDescription::of_points(Space::periodic_cube(6.0), 1);
     let part = plan::Profile { lower: Some([4.0, 0.0, 0.0]), upper: Some([7.0, 6.0, 6.0]), ..plan([3, 1, 1]) };
     let (_, measured) = measure(&system, &part, || (vec![Vector::new(0.5, 1.0, 1.0)], vec![Vector::zeros()]));
@@ -133,7 +133,7 @@ fn a_grid_over_a_part_counts_what_is_in_it_and_stays_affordable() {
 }
 
 #[test]
-fn two_velocities_have_one_degree_of_freedom_between_them() {
+fn two_velocities_leave_one_degree_of_freedom_per_axis() {
     let system =
         SystemDescription { conserved_axes: [false; 3], ..SystemDescription::of_points(Space::periodic_cube(6.0), 1) };
     let mut sign = 1.0;
@@ -150,7 +150,7 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
 }
 
 #[test]
-fn what_streams_in_a_sheared_box_is_not_hot() {
+fn shear_streaming_does_not_count_as_temperature() {
     // All particles are in one cell and move with the streaming velocity only. Their velocities differ by up
     // to 8, but the temperature is zero.
     let mut random = ChaCha8Rng::seed_from_u64(9);

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_by_half_within_a_bin_is_not_extrapolated() {
+    fn value_halving_within_a_bin_is_not_extrapolated() {
         for (ratio, is_known) in [(0.501_f64, true), (0.499, false)] {
             let mut curve = CurveAverage::new(CONTACT_BINS);
             (0..32).for_each(|_| curve.add_all((0..).take(CONTACT_BINS).map(|k| 100.0 * ratio.powi(k))));
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn bins_begin_at_contact_but_for_round_off_and_end_where_the_potential_steps() {
+    fn contact_bins_run_from_contact_to_the_next_step() {
         let shell = Shell::new(2.0, None);
         assert_eq!(shell.bin(2.0), Some(0));
         assert_eq!(shell.bin(2.0_f64.next_down()), Some(0));

@@ -100,7 +100,7 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
 }
 
 #[test]
-fn a_period_that_limits_the_cutoff_says_so() {
+fn cutoff_shortened_by_a_period_is_reported() {
     let space =
         Space { boundary: [Boundary::OPEN, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(6.0) };
     let system = SystemDescription::of_points(space.clone(), 5);
@@ -295,7 +295,7 @@ fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
 }
 
 #[test]
-fn the_contact_value_ends_where_the_potential_steps() {
+fn contact_value_is_fitted_only_up_to_the_next_step() {
     let shoulder = Potential::square_shoulder(1.0, 1.05, 1.0).unwrap();
     let well = Potential::square_well(1.0, 1.03, 0.6).unwrap();
     for potential in [shoulder, well] {
@@ -307,7 +307,7 @@ fn the_contact_value_ends_where_the_potential_steps() {
 }
 
 #[test]
-fn bonds_step_outside_of_cores_too() {
+fn steps_outside_cores_include_bonds() {
     let bond = |shortest, longest| Potential::bond(shortest, longest).unwrap();
     let scene = |shortest: f64, longest: f64| {
         SceneBuilder::new("pairs")

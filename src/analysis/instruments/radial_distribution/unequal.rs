@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_particles_have_the_polynomials_of_their_room() {
+    fn equal_diameters_match_the_closed_form() {
         let (space, one) = (box_between_walls(), [0.8; 2]);
         for [from, to] in [[0.1, 0.3], [1.0, 1.1], [2.0, 2.4]] {
             let ratio = Rooms::new(&space, one).probability(from, to) / Room::new(&space, 0.8).probability(from, to);
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn unequal_particles_are_as_far_apart_as_random_points() {
+    fn unequal_diameters_match_random_points() {
         let (space, diameters, count) = (box_between_walls(), [0.6, 1.6], 400_000);
         let rooms = Rooms::new(&space, diameters);
         let mut random = ChaCha8Rng::seed_from_u64(2);

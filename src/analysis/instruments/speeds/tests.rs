@@ -119,7 +119,7 @@ fn chi_squared(curve: &Curve, window: usize, all: f64) -> (f64, f64) {
 }
 
 #[test]
-fn independent_velocities_have_maxwells_distribution_for_few_particles_and_unequal_masses() {
+fn thermal_speeds_match_maxwell_for_few_unequal_particles() {
     for dimensions in 1..=3 {
         let scene = mixture(space(dimensions), &[5, 4], false, |scene| scene.temperature(1.5)).build().unwrap();
         let system = SystemDescription::of(&scene);
@@ -139,7 +139,7 @@ fn independent_velocities_have_maxwells_distribution_for_few_particles_and_unequ
 }
 
 #[test]
-fn many_species_have_one_distribution_beside_a_sum_of_maxwells() {
+fn many_species_share_one_curve_and_a_sum_of_maxwells() {
     let scene = mixture(space(2), &[6; 10], false, |scene| scene.temperature(1.5)).build().unwrap();
     let system = SystemDescription::of(&scene);
     let measured = drawn(&system, &plan::Speeds { interval: Some(1.0), ..plan(1, 60) }, 600);
@@ -185,7 +185,7 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
 }
 
 #[test]
-fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
+fn bins_grow_with_the_fastest_particle_unless_the_end_is_given() {
     let scene = mixture(space(2), &[40], false, |scene| scene.temperature(1.0)).build().unwrap();
     let system = SystemDescription::of(&scene);
     let positions = vec![Vector::zeros(); 40];
@@ -213,7 +213,7 @@ fn bins_grow_with_the_fastest_and_a_given_end_counts_what_is_beyond() {
 }
 
 #[test]
-fn what_never_moves_has_no_distribution_and_one_species_can_be_asked_for() {
+fn resting_particles_give_no_curve_and_one_species_can_be_selected() {
     let scene = mixture(space(3), &[4, 3], false, |scene| scene).build().unwrap();
     let (system, mut simulation) = start(scene);
     let mut instrument = speeds(&plan(4, 10), &simulation, &system, 1.0);
@@ -233,7 +233,7 @@ fn what_never_moves_has_no_distribution_and_one_species_can_be_asked_for() {
 }
 
 #[test]
-fn it_goes_on_from_a_record_bit_by_bit() {
+fn restored_speeds_continue_bitwise() {
     let scene = mixture(space(2), &[20, 20], true, |scene| scene.speed(1.0)).build().unwrap();
     let (system, mut simulation) = start(scene);
     let mut both = Recorded::new(speeds(&plan(3, 40), &simulation, &system, 4.0));

@@ -26,7 +26,7 @@ fn empty() -> Sample<'static> {
 }
 
 #[test]
-fn modes_of_a_sheared_box_are_the_sums_of_their_definition_whichever_image_is_taken() {
+fn modes_of_a_sheared_box_match_direct_sums_for_any_image() {
     let space = Space { lower: Vector::new(-1.0, 3.0, 0.5), ..Space::periodic_cube(1.0) };
     let space = Space { size: Vector::new(8.0, 5.0, 6.0), ..space };
     let positions: Vec<Vector> =
@@ -58,7 +58,7 @@ fn modes_of_a_sheared_box_are_the_sums_of_their_definition_whichever_image_is_ta
 }
 
 #[test]
-fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only() {
+fn sheared_lattice_scatters_only_at_reciprocal_vectors() {
     // A triangular lattice of spacing 1 has peaks at `4 pi / sqrt(3) = 7.26`, in three directions. Its five
     // rows fit a periodic box whose upper image is displaced by half a spacing.
     let height = 0.75_f64.sqrt();
@@ -97,7 +97,7 @@ fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only()
 }
 
 #[test]
-fn modes_are_the_sums_of_their_definition() {
+fn modes_match_direct_sums() {
     let boundary = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Periodic];
     let space = Space { lower: Vector::new(-1.0, 3.0, 0.5), size: Vector::new(8.0, 5.0, 6.0), boundary };
     let positions: Vec<Vector> =

@@ -170,7 +170,7 @@ mod tests {
     use crate::Vector;
 
     #[test]
-    fn shells_are_full_of_different_vectors_of_their_length() {
+    fn shells_hold_enough_distinct_vectors_of_their_length() {
         for edge in [3.0, 8.0, 200.0] {
             let space = Space::periodic_cube(edge);
             let unit = 2.0 * PI / edge;
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sheared_box_has_as_many_shells_and_they_are_as_full() {
+    fn sheared_box_has_equally_many_full_shells() {
         let space = Space { size: Vector::new(6.0, 8.0, 7.0), ..Space::periodic_cube(1.0) };
         let rest = all_shells(&space, 0.0, 15.0, 20);
         for displacement in [0.4, -1.7, 3.0] {

@@ -19,7 +19,7 @@ fn open(name: &str) -> SceneBuilder {
 }
 
 #[test]
-fn bouncing_balls_weigh_what_they_weigh() {
+fn mean_force_of_bouncing_balls_is_their_weight() {
     // One ball bounces on a plane tilted by 1e-9, another on a wall. Over many bounces the mean force is the
     // weight.
     let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };

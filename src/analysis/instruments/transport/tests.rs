@@ -36,7 +36,7 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
 }
 
 #[test]
-fn wells_have_no_conductivity_and_dissipation_leaves_nothing() {
+fn wells_have_no_conductivity_and_dissipative_systems_no_transport() {
     let scene = |potential: Potential, restitution: f64| {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)
@@ -60,7 +60,7 @@ fn wells_have_no_conductivity_and_dissipation_leaves_nothing() {
 }
 
 #[test]
-fn moments_do_not_depend_on_the_frame() {
+fn transport_moments_are_galilean_invariant() {
     let run = |drift: f64| {
         let mut scene = hard_spheres(32, 0.2).1.scene().clone();
         scene.particles.iter_mut().for_each(|particle| particle.velocity.x += drift);
@@ -79,7 +79,7 @@ fn moments_do_not_depend_on_the_frame() {
 }
 
 #[test]
-fn it_goes_on_from_a_record_bit_by_bit() {
+fn restored_transport_continues_bitwise() {
     let (system, mut simulation) = hard_spheres(32, 0.2);
     let mut both = Recorded::new(transport(&simulation, &system, 10.0));
     measure(&mut simulation, &system, &mut both, 3.0);

@@ -27,7 +27,7 @@ fn a_periodic_fluid_has_everything_but_a_height() {
 }
 
 #[test]
-fn walls_gravity_and_static_particles_take_meaning_away() {
+fn walls_gravity_and_static_particles_disable_observables() {
     let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
     let walled = ApplicableObservables::of(&pair().space(walls).build().unwrap());
     assert!(!walled.conserves_momentum && !walled.is_homogeneous && walled.has_temperature);
@@ -60,7 +60,7 @@ fn walls_gravity_and_static_particles_take_meaning_away() {
 }
 
 #[test]
-fn a_system_at_rest_is_not_in_equilibrium() {
+fn system_at_rest_has_unknown_equilibrium() {
     let scene = SceneBuilder::new("rest")
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
@@ -78,7 +78,7 @@ fn a_system_at_rest_is_not_in_equilibrium() {
 }
 
 #[test]
-fn the_virial_of_an_ideal_like_fluid_is_positive_and_its_rate_that_of_the_counts() {
+fn fluid_virial_is_positive_and_rates_match_the_counts() {
     let scene = SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
@@ -110,7 +110,7 @@ fn slit() -> Space {
 }
 
 #[test]
-fn only_what_moves_towards_the_walls_presses_on_them() {
+fn only_motion_normal_to_the_walls_gives_pressure() {
     // One particle crosses the slit and returns in a time of 18. It gives each wall of area 100 a momentum of
     // 2, so the pressure is 1 / 900. The other particle moves along the walls.
     let scene = SceneBuilder::new("slit")

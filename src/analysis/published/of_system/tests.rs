@@ -29,7 +29,7 @@ fn value(values: &[PublishedValue], quantity: &str) -> f64 {
 }
 
 #[test]
-fn values_are_those_of_the_units_of_the_scene() {
+fn published_values_use_the_units_of_the_scene() {
     let temperature = 5.0;
     let spheres = of_system(&scene(3, hard(), 1.0), None, &[0, 2], 1.0, Some(temperature));
     let phi = 2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0;
@@ -46,7 +46,7 @@ fn values_are_those_of_the_units_of_the_scene() {
 }
 
 #[test]
-fn a_system_of_this_size_has_less_in_first_order() {
+fn finite_size_reduces_values_to_first_order() {
     let of = |scene: &Scene, bath: Option<&Thermostat>, count: usize, quantity: &str| {
         let values = of_system(scene, bath, &[0, count], 1.0, Some(5.0));
         values.into_iter().find(|value| value.quantity == quantity).unwrap()
@@ -118,7 +118,7 @@ fn nothing_is_published_about_transport_in_a_heat_bath() {
 }
 
 #[test]
-fn a_crystal_has_its_own_equation() {
+fn crystal_densities_use_the_crystal_equation_of_state() {
     let labels = |scale: f64| -> Vec<String> {
         let values = of_system(&scene(3, hard(), 1.0), None, &[0, 2], scale, None);
         values.into_iter().map(|value| value.label).collect()

@@ -21,7 +21,7 @@ fn at(energy_step: f64) -> Discontinuity {
 }
 
 #[test]
-fn outcomes_are_those_of_the_table_one_float_either_side_of_the_limit() {
+fn outcome_switches_one_float_around_the_energy_limit() {
     // The radial kinetic energy is mu/2 vn^2 = 1/4 * 4 = 1.
     let (up, down) = (1.0_f64.next_up(), 1.0_f64.next_down());
     for (side, vn, [over, off]) in [
@@ -53,7 +53,7 @@ fn at_a_turning_point_barriers_do_nothing_and_wells_are_entered() {
 }
 
 #[test]
-fn the_tc_model_makes_frequent_contacts_elastic_and_leaves_speed_for_a_contact_time() {
+fn tc_model_is_elastic_for_frequent_contacts_and_keeps_a_least_speed() {
     let arrival = Arrival { restitution: 0.25, approach: 2.0, tangential: 0.0, closing: 0.0 };
     let mut model = TcModel::new(0.5, 3);
     assert_eq!(model.contact(&[0, 1], 1.0, &arrival), (0.5, 1.0), "the first");
@@ -101,7 +101,7 @@ type Pair = (f64, Option<f64>, f64, bool);
 type Motion = (f64, bool, f64, f64);
 
 #[test]
-fn outcomes_are_those_of_the_engine() {
+fn reference_outcomes_match_the_engine() {
     let counts = RefCell::new(BTreeMap::<(Side, String), u32>::new());
     let strategy = (
         (mass(), prop::option::weighted(0.8, mass()), restitution(), any::<bool>()),
@@ -152,7 +152,7 @@ type Contact = (u32, u32, Option<f64>);
 type Arriving = (f64, f64, f64, f64);
 
 #[test]
-fn the_tc_model_is_that_of_the_engine() {
+fn reference_tc_model_matches_the_engine() {
     let counts = RefCell::new(BTreeMap::<&str, u32>::new());
     // Accelerations are relative to the arrival speed divided by the contact time.
     let contact = (

@@ -144,7 +144,7 @@ fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, diam
 }
 
 #[test]
-fn particles_leave_and_come_in() {
+fn simulation_stays_consistent_as_particles_leave_and_enter() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     check::<false, false>(&spheres(hard(), 0.1, 256).build().unwrap(), "cells", 1.0);
     check::<false, false>(&spheres(hard(), 0.42, 500).build().unwrap(), "lists", 1.0);

@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_contact_in_lanes_is_that_of_all_one_by_one() {
+    fn simd_finds_the_same_first_growth_contact_as_scalar_search() {
         let mut used = [false; 2];
         for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
             // At the lowest rate, the spheres grow much more slowly than they move. At the highest rate, they grow

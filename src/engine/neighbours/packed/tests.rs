@@ -32,7 +32,7 @@ fn found(packed: &mut Packed, centre: &Vector) -> (Vec<u32>, bool) {
 
 proptest! {
     #[test]
-    fn all_within_reach_are_found_and_hardly_any_other(
+    fn search_finds_every_particle_in_reach_and_few_others(
         start in prop::collection::vec(prop::array::uniform3(0.0..SIZE), 2..120),
         moves in prop::collection::vec((0..120_usize, prop::array::uniform3(0.0..SIZE)), 0..200),
         is_periodic: bool,
@@ -68,7 +68,7 @@ proptest! {
 }
 
 #[test]
-fn far_away_all_in_the_same_cells_are_found() {
+fn distant_particles_in_open_box_are_found() {
     let far = |x: f64| Vector::new(x, 0.5, 0.5);
     for x in [1e9, 1e14, 1e30] {
         let centres = [far(0.1), far(0.1 + SIZE), far(x), far(x.next_up()), far(2.0 * x)];
@@ -83,7 +83,7 @@ fn far_away_all_in_the_same_cells_are_found() {
 }
 
 #[test]
-fn blocks_are_given_back() {
+fn empty_blocks_are_reused() {
     let at = |k: u32, x: f64| Vector::new(x, 0.01 * f64::from(k), 0.01 * f64::from(k));
     let mut packed = Packed::new(&space(true, 0.0), REACH, &(0..40).map(|k| at(k, 0.1)).collect::<Vec<_>>());
     let blocks = packed.blocks.len();

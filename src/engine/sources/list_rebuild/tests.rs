@@ -63,7 +63,7 @@ fn lists_are_complete_in_a_fluid() {
 }
 
 #[test]
-fn lists_made_anew_are_complete_around_particles_that_had_left_the_box() {
+fn rebuilt_lists_are_complete_for_particles_that_left_the_box() {
     let scene = fluid();
     let mut engine = Engine::<false, false>::new(&scene);
     engine.advance(Until::events(20_000), &mut None).unwrap();
@@ -84,7 +84,7 @@ fn lists_made_anew_are_complete_around_particles_that_had_left_the_box() {
 }
 
 #[test]
-fn lists_are_complete_and_no_longer_in_a_small_box_far_from_the_origin() {
+fn lists_stay_complete_in_a_small_box_far_from_the_origin() {
     for lower in [1e4, -1e6, 1e8] {
         let space = Space { lower: Vector::repeat(lower), ..Space::periodic_cube(3.9) };
         let fill = Fill::new(Arrangement::Random, "A").count(32);
@@ -190,7 +190,7 @@ fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
 }
 
 #[test]
-fn in_a_small_box_lists_hold_all_that_a_particle_meets() {
+fn small_box_lists_cover_all_images() {
     for (count, packing_fraction) in [(16, 0.2), (32, 0.3), (32, 0.45), (108, 0.4)] {
         for is_mixture in [false, true] {
             let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);

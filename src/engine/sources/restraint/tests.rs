@@ -54,7 +54,7 @@ fn molecules() -> Scene {
 }
 
 #[test]
-fn a_reflection_conserves_momentum_and_energy_and_leaves_the_motion_within_groups() {
+fn reflection_at_window_conserves_momentum_energy_and_inner_motion() {
     let groups: [&[u32]; 2] = [&[0, 1], &[8]];
     let mut simulation = Simulation::without_plan(molecules());
     simulation.advance(Until::time(0.3)).unwrap();
@@ -90,7 +90,7 @@ fn a_reflection_conserves_momentum_and_energy_and_leaves_the_motion_within_group
 }
 
 #[test]
-fn a_distance_stays_in_its_window_whatever_happens_to_the_members() {
+fn restrained_distance_stays_in_its_window() {
     for (groups, half) in [([&[0, 1][..], &[9][..]], 0.4), ([&[2], &[5]], 0.02), ([&[0, 1], &[12, 13]], 1e-3)] {
         let mut simulation = Simulation::without_plan(molecules());
         let start = distance(&simulation, groups);
@@ -118,7 +118,7 @@ fn a_distance_stays_in_its_window_whatever_happens_to_the_members() {
 
 /// Tests the engine for hard spheres of one species, which has no interaction table.
 #[test]
-fn two_spheres_of_a_fluid_are_held_together() {
+fn distance_of_two_fluid_spheres_is_restrained() {
     let scene = SceneBuilder::new("fluid")
         .species("A", 1.3, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
@@ -149,7 +149,7 @@ fn two_spheres_of_a_fluid_are_held_together() {
 /// Tests a line, a plane, and particles that fall between walls. A simulation and its copy must continue with the same
 /// bits.
 #[test]
-fn distances_are_held_in_all_dimensions() {
+fn distances_are_restrained_in_one_two_and_three_dimensions() {
     let wall = Boundary::walls(1.0);
     for (size, boundary, gravity) in [
         (Vector::new(30.0, 0.0, 0.0), [Boundary::Periodic, Boundary::Flat, Boundary::Flat], Vector::zeros()),

@@ -56,7 +56,7 @@ pub(super) fn contacts(scene: Scene, events: u64) -> Vec<Event> {
 }
 
 #[test]
-fn a_box_of_triangles_is_a_box_of_walls() {
+fn box_of_triangles_acts_like_box_of_walls() {
     for gravity in [0.0, 0.7] {
         let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
         let walled = Space { lower, size: upper - lower, boundary: [Boundary::walls(0.9); 3] };
@@ -88,7 +88,7 @@ fn floor(n: u32, size: f64) -> TriangleMesh {
 }
 
 #[test]
-fn a_floor_of_ten_thousand_triangles_is_a_plane() {
+fn floor_of_many_triangles_acts_like_a_plane() {
     // The sphere bounces elastically or almost so, and does not come to rest. It drifts across many seams between
     // triangles, and in some cases along an edge.
     for (velocity, restitution) in [
@@ -206,7 +206,7 @@ fn nothing_leaves_a_sphere_or_a_pipe_with_a_rod_in_it() {
 }
 
 #[test]
-fn rods_balls_and_capsules_are_met_from_outside_by_those_that_they_are_for() {
+fn rods_balls_and_capsules_act_from_outside_on_chosen_species() {
     let middle = Vector::repeat(10.0);
     let cage = mesh("cage", TriangleMesh::cuboid(&Vector::repeat(7.0), &Vector::repeat(13.0)));
     let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z);
@@ -242,7 +242,7 @@ fn rods_balls_and_capsules_are_met_from_outside_by_those_that_they_are_for() {
 }
 
 #[test]
-fn what_reaches_through_a_periodic_side_is_met_on_the_other() {
+fn surface_across_periodic_side_acts_on_the_other_side() {
     // A gas around a box of triangles, which lies across the corner of a periodic box. No particle may enter the box of
     // triangles or any of its images.
     let hard = Potential::hard_sphere(0.5).unwrap();

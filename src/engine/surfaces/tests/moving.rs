@@ -40,7 +40,7 @@ fn ball(gravity: f64, height: f64, speed: f64, floor: SurfaceDraft) -> Scene {
 }
 
 #[test]
-fn a_surface_that_moves_later_is_waited_for() {
+fn surface_that_starts_moving_late_is_still_hit() {
     // The floor starts to move so late that the engine first tries to prove that no further event happens.
     let floor = floor(1.0).motion(moving((1e6, 1e6 + 20.0), along_z(0.1, 0.0)));
     let mut simulation = Simulation::without_plan(ball(0.0, 1.0, 0.0, floor));
@@ -54,7 +54,7 @@ fn oscillation(amplitude: f64, rate: f64, phase: f64) -> MotionKind {
 }
 
 #[test]
-fn a_floor_that_starts_and_stops_throws_a_ball_as_far_as_it_should() {
+fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
     // The floor rises at a speed of 0.5 from t = 2 to 4, and then by 0.3 (t - 4)^2 until t = 5. The ball is at rest,
     // 0.6 above the initial floor.
     let floor = floor(0.8).motion(moving((2.0, 4.0), along_z(0.5, 0.0))).motion(moving((4.0, 5.0), along_z(0.0, 0.6)));
@@ -112,7 +112,7 @@ fn bounces(
 }
 
 #[test]
-fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
+fn bounce_times_on_vibrating_floor_match_the_bouncing_ball_map() {
     // In bounces near a stable orbit, rounding errors decay. In elastic bounces without such an orbit, they grow.
     for (restitution, gamma, count) in [(0.5, 1.3, 400), (0.8, 0.9, 400), (1.0, 2.0, 6)] {
         let (gravity, rate) = (9.81, 31.0);
@@ -130,7 +130,7 @@ fn a_ball_bounces_on_a_vibrating_floor_when_it_should() {
 }
 
 #[test]
-fn bounces_on_a_vibrating_floor_have_the_times_of_forty_digits() {
+fn bounce_times_on_vibrating_floor_match_40_digit_reference() {
     // Times of the bounces 1, 50, 100 and 200, computed by bisection with 40 digits from the same input.
     let cases = [
         (
@@ -158,7 +158,7 @@ fn bounces_on_a_vibrating_floor_have_the_times_of_forty_digits() {
 }
 
 #[test]
-fn a_late_floor_is_where_its_time_says_as_far_as_that_has_digits() {
+fn vibrating_floor_is_accurate_at_late_times() {
     let amplitude = 4.0 * 9.81 / (31.0 * 31.0);
     let floor = floor(0.9).motion(moving(ALWAYS, oscillation(amplitude, 31.0, 0.0)));
     let mut parts = ball(9.81, 0.5, 0.0, floor).into_parts();
@@ -187,7 +187,7 @@ fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
 }
 
 #[test]
-fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
+fn bouncing_ball_period_doubles_at_the_known_threshold() {
     // The orbit becomes unstable at this acceleration of the floor, in units of gravity.
     for (restitution, threshold) in [(0.5, 1.52682), (0.8, 1.07084)] {
         let below = unevenness(restitution, threshold - 1e-3, 20_000);
@@ -198,7 +198,7 @@ fn the_period_of_a_bouncing_ball_doubles_where_it_should() {
 }
 
 #[test]
-fn what_moves_with_its_surface_sees_one_at_rest() {
+fn contacts_are_the_same_in_the_frame_of_a_moving_surface() {
     // A gas in a closed box. The box is at rest, moves at a constant velocity, or falls together with the gas.
     let (lower, upper) = (Vector::new(6.1, 6.3, 6.7), Vector::new(13.9, 14.2, 14.8));
     let draft = || mesh("box", TriangleMesh::cuboid(&lower, &upper)).restitution(0.9);
@@ -251,7 +251,7 @@ fn a_blade_that_turns_strikes_along_its_own_normal() {
 }
 
 #[test]
-fn a_blade_ends_where_it_ends() {
+fn turning_blade_does_not_hit_beyond_its_end() {
     // The ball is too far from the axis for the blade to reach it. However, the planes of the blade's faces pass
     // through the ball.
     let blade = TriangleMesh::cuboid(&Vector::new(10.0, 9.9, 9.0), &Vector::new(12.0, 10.0, 11.0));

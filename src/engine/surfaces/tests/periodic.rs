@@ -55,7 +55,7 @@ fn assert_normals<const FALLING: bool>(count: u64, gravity: f64) -> bool {
 }
 
 #[test]
-fn a_particle_that_comes_round_the_box_is_reflected_by_the_image_that_it_meets() {
+fn particle_is_reflected_by_the_surface_image_it_meets() {
     let mut taken = [false; 2];
     for count in [3, 40, 300] {
         taken[usize::from(assert_normals::<false>(count, 0.0))] = true;
@@ -65,7 +65,7 @@ fn a_particle_that_comes_round_the_box_is_reflected_by_the_image_that_it_meets()
 }
 
 #[test]
-fn a_surface_periods_away_is_met_as_its_image_in_the_box() {
+fn surface_displaced_by_periods_acts_through_its_image_in_the_box() {
     let scene = |by: Vector| {
         let rod = SurfaceShape::Cylinder {
             point: Vector::new(0.1, 0.3, 5.0) + by,

@@ -70,7 +70,7 @@ fn meet_in_whole_numbers(one: &[Whole; 3], two: &[Whole; 3]) -> bool {
 }
 
 #[test]
-fn meeting_is_exact_for_all_ways_to_touch_overlap_and_share() {
+fn triangle_intersection_test_is_exact_on_integer_coordinates() {
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let mut counts = [[0_usize; 2]; 4];
     for case in 0..400_000 {
@@ -111,7 +111,7 @@ fn meeting_is_exact_for_all_ways_to_touch_overlap_and_share() {
 }
 
 #[test]
-fn a_tip_is_on_the_face_one_float_before_and_behind() {
+fn intersection_test_resolves_one_float_around_a_face() {
     let face = [Vector::new(0.1, 0.2, 0.7), Vector::new(1.3, 0.1, 0.3), Vector::new(0.4, 1.7, 0.9)];
     // The tip starts in the middle of the face, up to round-off. The exact sign decides the result there and for the
     // neighbouring floats.
@@ -129,7 +129,7 @@ fn a_tip_is_on_the_face_one_float_before_and_behind() {
 }
 
 #[test]
-fn the_tree_finds_the_pairs_of_a_search_through_all() {
+fn tree_finds_the_same_intersections_as_brute_force() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for case in 0..30 {
         let soup = (0..1 + case * 7).map(|k| {

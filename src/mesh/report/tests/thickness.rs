@@ -22,7 +22,7 @@ fn walls_and_gaps_of_closed_meshes_are_told_apart() {
 }
 
 #[test]
-fn a_shell_is_as_thick_as_the_difference_of_its_radii_and_has_a_cavity() {
+fn hollow_shell_reports_wall_thickness_and_cavity_width() {
     let shell =
         both(&icosphere(&Vector::zeros(), 2.0, 3).unwrap(), &inside_out(&icosphere(&Vector::zeros(), 1.5, 3).unwrap()));
     let report = assert_clean(&shell);
@@ -49,7 +49,7 @@ fn open_sheets_have_one_distance_whichever_way_they_face() {
 }
 
 #[test]
-fn the_tree_finds_the_shortest_ray() {
+fn tree_finds_the_same_thinnest_wall_as_brute_force() {
     let mut random = ChaCha8Rng::seed_from_u64(8);
     for _ in 0..20 {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();

@@ -38,7 +38,7 @@ fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, 
 }
 
 #[test]
-fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() {
+fn triangle_contact_time_matches_distance_with_and_without_gravity() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut counts = [0_u32; 2];
     for case in 0..6_000 {
@@ -85,7 +85,7 @@ fn a_triangle_is_met_where_its_distance_says_in_straight_flight_and_in_a_fall() 
 }
 
 #[test]
-fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
+fn foot_entering_a_face_within_contact_height_is_an_event() {
     // The sphere is half a unit above the face and falls. It starts one unit outside the edge and is over the
     // edge at t = 1.
     let height = Parabola([0.5, -0.01, 0.0]);
@@ -101,7 +101,7 @@ fn a_foot_that_comes_onto_a_face_within_its_thickness_is_an_event_there() {
 }
 
 #[test]
-fn a_foot_that_comes_in_at_a_corner_is_on_the_face() {
+fn foot_entering_at_a_corner_hits_the_face() {
     // Two extents rise to zero at the same time within round-off. When one extent reaches zero, the other may
     // still be negative.
     let mut random = ChaCha8Rng::seed_from_u64(7);

@@ -3,7 +3,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::nearest_image;
 
 #[test]
-fn overlaps_are_those_of_a_search_over_all_pairs() {
+fn overlaps_match_brute_force() {
     let mut contacts = Contacts::new(2);
     contacts.set(0, 0, 1.0);
     contacts.set(0, 1, 0.7);
@@ -34,7 +34,7 @@ fn overlaps_are_those_of_a_search_over_all_pairs() {
 }
 
 #[test]
-fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
+fn very_different_sizes_use_separate_grids() {
     let mut contacts = Contacts::new(4);
     for (a, b, contact) in [(0, 0, 0.02), (0, 1, 1.01), (1, 1, 2.0), (0, 2, 0.3), (1, 2, 1.1)] {
         contacts.set(a, b, contact);
@@ -73,7 +73,7 @@ fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
 }
 
 #[test]
-fn a_small_particle_is_held_against_few_others_among_large_ones() {
+fn small_particle_among_large_ones_is_compared_with_few() {
     let mut contacts = Contacts::new(2);
     contacts.set(0, 0, 1.0);
     contacts.set(0, 1, 500.5);
@@ -94,7 +94,7 @@ fn a_small_particle_is_held_against_few_others_among_large_ones() {
 }
 
 #[test]
-fn the_first_overlap_is_that_of_the_order_of_ids() {
+fn first_overlap_has_the_lowest_id() {
     let mut contacts = Contacts::new(1);
     contacts.set(0, 0, 1.0);
     let space = Space::periodic_cube(33.0);
@@ -120,7 +120,7 @@ fn the_first_overlap_is_that_of_the_order_of_ids() {
 }
 
 #[test]
-fn a_start_with_an_overlap_has_a_first_one() {
+fn first_overlap_is_found_exactly_if_one_exists() {
     let mut random = Random::new(9, Purpose::Placement, 0);
     let mut counts = [0; 2];
     // With the contact distance 0.3 of species 2, sizes differ too much for cells as large as the longest contact.
@@ -161,7 +161,7 @@ fn a_start_with_an_overlap_has_a_first_one() {
 }
 
 #[test]
-fn contact_is_not_an_overlap_but_a_gap_beyond_rounding_is() {
+fn contact_is_not_an_overlap_but_penetration_beyond_rounding_is() {
     let mut contacts = Contacts::new(1);
     contacts.set(0, 0, 1.0);
     let space = Space::periodic_cube(10.0);
@@ -175,7 +175,7 @@ fn contact_is_not_an_overlap_but_a_gap_beyond_rounding_is() {
 }
 
 #[test]
-fn particles_at_the_ends_of_the_world_are_no_trouble() {
+fn extremely_distant_particles_are_handled() {
     let mut contacts = Contacts::new(1);
     contacts.set(0, 0, 1.0);
     let mut space = Space::periodic_cube(1.0);

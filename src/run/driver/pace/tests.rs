@@ -88,7 +88,7 @@ fn run(scene: Scene) -> Kept {
 }
 
 #[test]
-fn a_pilot_run_changes_nothing_of_what_is_kept() {
+fn pilot_run_does_not_change_the_output() {
     // Cases: a pilot run that is the beginning of its stage, a pilot run without an event before the first row, and
     // runs so short that the first row is due at about the time of the first event.
     let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
@@ -121,7 +121,7 @@ fn a_pilot_run_that_is_interrupted_goes_on() {
 }
 
 #[test]
-fn frames_take_no_more_than_200_megabytes_unasked() {
+fn default_frames_take_at_most_200_megabytes() {
     let scene = |limit: Limit, frame_interval: Option<f64>| {
         SceneBuilder::new("large")
             .species("A", 1.0, 1.0)

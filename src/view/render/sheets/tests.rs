@@ -30,7 +30,7 @@ fn image(mesh: &TriangleMesh, opacity: f64) -> Image {
 }
 
 #[test]
-fn a_surface_lets_through_what_is_behind_it_as_its_opacity_says() {
+fn opacity_decides_how_much_shows_through_a_surface() {
     let none = draw(&ball(), &level()).unwrap();
     let is_reddish = |pixel: [u8; 4]| pixel[0] > pixel[1] + 40;
     let middle = |image: &Image| pixel(image, 0.5, 0.5);
@@ -48,7 +48,7 @@ fn a_surface_lets_through_what_is_behind_it_as_its_opacity_says() {
 }
 
 #[test]
-fn neighbours_join_without_gaps_and_without_overlap() {
+fn adjacent_triangles_join_without_gap_or_overlap() {
     let whole = image(&square(0.0, 1), 0.5);
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
@@ -60,7 +60,7 @@ fn neighbours_join_without_gaps_and_without_overlap() {
 }
 
 #[test]
-fn a_surface_before_the_camera_and_behind_it_is_drawn_in_front() {
+fn surface_extending_behind_the_camera_is_drawn_in_front() {
     let corner = |x: f64, y: f64| Vector::new(x, y, 2.0);
     let floor = |reach: f64| {
         let [a, b, c, d] = [corner(-reach, -reach), corner(reach, -reach), corner(reach, reach), corner(-reach, reach)];
@@ -74,7 +74,7 @@ fn a_surface_before_the_camera_and_behind_it_is_drawn_in_front() {
 }
 
 #[test]
-fn the_picture_has_room_for_a_funnel_and_none_for_a_plain() {
+fn image_makes_room_for_a_funnel_but_not_for_a_large_plane() {
     let style = Style { framing: Framing::Particles, ..style(1.0) };
     let balls = [(0, [5.0, 5.0, 5.0], 1.0), (0, [8.0, 8.0, 8.0], 1.0)];
     let scene = frame([10.0; 3], &balls);
@@ -107,7 +107,7 @@ fn surfaces_are_found_beside_the_trajectory() {
 }
 
 #[test]
-fn a_surface_is_drawn_where_it_is_if_it_is_there() {
+fn moving_surface_is_drawn_at_its_position_if_its_file_exists() {
     let folder = tempfile::tempdir().unwrap();
     let (trajectory, surfaces) = (folder.path().join("trajectory.xyz"), folder.path().join("surfaces"));
     std::fs::create_dir(&surfaces).unwrap();
@@ -137,7 +137,7 @@ fn a_surface_is_drawn_where_it_is_if_it_is_there() {
 }
 
 #[test]
-fn a_movie_has_room_for_all_places_of_a_surface() {
+fn movie_bounds_cover_every_position_of_a_moving_surface() {
     use crate::model::{MotionKind, SurfaceMotion};
     let mut surfaces = Surfaces::of([&square(7.0, 1)]);
     let kind = MotionKind::Rotation { point: Vector::zeros(), axis: Vector::z(), frequency: 0.25 };

@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_coincide_have_an_axis() {
+    fn axis_of_equal_values_is_finite() {
         for range in [[0.0, 0.0], [5.0, 5.0], [-3.0, -3.0], [1e300, 1e300], [162.0, 162.0 + 1e-12], [-1e308, 1e308]] {
             for is_logarithmic in [false, true] {
                 let axis = Axis::new(range, is_logarithmic);

@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_in_company_have_marks_of_their_own() {
+    fn multiple_lines_have_different_marks() {
         let points: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 0.0)).collect();
         let two = Curves { lines: vec![line(&points), line(&points)], ..Curves::default() };
         let [svg, _] = two.drawing().unwrap();
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_family_has_a_key_of_colours() {
+    fn curve_family_has_a_colour_key() {
         let key = Key { title: "density".to_owned(), ends: [0.1, 0.5], is_logarithmic: false };
         let lines = [0.1, 0.5]
             .map(|density| Line { tone: Some(key.tone(density)), ..line(&[(0.0, density, 0.0), (1.0, 2.0, 0.0)]) });

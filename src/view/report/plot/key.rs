@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tones_go_along_the_scale() {
+    fn tones_follow_the_colour_scale() {
         let key = |is_logarithmic| Key { title: String::new(), ends: [0.01, 1.0], is_logarithmic };
         assert_eq!([0.01, 0.1, 1.0].map(|value| key(true).tone(value)), [0, 8, TONES - 1]);
         assert_eq!([0.01, 0.1, 1.0].map(|value| key(false).tone(value)), [0, 1, TONES - 1]);

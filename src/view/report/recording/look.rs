@@ -35,7 +35,7 @@ mod tests {
     use crate::trajectory::extended_xyz::write_frame;
 
     #[test]
-    fn a_scene_chooses_the_first_picture() {
+    fn scene_sets_initial_colour_and_view() {
         let scene = SceneBuilder::new("s")
             .space(Space::periodic_cube(8.0))
             .species("A", 1.0, 1.0)

@@ -78,7 +78,7 @@ mod tests {
     use crate::model::TriangleMesh;
 
     #[test]
-    fn positions_and_normals_come_back_within_their_steps() {
+    fn positions_and_normals_are_stored_within_quantisation_step() {
         let cube = TriangleMesh::cuboid(&Vector::new(-1.0, 2.0, 0.0), &Vector::new(3.0, 5.0, 1.0));
         let far = TriangleMesh::cuboid(&Vector::new(7.3, 2.1, 0.4), &Vector::new(8.0, 2.5, 0.6));
         let surfaces = Surfaces::of([&cube, &far]);

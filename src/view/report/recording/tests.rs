@@ -66,7 +66,7 @@ fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
 }
 
 #[test]
-fn positions_and_speeds_come_back_within_their_steps() {
+fn positions_and_speeds_are_recorded_within_quantisation_step() {
     let frames: Vec<Frame> = (0..4).map(|k| frame(0.1 * f64::from(k), 51)).collect();
     let recording = read(text(&frames).as_slice(), None).unwrap();
     let head = &recording.head;
@@ -100,7 +100,7 @@ fn positions_and_speeds_come_back_within_their_steps() {
 }
 
 #[test]
-fn what_flew_away_is_left_out_and_counted() {
+fn particles_far_outside_are_omitted_and_counted() {
     let mut open = frame(0.0, 4);
     open.particles[1].position.y = 15.9;
     open.particles[2].position.y = 1e9;
@@ -124,7 +124,7 @@ fn long_trajectories_are_thinned_evenly_and_end_with_the_last_frame() {
 }
 
 #[test]
-fn damage_is_told_and_what_came_before_is_kept() {
+fn damaged_trajectory_is_reported_and_earlier_frames_kept() {
     let whole = text(&[frame(0.0, 3), frame(1.0, 3)]);
     assert!(read(&b""[..], None).unwrap_err().contains("no frame"));
     assert!(read(&b"three\n"[..], None).unwrap_err().contains("line 1"));
@@ -138,7 +138,7 @@ fn damage_is_told_and_what_came_before_is_kept() {
 }
 
 #[test]
-fn scalars_are_those_that_the_scene_has() {
+fn channels_depend_on_potential_and_gravity() {
     let names = |recording: &Recording| -> Vec<String> {
         recording.head.channels.iter().map(|channel| channel.name.clone()).collect()
     };
@@ -166,7 +166,7 @@ fn scalars_are_those_that_the_scene_has() {
 }
 
 #[test]
-fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
+fn particle_scalars_become_colour_channels() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
         // The last value belongs to the pivot. The recording leaves it out, because the pivot is static.
@@ -181,7 +181,7 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
 }
 
 #[test]
-fn neighbours_are_those_of_a_search_over_all_pairs() {
+fn well_neighbours_match_brute_force() {
     let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
     for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
         // Some pairs have wells, with two different ranges. Other pairs have no well.

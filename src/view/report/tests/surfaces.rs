@@ -79,7 +79,7 @@ fn a_large_surface_does_not_make_the_particles_small() {
 }
 
 #[test]
-fn the_player_has_surfaces_where_they_are_in_each_frame() {
+fn player_moves_surfaces_with_each_frame() {
     let gate = OBSTACLE.replace("[run]", "stages = [\"first\"]\n[[surface]]\nname = \"rod\"\nshape = \"capsule\"\nstart = [4.3, 4.4, 4.5]\nend = [4.3, 4.5, 4.5]\nradius = 0.1\n[[surface.motion]]\nkind = \"translation\"\nvelocity = [0.25, 0.0, 0.0]\n[[stage]]\nname = \"first\"\nmeasure = true\nuntil_time = 1.0\n[run]");
     let hard = SCENE.replace("[run]", &gate).replace("square-well\"\nlambda = 1.5\nwell_depth = 1.0", "hard-sphere\"");
     let hard = hard.replace("6.0, 6.0]\n[[species", "6.0, 6.0]\nx = \"walls\"\n[[species");

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_page_says_in_one_line_what_it_is_about() {
+fn subtitle_summarises_the_system() {
     let subtitle = |text: &str| {
         let place = folder_of(text);
         let html = page(place.path()).unwrap().html;
@@ -16,7 +16,7 @@ fn a_page_says_in_one_line_what_it_is_about() {
 }
 
 #[test]
-fn published_values_stand_beside_measured_ones_and_constants_are_not_drawn() {
+fn published_values_are_listed_and_constant_traces_not_drawn() {
     let hard = SCENE.replace("square-well\"\nlambda = 1.5\nwell_depth = 1.0", "hard-sphere\"");
     let html = page(folder_of(&hard).path()).unwrap().html;
     let published = crate::analysis::published::hard_spheres(27.0 * std::f64::consts::PI / 6.0 / 216.0);

@@ -68,7 +68,7 @@ fn balls_that_collide_between_frames_do_not_fly_freely() {
 }
 
 #[test]
-fn both_the_place_and_the_velocity_are_those_of_a_flight() {
+fn free_flight_must_match_position_and_velocity() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::new(0.7, -0.3, 0.1)).build().unwrap();
     let mut both = frames(&scene, &[0.0, 1.3]);
     assert_eq!(flights(&recorded(&both, &scene)), [[true]]);
@@ -81,7 +81,7 @@ fn both_the_place_and_the_velocity_are_those_of_a_flight() {
 }
 
 #[test]
-fn a_collision_in_the_last_bits_of_an_interval_counts() {
+fn collision_at_the_very_end_of_an_interval_is_detected() {
     for (time, expected) in [(1.5 - 1e-5, true), (1.5 + 1e-5, false)] {
         let scene = balls(OPEN)
             .particle("ball", Vector::new(2.0, 5.0, 5.0), Vector::x())
@@ -136,7 +136,7 @@ fn gravity_of_a_stage_bends_flights() {
 }
 
 #[test]
-fn flights_go_on_through_periodic_sides_but_not_farther_than_half_a_period() {
+fn flights_cross_periodic_sides_up_to_half_a_period() {
     let scene = balls(PERIODIC)
         .particle("ball", Vector::new(9.0, 1.0, 5.0), Vector::new(2.0, -1.0, 0.25))
         .particle("ball", Vector::new(5.0, 5.0, 1.0), Vector::new(4.9, 0.0, 0.0))
@@ -176,7 +176,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 }
 
 #[test]
-fn a_collision_in_a_frame_that_is_left_out_is_kept_in_mind() {
+fn collision_in_a_skipped_frame_is_remembered() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
     // The particle turns back between frames 1500 and 1501. The recording contains only one of these two frames.
     let frames = (0..4_323).map(|index| {

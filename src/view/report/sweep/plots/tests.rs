@@ -70,7 +70,7 @@ fn stages_are_drawn_against_their_temperature() {
 }
 
 #[test]
-fn what_is_published_is_drawn_for_the_size_of_the_runs() {
+fn published_values_are_drawn_at_the_run_size() {
     let sweep = sweep(&["fill.0.count=100,200"]);
     let of = |z: f64| vec![means("measurement", 1.0, z)];
     let page = section(&sweep, &results(vec![of(7.0), of(7.5)]));
