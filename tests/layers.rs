@@ -105,7 +105,7 @@ fn rank(layer: &str) -> Option<usize> {
 }
 
 #[test]
-fn no_import_runs_up() {
+fn no_layer_imports_from_a_layer_above() {
     let mut compared = 0;
     for (layer, imports) in relations() {
         let Some(own) = rank(&layer) else { continue };
@@ -129,7 +129,7 @@ fn every_source_is_in_a_layer() {
 }
 
 #[test]
-fn an_import_that_runs_up_would_be_noticed() {
+fn imports_are_found_outside_comments_and_tests() {
     let text = "//! use crate::cli::x;\nuse crate::scene::{A, b};\nlet x = crate::run::f();\n#[cfg(test)]\nmod tests {\nuse crate::view::V;\n}\n";
     let found: Vec<String> = imports(&code(text)).into_iter().map(|(first, _)| first).collect();
     assert_eq!(found, ["scene", "run"]);
