@@ -25,7 +25,7 @@ fn rendered(error: &SceneError) -> String {
 }
 
 #[test]
-fn every_bad_scene_says_what_it_expects() {
+fn every_bad_scene_gives_its_expected_error() {
     let mut failures = Vec::new();
     let paths = bad_scenes();
     assert!(paths.len() > 60, "only {} bad scenes", paths.len());
@@ -64,7 +64,7 @@ fn the_nearest_key_is_suggested() {
 }
 
 #[test]
-fn what_is_no_text_is_an_error() {
+fn empty_and_non_text_files_are_errors() {
     let directory = tempfile::tempdir().unwrap();
     let kind_of = |bytes: &[u8]| {
         let path = directory.path().join("scene.toml");
@@ -85,7 +85,7 @@ fn what_is_no_text_is_an_error() {
 const GOOD: &str = include_str!("../configs/pendulum.toml");
 
 #[test]
-fn overrides_replace_add_and_name() {
+fn overrides_replace_and_add_values_by_index_or_name() {
     let scene = Scene::from_toml_with(
         GOOD,
         "pendulum.toml",
@@ -108,7 +108,7 @@ fn overrides_replace_add_and_name() {
 }
 
 #[test]
-fn a_wrong_override_is_shown_itself() {
+fn error_in_an_override_shows_the_override() {
     let refused = |key: &str, value: &str| {
         let error = Scene::from_toml_with(GOOD, "pendulum.toml", &[("seed", "2"), (key, value)]).unwrap_err();
         rendered(&error)
@@ -199,7 +199,7 @@ fn the_scenes_that_are_mutated_are_valid() {
 }
 
 #[test]
-fn more_interactions_than_numbers_for_them_are_refused() {
+fn more_interactions_than_16_bit_ids_are_rejected() {
     use carom::model::potential::Potential;
     let species = 363;
     let mut scene = carom::scene::SceneBuilder::new("many");

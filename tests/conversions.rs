@@ -26,7 +26,7 @@ fn with(trajectory: &str) -> tempfile::TempDir {
 }
 
 #[test]
-fn every_format_goes_beside_the_trajectory_and_is_not_replaced_by_accident() {
+fn convert_writes_beside_the_trajectory_and_needs_force_to_replace() {
     let folder = with(&FRAME.repeat(3));
     for (format, name) in [
         ("lammps", "trajectory.lammpstrj"),
@@ -47,7 +47,7 @@ fn every_format_goes_beside_the_trajectory_and_is_not_replaced_by_accident() {
 }
 
 #[test]
-fn pieces_by_number_of_frame() {
+fn frames_option_selects_a_range_of_frames() {
     let folder = with(&FRAME.repeat(5));
     for (frames, count) in [("1..3", "3 frames"), ("..1", "2 frames"), ("4..", "1 frame"), ("2", "1 frame")] {
         let arguments = ["convert", "runs/a", "--to", "csv", "--out", "a.csv", "--force", "--frames", frames];
@@ -58,7 +58,7 @@ fn pieces_by_number_of_frame() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_place() {
+fn convert_errors_say_what_is_wrong_and_where() {
     let folder = with(&format!("{FRAME}{}", FRAME.replace("B 4 5", "B 4 x")));
     fs::write(folder.path().join("empty.xyz"), "").unwrap();
     fs::create_dir(folder.path().join("empty")).unwrap();
@@ -85,7 +85,7 @@ fn what_is_wrong_is_told_with_its_place() {
 }
 
 #[test]
-fn the_complete_frames_of_a_run_that_was_killed() {
+fn convert_writes_the_complete_frames_of_a_killed_run() {
     let text = FRAME.repeat(2);
     let folder = with(&text[..text.len() - 4]);
     let (code, text) = said(&carom(folder.path(), &["convert", "runs/a", "--to", "csv"]));

@@ -32,7 +32,7 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
 }
 
 #[test]
-fn a_gas_stops_at_the_event_that_takes_the_last_of_nine_tenths() {
+fn gas_stops_when_nine_tenths_of_its_energy_are_lost() {
     let (simulation, [start, end]) = stop_on_condition::cooled().unwrap();
     // A contact removes at most a few thousandths of the energy of 500 grains.
     assert!(end < 0.1 * start && end > 0.09 * start, "{start} {end}");
@@ -57,7 +57,7 @@ fn a_bond_turns_its_beads_back_at_both_of_its_ends() {
 }
 
 #[test]
-fn events_of_wells_are_all_of_their_kinds() {
+fn square_well_events_have_four_kinds_with_correct_signs() {
     let statistics = event_statistics::statistics(20_000).unwrap();
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
@@ -68,7 +68,7 @@ fn events_of_wells_are_all_of_their_kinds() {
 }
 
 #[test]
-fn a_potential_of_ones_own_conserves_energy() {
+fn user_defined_potential_conserves_energy() {
     let (simulation, start) = own_potential::simulated(20_000).unwrap();
     let energy = simulation.energy();
     assert!(energy.potential > 0.0 && simulation.event_counts().capture > 1_000);
@@ -77,7 +77,7 @@ fn a_potential_of_ones_own_conserves_energy() {
 }
 
 #[test]
-fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
+fn user_defined_instrument_is_in_the_files_of_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
     let finished = own_instrument::measured_in(&run).unwrap();

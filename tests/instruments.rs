@@ -131,7 +131,7 @@ fn a_run_that_goes_on_has_the_results_of_one_that_was_never_interrupted() {
 }
 
 #[test]
-fn an_instrument_comes_back_with_its_type() {
+fn finished_run_returns_instruments_by_name_and_type() {
     let run = probed(Run::new(scene()), u64::MAX).instrument("other", |_| Other("kept".into()));
     let mut finished = run.finish().unwrap();
     let events = finished.measurement.event_counts.physical();
@@ -155,7 +155,7 @@ fn measured_speed(finished: &Finished) -> Estimate {
 }
 
 #[test]
-fn what_an_instrument_is_made_of_where_a_run_goes_on_is_its_state() {
+fn resumed_instrument_is_restored_from_its_stored_state() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     interrupted(&path, 900, (Stage::Measurement, 300));
@@ -201,7 +201,7 @@ impl Instrument for Other {
 }
 
 #[test]
-fn the_state_of_another_type_is_refused() {
+fn instrument_state_of_another_type_is_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     interrupted(&path, u64::MAX, (Stage::Measurement, 100));
@@ -211,7 +211,7 @@ fn the_state_of_another_type_is_refused() {
 }
 
 #[test]
-fn an_instrument_ends_a_run_at_the_event_that_it_waited_for_and_changes_no_bit() {
+fn instrument_ends_a_run_at_its_event_and_changes_no_bit() {
     let most = 777;
     let finished = probed(Run::new(scene()), most).finish().unwrap();
     assert_eq!((finished.ending.clone(), finished.measurement.event_counts.physical()), (Ending::Condition, most));

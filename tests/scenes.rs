@@ -21,7 +21,7 @@ fn every_scene_of_configs_loads() {
 }
 
 #[test]
-fn the_hopper_is_the_one_of_the_paper_and_holds() {
+fn hopper_matches_the_paper_and_has_no_gaps() {
     let scene = Scene::from_file("configs/hopper.toml").unwrap();
     let surface: usize = scene.static_surfaces().iter().map(|surface| surface.particles.len()).sum();
     println!("{surface} surface spheres, {} grains", scene.particles().len() - surface);
@@ -35,7 +35,7 @@ fn the_hopper_is_the_one_of_the_paper_and_holds() {
 }
 
 #[test]
-fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
+fn pendulum_is_straight_and_its_links_have_equal_slack() {
     let scene = Scene::from_file("configs/pendulum.toml").unwrap();
     assert_eq!(scene.bonds().len(), 10);
     for bond in scene.bonds() {
@@ -61,7 +61,7 @@ fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
 }
 
 #[test]
-fn the_balls_of_the_cradle_hang_all_but_touching_and_the_first_is_held_up() {
+fn cradle_balls_nearly_touch_and_the_first_is_raised() {
     let scene = Scene::from_file("configs/cradle.toml").unwrap();
     let position = |id: usize| scene.particles()[id].position;
     for id in 1..4 {
@@ -177,7 +177,7 @@ fn the_box_follows_from_count_and_density() {
 }
 
 #[test]
-fn code_and_text_pass_the_same_checks() {
+fn builder_and_scene_file_pass_the_same_checks() {
     use carom::model::potential::Potential;
     use carom::scene::{Amount, Lattice, SceneBuilder};
     let builder = |restitution| {
@@ -266,7 +266,7 @@ fn a_polydisperse_fluid_runs_with_a_sound_audit() {
 }
 
 #[test]
-fn lists_of_diameters_keep_their_shares_and_disks_the_mass_of_their_area() {
+fn listed_diameters_keep_shares_and_disks_have_mass_by_area() {
     let overrides = [
         ("species.A.diameter", "{ distribution = \"list\", diameters = [1.0, 2.0], shares = [3, 1] }"),
         ("fill.0.composition", "{ A = 1.0 }"),
@@ -326,7 +326,7 @@ fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Resul
 }
 
 #[test]
-fn a_fill_of_a_cylinder_a_cone_or_a_sphere_has_the_density_of_its_volume_and_is_inside() {
+fn fills_of_curved_regions_have_their_density_and_stay_inside() {
     use std::f64::consts::PI;
 
     let sphere = "shape = \"sphere\", centre = [10.0, 10.0, 10.0], radius = 6.0";

@@ -46,7 +46,7 @@ def arrays(scene: dict, folder: Path) -> Iterator[tuple[str, Any]]:
     yield "batch", next(iter(simulation.events(events=5)))
 
 
-def test_what_is_a_copy_is_for_reading_only(mixture: dict, tmp_path: Path) -> None:
+def test_arrays_are_read_only_copies(mixture: dict, tmp_path: Path) -> None:
     found = dict(arrays(mixture, tmp_path))
     assert [name for name, array in found.items() if array.flags.writeable] == []
     assert len(found) > 60
@@ -118,7 +118,7 @@ def test_pandas_has_the_columns(fluid: dict, tmp_path: Path) -> None:
     assert len(numbers) == 20_000 and (numbers["time"] == run.events["time"]).all()
 
 
-def test_a_torn_table_loses_no_column(tmp_path: Path) -> None:
+def test_truncated_table_is_rejected(tmp_path: Path) -> None:
     (tmp_path / "table.csv").write_text("time,kinetic\n0,1.5\n1\n")
     with pytest.raises(carom.FolderError, match="line 3 has 1 cells"):
         carom.Table.read(tmp_path / "table.csv")

@@ -48,12 +48,12 @@ def changed(scene: dict, key: str, value: Any) -> dict:
         ("interaction.0.species", ["sphere", "cube"], carom.SceneError, "cube"),
     ],
 )
-def test_a_scene_that_is_wrong(fluid: dict, key: str, value: Any, kind: type, words: str) -> None:
+def test_invalid_values_in_a_scene_are_rejected(fluid: dict, key: str, value: Any, kind: type, words: str) -> None:
     with pytest.raises(kind, match=words.replace("^", r"\^").replace("`", ".")):
         carom.Scene(changed(fluid, key, value))
 
 
-def test_a_scene_that_is_none(fluid: dict, tmp_path: Path) -> None:
+def test_scene_rejects_unreadable_files_and_wrong_types(fluid: dict, tmp_path: Path) -> None:
     with pytest.raises(carom.SceneError, match="cannot read"):
         carom.Scene("no/such/file.toml")
     with pytest.raises(TypeError, match="from_toml"):
@@ -71,7 +71,7 @@ def test_a_scene_that_is_none(fluid: dict, tmp_path: Path) -> None:
             carom.Scene(fluid, seed=seed)  # type: ignore[arg-type]
 
 
-def test_errors_of_scenes_carry_the_place(fluid: dict) -> None:
+def test_scene_error_has_line_problem_and_cure(fluid: dict) -> None:
     text = "seed = 1\nsead = 2\n"
     with pytest.raises(carom.SceneError) as caught:
         carom.Scene.from_toml(text, name="mine.toml")
@@ -101,7 +101,7 @@ def test_errors_of_scenes_carry_the_place(fluid: dict) -> None:
         (np.ma.masked_less(np.arange(3.0 * N).reshape(N, 3), 1.0), ValueError, "masked"),
     ],
 )
-def test_arrays_that_are_wrong(fluid: dict, value: Any, kind: type, words: str) -> None:
+def test_invalid_arrays_are_rejected_without_changes(fluid: dict, value: Any, kind: type, words: str) -> None:
     simulation = carom.Simulation(fluid)
     before = simulation.velocities, simulation.positions
     with pytest.raises(kind, match="velocities: .*" + words):
@@ -161,7 +161,7 @@ def test_overlaps_are_refused(fluid: dict) -> None:
         ({"events": 1, "stop": bool, "kinds": "kore"}, ValueError, "'kore'"),
     ],
 )
-def test_ends_that_are_wrong(fluid: dict, keywords: dict, kind: type, words: str) -> None:
+def test_advance_rejects_invalid_ends(fluid: dict, keywords: dict, kind: type, words: str) -> None:
     with pytest.raises(kind, match=words):
         carom.Simulation(fluid).advance(**keywords)
 
@@ -180,7 +180,7 @@ def test_numbers_of_any_kind_are_taken(fluid: dict) -> None:
     assert simulation.event_counts["core"] == before + 10
 
 
-def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path) -> None:
+def test_wrong_types_of_numbers_and_flags_are_rejected(fluid: dict, tmp_path: Path) -> None:
     carom.run(fluid, tmp_path / "run")
     calls = [
         ("checkpoint_every", lambda: carom.run(fluid, tmp_path / "new", checkpoint_every="300")),
@@ -202,14 +202,14 @@ def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path)
     assert carom.open(tmp_path / "run").summary["seed"] == 1
 
 
-def test_an_empty_path_is_not_the_folder_where_one_is(fluid: dict, tmp_path: Path) -> None:
+def test_empty_path_is_rejected(fluid: dict, tmp_path: Path) -> None:
     for call in (lambda: carom.run(fluid, ""), lambda: carom.sweep(fluid, seeds=1, out=""), lambda: carom.open("")):
         with pytest.raises(ValueError, match="empty string"):
             call()
     assert not list(tmp_path.iterdir())
 
 
-def test_events_that_are_wrong(fluid: dict) -> None:
+def test_events_rejects_invalid_arguments(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
     for keywords, kind in (({"events": 1, "batch": 0}, ValueError), ({}, ValueError), ({"events": 1, "kinds": 3}, TypeError)):
         with pytest.raises(kind):
@@ -217,7 +217,7 @@ def test_events_that_are_wrong(fluid: dict) -> None:
     assert list(simulation.events(events=0)) == []
 
 
-def test_what_only_a_run_does(fluid: dict) -> None:
+def test_simulation_rejects_a_scene_with_a_run_plan(fluid: dict) -> None:
     planned = changed(fluid, "run.equilibration_events", 100)
     with pytest.raises(carom.SceneError, match="use carom.run"):
         carom.Simulation(planned)
@@ -231,7 +231,7 @@ def test_a_scene_is_pickled_with_its_start(fluid: dict) -> None:
     assert (copy.deepcopy(simulation).positions == simulation.positions).all()
 
 
-def test_two_threads_do_not_mix(fluid: dict) -> None:
+def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
     done = threading.Event()
 
@@ -326,7 +326,7 @@ def test_a_signal_ends_an_exchange_that_can_go_on(tmp_path: Path) -> None:
     assert (parts.potential_energies == whole.potential_energies).all()
 
 
-def test_folders_that_are_wrong(fluid: dict, tmp_path: Path) -> None:
+def test_invalid_folders_are_rejected(fluid: dict, tmp_path: Path) -> None:
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("")
     with pytest.raises(carom.FolderError, match="thesis"):
@@ -366,13 +366,13 @@ def test_folders_that_are_wrong(fluid: dict, tmp_path: Path) -> None:
         ({"set": {"run.until_evnets": 4}}, carom.SceneError),
     ],
 )
-def test_runs_that_are_wrong(fluid: dict, keywords: dict, kind: type, tmp_path: Path) -> None:
+def test_run_rejects_invalid_arguments(fluid: dict, keywords: dict, kind: type, tmp_path: Path) -> None:
     with pytest.raises(kind):
         carom.run(fluid, tmp_path / "run", **keywords)
     assert not (tmp_path / "run").exists()
 
 
-def test_a_closed_run(fluid: dict) -> None:
+def test_closed_run_rejects_further_reading(fluid: dict) -> None:
     with carom.run(fluid) as run:
         folder = run.folder
         assert len(run.thermo["time"]) > 1
@@ -383,7 +383,7 @@ def test_a_closed_run(fluid: dict) -> None:
             read()
 
 
-def test_a_temporary_run_lives_as_long_as_what_it_gave(fluid: dict) -> None:
+def test_temporary_run_lives_as_long_as_its_frames(fluid: dict) -> None:
     frames = carom.run(fluid).frames
     assert frames[-1].positions.shape == (N, 3)
     for bad in (len(frames), -len(frames) - 1):
@@ -391,7 +391,7 @@ def test_a_temporary_run_lives_as_long_as_what_it_gave(fluid: dict) -> None:
             frames[bad]
 
 
-def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
+def test_failed_run_raises_an_error_with_its_folder(fluid: dict, tmp_path: Path) -> None:
     with pytest.raises(carom.SimulationError) as caught:
         carom.run(FALLING, tmp_path / "run")
     assert caught.value.folder == tmp_path / "run"
@@ -414,13 +414,13 @@ def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
         ({("seed", "run.until_events"): [(1, 2), (3,)]}, "every entry"),
     ],
 )
-def test_sweeps_that_are_wrong(fluid: dict, vary: dict, words: str, tmp_path: Path) -> None:
+def test_sweep_rejects_invalid_axes(fluid: dict, vary: dict, words: str, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=words):
         carom.sweep(fluid, vary, out=tmp_path / "sweep")
     assert not (tmp_path / "sweep").exists()
 
 
-def test_sweeps_of_wrong_types(fluid: dict, tmp_path: Path) -> None:
+def test_sweep_rejects_arguments_of_wrong_types(fluid: dict, tmp_path: Path) -> None:
     for vary in ({"seed": 3}, {3: [1]}, {"seed": {"a": 1}}):
         with pytest.raises(TypeError):
             carom.sweep(fluid, vary, out=tmp_path / "sweep")
@@ -428,7 +428,7 @@ def test_sweeps_of_wrong_types(fluid: dict, tmp_path: Path) -> None:
         carom.sweep(fluid, seeds=2, out=tmp_path / "sweep", executor=3)  # type: ignore[arg-type]
 
 
-def test_the_folder_of_another_sweep(fluid: dict, tmp_path: Path) -> None:
+def test_sweep_rejects_the_folder_of_another_sweep(fluid: dict, tmp_path: Path) -> None:
     carom.sweep(fluid, seeds=1, out=tmp_path / "sweep")
     with pytest.raises(carom.SweepError):
         carom.sweep(fluid, {"run.until_events": [10]}, out=tmp_path / "sweep")
@@ -445,7 +445,7 @@ def test_points_that_fail_are_named_and_the_others_are_there(fluid: dict, tmp_pa
     assert result.table["state"][0] == "done"
 
 
-def test_an_exchange_that_is_none(fluid: dict) -> None:
+def test_runs_and_exchanges_reject_scenes_of_the_other_kind(fluid: dict) -> None:
     with pytest.raises(carom.SceneError, match="carom.run"):
         carom.exchange(fluid)
     with_one = {**fluid, "exchange": {"temperatures": [1.0, 1.2], "interval": 1.0, "rate": 1.0}, "run": {"until_time": 10.0}}

@@ -95,7 +95,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
     assert late.trajectory.time == times[-1]
 
 
-def test_mdanalysis_has_the_diffusion_of_flights(tmp_path: Path) -> None:
+def test_mdanalysis_positions_follow_straight_flights(tmp_path: Path) -> None:
     pytest.importorskip("MDAnalysis")
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
@@ -145,7 +145,7 @@ def surface(fluid: dict) -> dict:
     }
 
 
-def test_ase_writes_what_it_is_given(fluid: dict, tmp_path: Path) -> None:
+def test_files_written_by_ase_keep_all_arrays(fluid: dict, tmp_path: Path) -> None:
     pytest.importorskip("ase")
     from ase.io import read
 
@@ -163,7 +163,7 @@ def test_ase_writes_what_it_is_given(fluid: dict, tmp_path: Path) -> None:
     assert again.info["time"] == 0.5 and again.info["origin"].tolist() == [-2.0, -1.0, 0.0]
 
 
-def test_what_is_static_rests_in_ase(fluid: dict) -> None:
+def test_static_particles_are_at_rest_and_fixed_in_ase(fluid: dict) -> None:
     pytest.importorskip("ase")
     simulation = carom.Simulation(surface(fluid))
     atoms = simulation.to_ase()
@@ -183,7 +183,7 @@ def test_velocities_of_unknown_masses_are_kept(tmp_path: Path) -> None:
     assert frame.to_ase().get_velocities().tolist() == [[0.5, 0.25, 0.125]]
 
 
-def test_unwrapped_positions_of_a_sheared_box_are_flights(tmp_path: Path) -> None:
+def test_unwrapped_positions_in_a_sheared_box_follow_straight_flights(tmp_path: Path) -> None:
     # A single particle has no contacts: it flies in a straight line, also through the sides of the sheared box.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],

@@ -51,13 +51,13 @@ def documented() -> Iterator[tuple[str, Any]]:
 NAMES = dict(documented())
 
 
-def test_there_is_something_to_test() -> None:
+def test_public_names_are_found() -> None:
     assert len(NAMES) > 90
     assert {"Simulation.positions", "Run.frames", "sweep", "Run.observables", "Scene.from_toml"} <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_documented(name: str) -> None:
+def test_public_name_is_documented_with_an_example(name: str) -> None:
     text = inspect.getdoc(NAMES[name]) or ""
     first = text.split("\n\n")[0]
     assert first.endswith((".", ":")) and len(first) > 15, "a first line that says what it is"
@@ -69,7 +69,7 @@ def test_it_is_documented(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_its_example_is_true(name: str) -> None:
+def test_docstring_example_gives_the_printed_result(name: str) -> None:
     text = inspect.getdoc(NAMES[name]) or ""
     given = {"carom": carom, "np": np, "fluid": copy.deepcopy(FLUID), "pair": copy.deepcopy(PAIR)}
     examples = doctest.DocTestParser().get_doctest(text, given, name, None, 0)
@@ -81,7 +81,7 @@ def test_its_example_is_true(name: str) -> None:
     assert results.failed == 0, "".join(shown)
 
 
-def test_the_front_page_has_the_scene_of_the_examples() -> None:
+def test_package_docstring_has_the_scene_of_the_examples() -> None:
     text = carom.__doc__ or ""
     code = text[text.index("fluid = {") : text.index("They also use ``pair``")]
     found: dict[str, Any] = {}

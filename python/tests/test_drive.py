@@ -16,7 +16,7 @@ def large(fluid: dict, **others: Any) -> dict:
     return {**fluid, "fill": [{**fluid["fill"][0], "count": 4000, **others}]}
 
 
-def test_velocities_are_maxwells(fluid: dict) -> None:
+def test_thermalized_velocities_are_maxwellian(fluid: dict) -> None:
     simulation = carom.Simulation(large(fluid))
     simulation.advance(events=1000)
     supplied = simulation.energy["supplied"]
@@ -40,7 +40,7 @@ def test_velocities_are_maxwells(fluid: dict) -> None:
     simulation.advance(events=1000)
 
 
-def test_velocities_are_those_of_a_start_whatever_is_simulated(fluid: dict, mixture: dict) -> None:
+def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture: dict) -> None:
     # Walls change the momentum along their axis, so only the momentum along x and y is zero.
     walled = carom.Simulation({**fluid, "space": {"z": "walls"}, "fill": [{**fluid["fill"][0], "arrangement": "random", "packing_fraction": 0.1}]})
     walled.thermalize(1.5, seed=1)
@@ -72,7 +72,7 @@ def test_velocities_are_those_of_a_start_whatever_is_simulated(fluid: dict, mixt
     assert sheared.temperature == pytest.approx(1.0, rel=1e-12)
 
 
-def test_velocities_are_scaled(fluid: dict, mixture: dict) -> None:
+def test_rescale_changes_thermal_velocities_only(fluid: dict, mixture: dict) -> None:
     simulation = carom.Simulation(fluid)
     drift = [0.3, 0.0, -0.2]
     simulation.velocities = simulation.velocities + drift
@@ -90,7 +90,7 @@ def test_velocities_are_scaled(fluid: dict, mixture: dict) -> None:
         assert np.array_equal(none.velocities, velocities)
 
 
-def test_a_loop_is_the_thermostat_of_a_run(fluid: dict) -> None:
+def test_rescaling_in_a_loop_equals_the_thermostat_of_a_run(fluid: dict) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 1.0}]}
     scaled = {"kind": "rescaling", "temperature": 1.2, "interval": 0.25}
     run = carom.run({**wells, "run": {"until_time": 2.0, "thermostat": scaled}})
@@ -101,7 +101,7 @@ def test_a_loop_is_the_thermostat_of_a_run(fluid: dict) -> None:
     assert np.array_equal(simulation.positions, run.frames[-1].positions)
 
 
-def test_a_heat_bath_is_that_of_a_scene(fluid: dict) -> None:
+def test_assigned_heat_bath_acts_like_that_of_a_scene(fluid: dict) -> None:
     bath = {"kind": "andersen", "temperature": 2.0, "rate": 3.0, "axes": ["x", "z"]}
     plan = {"until_events": 1, "thermostat": bath}
     planned, plain = carom.Simulation({**fluid, "run": plan}), carom.Simulation(fluid)
@@ -126,7 +126,7 @@ def test_a_heat_bath_is_that_of_a_scene(fluid: dict) -> None:
     assert carom.Simulation({**fluid, "run": plan}, plan=False).thermostat is None
 
 
-def test_each_bath_has_numbers_of_its_own(fluid: dict) -> None:
+def test_each_heat_bath_has_its_own_random_numbers(fluid: dict) -> None:
     def heated(simulation: carom.Simulation) -> np.ndarray:
         simulation.thermalize(1.0, seed=1)
         simulation.positions = simulation.scene.positions
@@ -171,7 +171,7 @@ def test_each_bath_has_numbers_of_its_own(fluid: dict) -> None:
         (ValueError, "expected temperature", lambda it: setattr(it, "thermostat", {"kind": "andersen"})),
     ],
 )
-def test_nonsense_is_refused_and_changes_nothing(kind: type[Exception], message: str, call: Any, fluid: dict) -> None:
+def test_invalid_arguments_are_rejected_without_changes(kind: type[Exception], message: str, call: Any, fluid: dict) -> None:
     simulation, other = carom.Simulation(fluid), carom.Simulation(fluid)
     for it in (simulation, other):
         it.set_thermostat(1.0, rate=2.0)
@@ -181,7 +181,7 @@ def test_nonsense_is_refused_and_changes_nothing(kind: type[Exception], message:
     assert simulation.thermostat == other.thermostat and np.array_equal(simulation.velocities, other.velocities)
 
 
-def test_nothing_that_moves_has_no_temperature(fluid: dict) -> None:
+def test_simulation_without_moving_particles_has_no_temperature(fluid: dict) -> None:
     post = {
         **fluid,
         "species": [{"name": "sphere", "mass": 1.0, "diameter": 1.0}, {"name": "post", "static": True, "diameter": 1.0}],
@@ -196,7 +196,7 @@ def test_nothing_that_moves_has_no_temperature(fluid: dict) -> None:
             call()
 
 
-def test_the_box_is_that_after_a_stage_at_constant_pressure(fluid: dict) -> None:
+def test_simulation_keeps_the_box_of_a_stage_at_constant_pressure(fluid: dict) -> None:
     barostat = {"pressure": 5.0, "interval": 0.02, "amplitude": 0.05}
     bath = {"kind": "andersen", "temperature": 1.0, "rate": 1.0}
     stage = {"name": "compress", "until_events": 5_000, "thermostat": bath, "barostat": barostat}

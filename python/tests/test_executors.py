@@ -44,12 +44,12 @@ def processes(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))
 
 
-def test_threads(fluid: dict, undisturbed: carom.Sweep, tmp_path: Path) -> None:
+def test_sweep_on_a_thread_pool_equals_a_plain_sweep(fluid: dict, undisturbed: carom.Sweep, tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as executor:
         same(carom.sweep(fluid, VARY, seeds=2, out=tmp_path / "sweep", executor=executor), undisturbed)
 
 
-def test_processes(fluid: dict, undisturbed: carom.Sweep, tmp_path: Path) -> None:
+def test_sweep_on_a_process_pool_equals_a_plain_sweep(fluid: dict, undisturbed: carom.Sweep, tmp_path: Path) -> None:
     with processes(2) as executor:
         same(carom.sweep(fluid, VARY, seeds=2, out=tmp_path / "sweep", executor=executor), undisturbed)
 
@@ -77,7 +77,7 @@ def test_a_process_is_killed_and_the_same_call_goes_on(fluid: dict, tmp_path: Pa
         same(carom.sweep(fluid, seeds=3, out=out, executor=executor), whole)
 
 
-def test_a_worker_of_dask_is_killed(fluid: dict, tmp_path: Path) -> None:
+def test_sweep_survives_the_kill_of_a_dask_worker(fluid: dict, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     fluid["run"]["until_events"] = 1_000_000
     whole = carom.sweep(fluid, VARY, seeds=2, out=tmp_path / "whole")
@@ -109,7 +109,7 @@ def test_a_worker_of_dask_is_killed(fluid: dict, tmp_path: Path) -> None:
     same(result, whole)
 
 
-def test_mpi(undisturbed: carom.Sweep, tmp_path: Path) -> None:
+def test_sweep_on_mpi_equals_a_plain_sweep(undisturbed: carom.Sweep, tmp_path: Path) -> None:
     # Prefers an `mpiexec` that is installed beside this Python interpreter.
     mpiexec = shutil.which("mpiexec", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
     if mpiexec is None:

@@ -98,7 +98,7 @@ def test_a_run_that_was_interrupted_says_so(fluid: dict) -> None:
     assert "interrupted" not in repr(carom.run(fluid))
 
 
-def test_pressure_keeps_its_verdict_beside_its_tensor(fluid: dict) -> None:
+def test_pressure_tensor_does_not_change_the_verdict_on_pressure(fluid: dict) -> None:
     plain = carom.run(fluid).observables["pressure"]
     beside = carom.run(fluid, set={"measure.pressure_tensor": True}).observables["pressure"]
     assert plain.is_stationary is not None and beside.is_stationary == plain.is_stationary
@@ -111,7 +111,7 @@ def test_an_observation_that_never_happens_is_a_warning(fluid: dict) -> None:
         carom.sweep(fluid, seeds=2, out="sweep", observe={"speed": lambda frame: frame.velocities[0, 0]}, every=1e6)
 
 
-def test_what_users_try_has_an_answer(fluid: dict) -> None:
+def test_common_mistakes_get_helpful_errors(fluid: dict) -> None:
     with pytest.raises(TypeError, match="set: expected a dictionary"):
         carom.Simulation(fluid, set=[("run.until_time", 1)])  # type: ignore[arg-type]
     with pytest.raises(carom.SceneError, match=r"carom.example\('hopper'\)"):

@@ -38,7 +38,7 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     assert carom.Simulation(carom.run(fluid), set={"dynamics.gravity": [0, 0, -1]}).temperature is None
 
 
-def test_what_is_over_is_left_out(fluid: dict, tmp_path: Path) -> None:
+def test_finished_stages_and_fills_are_left_out(fluid: dict, tmp_path: Path) -> None:
     staged = {**fluid, "stage": [{"name": "warm", "until_events": 500}], "run": {"equilibration_events": 500, "until_events": 2_000}}
     simulation = carom.Simulation(carom.run(staged, tmp_path / "run"))
     assert simulation.advance(events=100) == "events"
@@ -58,7 +58,7 @@ def test_what_is_over_is_left_out(fluid: dict, tmp_path: Path) -> None:
     assert simulation.event_counts["wall"] > 0 and len(simulation) == 60
 
 
-def test_a_heat_bath_stays(fluid: dict) -> None:
+def test_simulation_keeps_the_heat_bath_of_its_run(fluid: dict) -> None:
     bath = {"kind": "andersen", "temperature": 2.0, "rate": 1.0}
     run = carom.run({**fluid, "run": {"until_events": 2_000, "thermostat": bath}})
     simulation = carom.Simulation(run)
@@ -66,14 +66,14 @@ def test_a_heat_bath_stays(fluid: dict) -> None:
     assert simulation.event_counts["thermostat"] > 0
 
 
-def test_runs_that_are_not_over(fluid: dict, tmp_path: Path) -> None:
+def test_simulation_rejects_an_unfinished_run(fluid: dict, tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError):
         carom.run(fluid, tmp_path / "run", observe={"a": lambda frame: 1 / 0}, every=1.0)
     with pytest.raises(carom.SceneError, match="resume"):
         carom.Simulation(carom.open(tmp_path / "run"))
 
 
-def test_the_temperature_is_that_of_a_run(fluid: dict, mixture: dict) -> None:
+def test_simulation_has_the_temperatures_of_a_run(fluid: dict, mixture: dict) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 0.5}]}
     for scene in (wells, {**wells, "space": {"x": "walls"}}):
         scene = {**scene, "fill": [{**scene["fill"][0], "arrangement": "random", "packing_fraction": 0.2}]}
@@ -85,7 +85,7 @@ def test_the_temperature_is_that_of_a_run(fluid: dict, mixture: dict) -> None:
     assert carom.Simulation(mixture).temperature is None
 
 
-def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> None:
+def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Path) -> None:
     scene = staged_growth(fluid)
     run = carom.run(scene, tmp_path / "run")
     simulation = carom.Simulation.prepared(scene, progress=False)
@@ -104,7 +104,7 @@ def test_what_is_planned_before_is_carried_out(fluid: dict, tmp_path: Path) -> N
     simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
 
 
-def test_what_is_not_prepared(fluid: dict) -> None:
+def test_prepared_rejects_unsuitable_plans(fluid: dict) -> None:
     plain = carom.Simulation.prepared(fluid, seed=4, progress=False)
     assert plain.time == 0.0 and np.array_equal(plain.positions, carom.Simulation(fluid, seed=4).positions)
     scaled = {"kind": "rescaling", "temperature": 1.0, "interval": 1.0}
@@ -119,7 +119,7 @@ def test_what_is_not_prepared(fluid: dict) -> None:
         carom.Simulation.prepared(fluid, progress="no")  # type: ignore[arg-type]
 
 
-def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
+def test_scene_of_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
     expected = carom.Simulation(fluid)
     expected.advance(1.0)
     plan = fluid.pop("run")
@@ -150,7 +150,7 @@ def test_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None:
         carom.Simulation({**fluid, "run": {"until_tim": 1.0}})
 
 
-def test_a_run_is_resumed_as_an_object(fluid: dict, tmp_path: Path) -> None:
+def test_resume_accepts_a_run_object(fluid: dict, tmp_path: Path) -> None:
     run = carom.run(fluid)
     folder = run.folder
     longer = carom.resume(run, until_events=25_000, force=True)

@@ -18,7 +18,7 @@ from conftest import FALLING, ROOT
 SOURCES = ["io/error.rs", "sweep/error.rs", "exchange/error.rs", "run/checkpoint/error.rs", "io/scenes.rs"]
 
 
-def test_cures_are_those_of_python(fluid: dict, tmp_path: Path) -> None:
+def test_cures_name_arguments_of_python(fluid: dict, tmp_path: Path) -> None:
     carom.run(fluid, tmp_path / "run")
     with pytest.raises(carom.FolderError) as caught:
         carom.run(fluid, tmp_path / "run")
@@ -45,7 +45,7 @@ def test_no_cure_of_the_library_speaks_of_options() -> None:
     assert in_python("`carom run` at one") == "`carom.run` at one"
 
 
-def test_a_failed_replacement_is_named(fluid: dict, tmp_path: Path) -> None:
+def test_failed_replacement_has_its_folder_and_keeps_the_old_run(fluid: dict, tmp_path: Path) -> None:
     carom.run(fluid, tmp_path / "run")
     with pytest.raises(carom.SimulationError) as caught:
         carom.run(FALLING, tmp_path / "run", force=True)
@@ -57,7 +57,7 @@ def test_a_failed_replacement_is_named(fluid: dict, tmp_path: Path) -> None:
     assert carom.open(tmp_path / "run").summary["seed"] == 4
 
 
-def test_keys_that_are_not_there_are_answered_with_those_that_are(fluid: dict) -> None:
+def test_missing_key_lists_the_available_ones(fluid: dict) -> None:
     run, simulation = carom.run(fluid), carom.Simulation(fluid)
     asked: list[tuple[Any, str]] = [
         (run.observables, "no observable 'x'; there are collision_rate, compressibility_factor, pressure, temperature"),
@@ -104,7 +104,7 @@ def test_the_key_of_a_mistake_is_named(fluid: dict, set: dict, key: str) -> None
     assert (caught.value.key, path.count(".")) == (key, key.count(".") + key.count("["))
 
 
-def test_a_mistake_that_has_no_key() -> None:
+def test_syntax_error_has_no_key() -> None:
     for text in ("", "seed = ", "[["):
         with pytest.raises(carom.SceneError) as caught:
             carom.Scene.from_toml(text)
@@ -134,5 +134,5 @@ def test_an_array_in_the_wrong_place_has_a_short_message(fluid: dict, tmp_path: 
         assert len(str(caught.value)) < 2_000 and len(repr(vars(caught.value))) < 2_000, at
 
 
-def test_the_package_has_the_names_of_its_documentation() -> None:
+def test_dir_lists_exactly_the_documented_names() -> None:
     assert dir(carom) == sorted(carom.__all__)

@@ -45,7 +45,7 @@ def text_of(thing: object) -> str:
     return Balanced(html).text
 
 
-def test_all_forms_are_short_and_closed(mixture: dict, tmp_path: Path) -> None:
+def test_html_forms_are_short_and_well_formed(mixture: dict, tmp_path: Path) -> None:
     run = carom.run(mixture, tmp_path / "run")
     simulation = carom.Simulation(mixture)
     simulation.advance(events=100)
@@ -104,7 +104,7 @@ def test_without_matplotlib_it_says_what_to_install(fluid: dict, monkeypatch: py
         curve.plot()
 
 
-def test_keys_are_completed(fluid: dict) -> None:
+def test_keys_are_completed_in_ipython(fluid: dict) -> None:
     pytest.importorskip("IPython")
     from IPython.core.completer import provisionalcompleter
     from IPython.core.interactiveshell import InteractiveShell

@@ -18,7 +18,7 @@ NEEDS = {
 }
 
 
-def test_all_are_here() -> None:
+def test_every_notebook_has_a_list_of_requirements() -> None:
     assert {path.stem for path in NOTEBOOKS} == set(NEEDS)
 
 

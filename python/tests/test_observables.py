@@ -35,7 +35,7 @@ FUNCTIONS: dict[str, Callable[[Any, Any, Any], Any]] = {
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_errors_are_the_scatter_of_many(name: str) -> None:
+def test_errors_match_the_scatter_of_samples(name: str) -> None:
     function = FUNCTIONS[name]
     generator = np.random.default_rng(5)
     many = [generator.normal(it.mean, it.error, 100_000) for it in (X, Y, N)]
@@ -45,7 +45,7 @@ def test_errors_are_the_scatter_of_many(name: str) -> None:
     assert found.is_stationary is True and not found.is_conserved
 
 
-def test_an_observable_and_itself_are_the_same() -> None:
+def test_observable_is_fully_correlated_with_itself() -> None:
     assert (X * X).error == pytest.approx(2.0 * X.mean * 0.02, rel=1e-12)
     assert (X + X).error == pytest.approx(0.04, rel=1e-12)
     assert (X - X).error == 0.0 and (X / X).error == 0.0
@@ -74,7 +74,7 @@ def test_what_cancels_leaves_no_error() -> None:
     assert (unknown - unknown).error == 0.0 and (2 * unknown - unknown).error is None
 
 
-def test_sums_of_one_value_and_of_several() -> None:
+def test_sums_distinguish_equal_and_independent_values() -> None:
     assert sum([X, X]).error == pytest.approx(0.04, rel=1e-12)
     assert sum([X, Y]).error == pytest.approx(math.hypot(0.02, 0.03), rel=1e-12)
     # The sum and the difference are correlated: the result is 2 Y, with twice the error of Y.
@@ -94,7 +94,7 @@ def test_copies_and_pickles_are_the_same_value() -> None:
     assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
 
 
-def test_values_of_a_run_are_the_same_wherever_they_are_read(fluid: dict) -> None:
+def test_observables_of_one_run_are_equal_wherever_they_are_read(fluid: dict) -> None:
     run = carom.run(fluid, "one")
     other = carom.run(fluid, seed=2)
     p = run.observables["pressure"]
@@ -137,7 +137,7 @@ def test_all_units_of_carom_are_read() -> None:
             assert product((unit, 1)) == unit and (unit == "1") == (powers(unit) == {})
 
 
-def test_what_does_not_go_together() -> None:
+def test_invalid_operations_raise() -> None:
     time = Observable(1.0, 0.1, "time")
     for wrong in (lambda: X + time, lambda: X - N, lambda: X**X, lambda: 2.0**X, lambda: X**N, lambda: Y**0.5, lambda: (Y / X) ** N):
         with pytest.raises(ValueError, match="expected"):
@@ -151,7 +151,7 @@ def test_what_does_not_go_together() -> None:
                 operation(operand)
 
 
-def test_numbers_of_numpy_are_numbers() -> None:
+def test_operations_accept_numpy_numbers() -> None:
     for number in (2, np.float64(2.0), np.int32(2), Fraction(2)):
         for found in (number * X, X * number):
             assert isinstance(found, Observable) and (found.mean, found.error, found.unit) == (5.0, 0.04, "length")

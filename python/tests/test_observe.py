@@ -66,7 +66,7 @@ def test_functions_see_the_frames_of_the_measurement(fluid: dict, tmp_path: Path
     assert (run.curves["v2"].y == [first_speed(frame) for frame in frames]).all()
 
 
-def test_it_is_a_result_like_others(fluid: dict, tmp_path: Path) -> None:
+def test_observed_values_are_ordinary_results(fluid: dict, tmp_path: Path) -> None:
     run = carom.run(fluid, tmp_path / "run", observe={"v2": first_speed, "drift": lambda frame: frame.time}, every=0.1)
     for read in (run, carom.open(tmp_path / "run")):
         series = read.curves["v2"]
@@ -81,7 +81,7 @@ def test_it_is_a_result_like_others(fluid: dict, tmp_path: Path) -> None:
     assert "v2" not in again.observables and not (run.folder / "measurements").exists()
 
 
-def test_it_is_measured_on_threads(fluid: dict) -> None:
+def test_observed_values_do_not_depend_on_threads(fluid: dict) -> None:
     series = [carom.run(fluid, observe={"v2": first_speed}, every=0.5, threads=threads).curves["v2"].y for threads in (1, 2)]
     assert (series[0] == series[1]).all() and len(series[0]) > 50
 
@@ -120,7 +120,7 @@ def test_an_exception_ends_the_run_that_can_go_on(fluid: dict, tmp_path: Path) -
     assert (whole.curves["v2"].y[~missing] == resumed.curves["v2"].y).all()
 
 
-def test_a_function_may_run_something(fluid: dict) -> None:
+def test_observing_function_may_start_a_run(fluid: dict) -> None:
     def nested(frame: carom.Frame) -> float:
         inner = carom.run(fluid, until_events=200, observe={"inner": first_speed}, every=0.05, progress=False)
         return inner.observables["inner"].mean
@@ -150,7 +150,7 @@ def test_a_function_may_run_something(fluid: dict) -> None:
         ({"a": lambda: 1.0}, 1.0, TypeError, "argument"),
     ],
 )
-def test_observing_that_is_wrong(fluid: dict, observe: Any, every: Any, kind: type, words: str) -> None:
+def test_run_rejects_invalid_observe_arguments(fluid: dict, observe: Any, every: Any, kind: type, words: str) -> None:
     with pytest.raises(kind, match=words):
         carom.run(fluid, observe=observe, every=every)
 
@@ -212,7 +212,7 @@ def test_an_exception_ends_a_sweep_which_goes_on(is_given: bool, fluid: dict, tm
     assert not result.failures and (result.table["v2"] == 1.0).all()
 
 
-def test_points_that_were_begun_with_functions_need_them(fluid: dict, tmp_path: Path) -> None:
+def test_observed_points_continue_only_with_their_functions(fluid: dict, tmp_path: Path) -> None:
     fluid["run"] = {"until_time": 4.0}
     with pytest.raises(ZeroDivisionError):
         carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", observe={"v2": broken}, every=0.1, jobs=1)
@@ -220,7 +220,7 @@ def test_points_that_were_begun_with_functions_need_them(fluid: dict, tmp_path: 
         carom.sweep(fluid, SWEPT, out=tmp_path / "sweep")
 
 
-def test_what_is_wrong_with_observing_a_sweep_is_said_at_once(fluid: dict, tmp_path: Path) -> None:
+def test_sweep_rejects_invalid_observe_arguments_before_it_starts(fluid: dict, tmp_path: Path) -> None:
     for given, message in (({"observe": {"v2": first_speed}}, "every"), ({"every": 0.5}, "observe"), ({"observe": {"pressure": first_speed}, "every": 1.0}, "pressure")):
         with pytest.raises(ValueError, match=message):
             carom.sweep(fluid, SWEPT, out=tmp_path / "sweep", **given)

@@ -66,7 +66,7 @@ def test_pages_are_written(run: carom.Run) -> None:
     assert run.write_page("page.html").read_text() == run.page()
 
 
-def test_events_are_proven(run: carom.Run, program: str) -> None:
+def test_verify_proves_events_like_the_program(run: carom.Run, program: str) -> None:
     proof = run.verify(events=400, from_events=100, progress=False)
     assert proof.is_proven and proof.events == 400 and proof.first_event == 101 and 0.0 <= proof.largest_gap < 1e-9
     command = [program, "verify", "run", "--events", "400", "--from-events", "100", "--quiet"]

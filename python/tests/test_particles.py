@@ -65,7 +65,7 @@ def test_species_are_names_or_numbers(species: Any) -> None:
     assert scene.species.tolist() == expected
 
 
-def test_planes_have_two_columns() -> None:
+def test_planes_accept_arrays_with_two_columns() -> None:
     flat = {**BOX, "space": {"size": [12.0, 12.0, 0.0], "lower": [0.0, 0.0, 0.5], "z": "flat"}}
     positions = 2.0 * np.indices((6, 6)).reshape(2, -1).T
     velocities = np.ones((36, 2), dtype=np.float32)
@@ -125,7 +125,7 @@ def test_a_wrong_particle_is_named(particles: dict[str, Any], key: str, message:
         (replaced(positions=[[1.0, 2.0, 3.0], [1.0, 2.0]]), ValueError, "positions: expected an array, found rows of unequal lengths"),
     ],
 )
-def test_arrays_of_other_kinds_are_refused(particles: Any, kind: type[Exception], message: str) -> None:
+def test_invalid_particle_arrays_are_rejected(particles: Any, kind: type[Exception], message: str) -> None:
     with pytest.raises(kind, match=message):
         carom.Scene(BOX, particles=particles)
 
@@ -180,7 +180,7 @@ def test_scenes_with_arrays_are_pickled_and_changed() -> None:
     assert len(other) == 1 and other.seed == 5
 
 
-def test_a_text_has_all_of_it() -> None:
+def test_scene_text_contains_particles_from_arrays() -> None:
     bonded = {**BOX, "interaction": [*BOX["interaction"], {"name": "link", "potential": "bond", "lambda": 2.5}]}
     source = {**bonded, "particle": [{"species": "A", "position": [1.125, 1.125, 1.125]}]}
     scene = carom.Scene(source, particles={**arrays(), "bonds": [[0, 1], [1, 2]], "bond": "link"})
@@ -198,7 +198,7 @@ def test_fills_find_room_beside_arrays() -> None:
     assert (run.scene.positions == scene.positions).all() and (run.scene.velocities == scene.velocities).all()
 
 
-def test_a_start_from_a_run_has_its_own_particles() -> None:
+def test_start_from_a_run_rejects_particle_arrays() -> None:
     carom.run(carom.Scene(BOX, particles=arrays()), "first", until_events=500)
     with pytest.raises(carom.SceneError, match="the particles come from the run"):
         carom.Scene({"start": {"from": "first"}, "run": {"until_events": 10}}, particles=arrays())
@@ -217,7 +217,7 @@ def test_sweeps_and_exchanges_have_arrays() -> None:
     assert np.array_equal(found.potential_energies, same.potential_energies)
 
 
-def test_frames_go_on_elsewhere(mixture: dict) -> None:
+def test_scene_can_start_from_a_frame(mixture: dict) -> None:
     run = carom.run(mixture, "run")
     frame = run.frames[3]
     scene = carom.Scene({**mixture, "fill": []}, frame=frame)
@@ -258,7 +258,7 @@ def test_bonds_of_frames_keep_their_names() -> None:
         carom.Scene({**polymer, "chain": []}, frame=run.frames[-1], bond="glue")
 
 
-def test_a_frame_of_a_sheared_box_goes_on() -> None:
+def test_scene_can_start_from_a_frame_of_a_sheared_box() -> None:
     sheared = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
         "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],
@@ -276,7 +276,7 @@ def test_a_frame_of_a_sheared_box_goes_on() -> None:
         scene.to_toml()
 
 
-def test_atoms_of_ase_come_back(mixture: dict) -> None:
+def test_ase_atoms_convert_back_to_a_scene(mixture: dict) -> None:
     pytest.importorskip("ase")
     simulation = carom.Simulation({**mixture, "space": {**mixture["space"], "lower": [1.0, 2.0, 3.0]}})
     simulation.advance(1.0)
@@ -293,7 +293,7 @@ def test_atoms_of_ase_come_back(mixture: dict) -> None:
 
 
 @pytest.mark.parametrize("is_flat", [False, True])
-def test_a_trajectory_comes_back_through_ase(mixture: dict, tmp_path: Path, is_flat: bool) -> None:
+def test_trajectory_read_by_ase_converts_back_to_a_scene(mixture: dict, tmp_path: Path, is_flat: bool) -> None:
     io = pytest.importorskip("ase.io")
     source = dict(mixture)
     if is_flat:
@@ -313,7 +313,7 @@ def test_a_trajectory_comes_back_through_ase(mixture: dict, tmp_path: Path, is_f
         assert (scene.species == frame.species).all() and np.allclose(scene.size, frame.size, atol=allowed, rtol=0.0)
 
 
-def test_atoms_of_ase_have_symbols_and_cells() -> None:
+def test_ase_symbols_and_cells_become_species_and_boxes() -> None:
     build = pytest.importorskip("ase.build")
     salt = build.bulk("NaCl", "rocksalt", a=2.4, cubic=True).repeat(3)
     source = {
@@ -334,7 +334,7 @@ def test_atoms_of_ase_have_symbols_and_cells() -> None:
         carom.Scene.from_ase([1, 2], source)
 
 
-def test_frames_of_gsd_come_back(mixture: dict) -> None:
+def test_gsd_frames_convert_back_to_a_scene(mixture: dict) -> None:
     pytest.importorskip("gsd")
     run = carom.run({**mixture, "output": {"frame_interval": 0.5, "formats": ["gsd"]}}, "run")
     source = {**mixture, "fill": [], "space": {"z": "walls"}, "allow_invalid_start": True}
@@ -348,7 +348,7 @@ def test_frames_of_gsd_come_back(mixture: dict) -> None:
         carom.Scene.from_gsd("none.gsd", source)
 
 
-def test_universes_come_back(mixture: dict) -> None:
+def test_mdanalysis_universes_convert_back_to_a_scene(mixture: dict) -> None:
     pytest.importorskip("MDAnalysis")
     simulation = carom.Simulation({**mixture, "space": {"size": [9.0, 8.0, 12.0]}})
     simulation.advance(1.0)

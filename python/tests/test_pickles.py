@@ -26,7 +26,7 @@ def read_all(run: carom.Run) -> None:
     run.frames, run.frames.times, run.thermo, run.curves, run.observables, run.stages, run.scene, run.parameters, run.events
 
 
-def test_a_run_is_pickled_whatever_was_read(fluid: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pickled_run_is_small_and_can_be_read_elsewhere(fluid: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = carom.run(fluid, "run", set={"output.events": True, "measure.radial_distribution": True})
     read_all(run)
     pickled = pickle.dumps(run)
@@ -49,7 +49,7 @@ def test_parts_of_a_run_are_pickled(fluid: dict, tmp_path: Path) -> None:
     assert (frame.positions == run.frames[0].positions).all() and frame.species_names == ["sphere"]
 
 
-def test_a_temporary_run_stays_with_what_made_it(fluid: dict) -> None:
+def test_pickle_of_a_temporary_run_does_not_keep_its_folder(fluid: dict) -> None:
     run = carom.run(fluid, set={"measure.radial_distribution": True})
     frames = run.frames
     sent = again(run)

@@ -19,7 +19,7 @@ SCRIPT = Path(sysconfig.get_path("scripts")) / "carom"
 
 
 @pytest.mark.parametrize("command", [[sys.executable, "-m", "carom"], [str(SCRIPT)]], ids=["module", "script"])
-def test_it_does_what_the_prompt_says(command: list[str], tmp_path: Path) -> None:
+def test_program_works_as_module_and_script(command: list[str], tmp_path: Path) -> None:
     def say(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*command, *arguments], capture_output=True, text=True, cwd=tmp_path, check=False)
 
@@ -60,7 +60,7 @@ def test_a_signal_ends_a_run_in_good_order(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_the_package_is_found_in_the_folder_of_its_sources() -> None:
+def test_source_folder_does_not_shadow_the_package() -> None:
     # Python searches the working folder first. A folder `carom` without the compiled part would hide the package there.
     code = "import carom; print(carom.Scene)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT / "python", capture_output=True, text=True)

@@ -85,7 +85,7 @@ def test_advance_shows_how_far_it_is(
     assert np.allclose(plain.positions, simulation.positions, rtol=0, atol=1e-9)
 
 
-def test_bars_are_those_that_are_asked_for(fluid: dict, bars: type[Bar]) -> None:
+def test_progress_bars_are_shown_only_as_requested(fluid: dict, bars: type[Bar]) -> None:
     simulation = carom.Simulation(fluid)
     simulation.advance(200.0)
     assert bars.closed == 0

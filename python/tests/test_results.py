@@ -12,7 +12,7 @@ import carom
 from conftest import ROOT
 
 
-def test_a_dictionary_is_the_file(tmp_path: Path) -> None:
+def test_scene_from_a_dictionary_equals_its_file(tmp_path: Path) -> None:
     scenes = sorted((ROOT / "configs").glob("*.toml"))
     if not scenes:
         pytest.skip("there are no scenes beside the package")
@@ -24,7 +24,7 @@ def test_a_dictionary_is_the_file(tmp_path: Path) -> None:
             assert (getattr(again, name) == getattr(scene, name)).all(), (path, name)
 
 
-def test_numbers_of_numpy_are_numbers(fluid: dict) -> None:
+def test_scene_accepts_numpy_numbers(fluid: dict) -> None:
     plain = carom.Scene(fluid).to_toml()
     fluid["species"][0]["mass"] = np.float64(1.0)
     fluid["fill"][0]["count"] = np.int32(108)
@@ -83,7 +83,7 @@ def test_what_is_conserved_says_so(fluid: dict, tmp_path: Path) -> None:
     assert str(temperature) == "1 (conserved) [energy]" and not found["collision_rate"].is_conserved
 
 
-def test_frames_that_are_cut_off(fluid: dict, tmp_path: Path) -> None:
+def test_truncated_trajectories_keep_their_complete_frames(fluid: dict, tmp_path: Path) -> None:
     run = carom.run(fluid, tmp_path / "run")
     text = (run.folder / "trajectory.xyz").read_bytes()
     for cut, frames in ((len(text) - 400, len(run.frames) - 1), (3, 0), (0, 0)):
@@ -95,7 +95,7 @@ def test_frames_that_are_cut_off(fluid: dict, tmp_path: Path) -> None:
             carom.Trajectory(tmp_path / name)
 
 
-def test_unwrapped_positions_are_flights(fluid: dict, tmp_path: Path) -> None:
+def test_unwrapped_positions_follow_straight_flights(fluid: dict, tmp_path: Path) -> None:
     # A single particle flies in a straight line, so its unwrapped positions are known exactly.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],

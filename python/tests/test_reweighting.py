@@ -75,7 +75,7 @@ def test_the_curves_are_those_of_pymbar(scene: dict, program: str, tmp_path: Pat
         assert peak["heat_capacity_per_particle"]["mean"] >= curves["heat_capacity_per_particle"].max() - 1e-12
 
 
-def test_a_multicanonical_exchange_agrees_with_swaps_and_says_at_which_temperatures_they_would_be_even() -> None:
+def test_multicanonical_exchange_agrees_with_temperature_swaps() -> None:
     swapped = carom.exchange(CHAIN, progress=False)
     flat = {"exchange.ensemble": "multicanonical", "run.equilibration_time": 2000.0}
     walked = carom.exchange(CHAIN, set=flat, progress=False)

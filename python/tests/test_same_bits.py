@@ -44,7 +44,7 @@ def alike(a: Path, b: Path) -> list[str]:
 
 @pytest.mark.skipif(not SCENES, reason="there are no scenes beside the package")
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_run_is_that_of_the_program(scene: str, program: str, tmp_path: Path) -> None:
+def test_run_equals_that_of_the_program(scene: str, program: str, tmp_path: Path) -> None:
     path = ROOT / "configs" / f"{scene}.toml"
     changes = SHORT | FEWER.get(scene, {})
     sets = [word for key, value in changes.items() for word in ("--set", f"{key}={value}")]
@@ -53,7 +53,7 @@ def test_a_run_is_that_of_the_program(scene: str, program: str, tmp_path: Path) 
     assert alike(tmp_path / "a", tmp_path / "b") == []
 
 
-def test_threads_have_the_bits_of_one(fluid: dict, tmp_path: Path) -> None:
+def test_threads_change_no_bit(fluid: dict, tmp_path: Path) -> None:
     carom.run(fluid, tmp_path / "one")
     for name, threads in (("three", 3), ("auto", "auto")):
         carom.run(fluid, tmp_path / name, threads=threads)
@@ -68,7 +68,7 @@ def test_threads_have_the_bits_of_one(fluid: dict, tmp_path: Path) -> None:
     assert (simulations[0].positions == simulations[1].positions).all()
 
 
-def test_a_simulation_is_a_run(mixture: dict, tmp_path: Path) -> None:
+def test_simulation_equals_a_run(mixture: dict, tmp_path: Path) -> None:
     run = carom.run(mixture, tmp_path / "run")
     simulation = carom.Simulation(mixture)
     events = np.concatenate(list(simulation.events(events=5_000, batch=777)))
@@ -82,7 +82,7 @@ def test_a_simulation_is_a_run(mixture: dict, tmp_path: Path) -> None:
     assert len(set(events["kind"])) >= 5
 
 
-def test_a_copy_and_a_stop_change_nothing(mixture: dict) -> None:
+def test_copies_and_stops_change_no_bit(mixture: dict) -> None:
     whole = carom.Simulation(mixture)
     assert whole.advance(events=3_000) == "events"
     parts = carom.Simulation(mixture)
@@ -98,7 +98,7 @@ def test_a_copy_and_a_stop_change_nothing(mixture: dict) -> None:
     assert (whole.velocities == parts.velocities).all()
 
 
-def test_a_resumed_run_is_a_whole_one(mixture: dict, tmp_path: Path) -> None:
+def test_resumed_run_equals_an_uninterrupted_one(mixture: dict, tmp_path: Path) -> None:
     whole = carom.run(mixture, tmp_path / "whole")
     carom.run(mixture, tmp_path / "parts", until_events=1_700)
     parts = carom.resume(tmp_path / "parts", until_events=5_000)
@@ -126,7 +126,7 @@ def test_a_sweep_goes_on_with_that_of_the_program(program: str, fluid: dict, tmp
     assert "6 were there already" in done.stdout
 
 
-def test_an_exchange_is_that_of_the_program(program: str, tmp_path: Path) -> None:
+def test_exchange_equals_that_of_the_program(program: str, tmp_path: Path) -> None:
     from test_documentation import PAIR
 
     scene = tmp_path / "pair.toml"

@@ -56,7 +56,7 @@ def simulations(fluid: dict, mixture: dict) -> list[carom.Simulation]:
 
 
 @pytest.mark.parametrize("how", ["file", "pickle", "copy", "deepcopy"])
-def test_it_goes_on_to_the_same_bits(how: str, fluid: dict, mixture: dict, tmp_path: Path) -> None:
+def test_restored_simulation_continues_with_the_same_bits(how: str, fluid: dict, mixture: dict, tmp_path: Path) -> None:
     for at, simulation in enumerate(simulations(fluid, mixture)):
         simulation.advance(events=1500)
         if how == "file":
@@ -70,7 +70,7 @@ def test_it_goes_on_to_the_same_bits(how: str, fluid: dict, mixture: dict, tmp_p
         same(simulation, again)
 
 
-def test_what_was_set_is_saved(fluid: dict, tmp_path: Path) -> None:
+def test_thermostat_is_saved(fluid: dict, tmp_path: Path) -> None:
     simulation = carom.Simulation(fluid)
     simulation.set_thermostat(2.0, rate=1.0)
     simulation.advance(1.0)
@@ -85,7 +85,7 @@ def test_what_was_set_is_saved(fluid: dict, tmp_path: Path) -> None:
     same(simulation, again)
 
 
-def test_it_is_loaded_where_the_program_runs_elsewhere(fluid: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saved_simulation_loads_in_another_folder(fluid: dict, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("box.stl").write_text(
         "solid a\nfacet normal 0 0 1\nouter loop\nvertex 1 1 1\nvertex 3 1 1\nvertex 1 3 1\nendloop\nendfacet\nendsolid a\n"
     )
@@ -112,7 +112,7 @@ def advanced(simulation: carom.Simulation) -> carom.Simulation:
     return simulation
 
 
-def test_it_goes_through_another_process(fluid: dict) -> None:
+def test_simulation_can_be_sent_to_another_process(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
     simulation.advance(events=500)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
@@ -120,7 +120,7 @@ def test_it_goes_through_another_process(fluid: dict) -> None:
     same(advanced(simulation), there)
 
 
-def test_threads_save_what_one_has(fluid: dict) -> None:
+def test_simulation_saved_on_two_threads_equals_a_serial_one(fluid: dict) -> None:
     large = {**fluid, "fill": [{**fluid["fill"][0], "count": 2048}]}
     one, two = carom.Simulation(large), carom.Simulation(large, threads=2)
     for it in (one, two):

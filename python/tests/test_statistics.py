@@ -47,7 +47,7 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
 
 
 @pytest.mark.parametrize("column", ["pressure", "collision_rate"])
-def test_errors_are_those_of_runs(fluid: dict, column: str) -> None:
+def test_mean_and_error_of_rows_equal_those_of_the_run(fluid: dict, column: str) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 0.5}]}
     for scene in (fluid, wells):
         # All rows after the equilibration are evenly spaced in time. There are more rows than blocks in the
@@ -61,7 +61,7 @@ def test_errors_are_those_of_runs(fluid: dict, column: str) -> None:
         assert (found.unit, found.is_stationary, found.is_conserved) == (expected.unit, expected.is_stationary, False)
 
 
-def test_verdicts() -> None:
+def test_stationarity_and_conservation_verdicts() -> None:
     generator = np.random.default_rng(3)
     noise = generator.normal(size=2000)
     assert carom.mean_and_error(noise).is_stationary is True
@@ -73,7 +73,7 @@ def test_verdicts() -> None:
     assert carom.mean_and_error(np.arange(200.0)).error is None
 
 
-def test_units_and_kinds_of_numbers() -> None:
+def test_series_of_any_number_type_give_equal_results() -> None:
     values = np.random.default_rng(1).integers(0, 100, 500)
     expected = carom.mean_and_error(values.astype(float), "length")
     for same in (values, values.tolist(), values.astype(">i4"), np.repeat(values, 2)[::2], values.astype(np.float32)):
@@ -95,6 +95,6 @@ def test_units_and_kinds_of_numbers() -> None:
         (None, TypeError, "real numbers"),
     ],
 )
-def test_series_that_are_none(series: Any, kind: type, words: str) -> None:
+def test_invalid_series_are_rejected(series: Any, kind: type, words: str) -> None:
     with pytest.raises(kind, match="series: .*" + words):
         carom.mean_and_error(series)

@@ -8,7 +8,7 @@ import pytest
 import carom
 
 
-def test_a_stop_does_not_advance_its_simulation(fluid: dict) -> None:
+def test_stop_function_cannot_advance_its_simulation(fluid: dict) -> None:
     plain = carom.Simulation(fluid)
     plain.advance(events=500)
     simulation = carom.Simulation(fluid)
@@ -40,7 +40,7 @@ def test_a_stop_does_not_advance_its_simulation(fluid: dict) -> None:
     assert simulation.event_counts["core"] == 506
 
 
-def test_a_stop_looks_and_copies(fluid: dict) -> None:
+def test_stop_function_can_read_and_copy(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
     seen = []
 
@@ -55,7 +55,7 @@ def test_a_stop_looks_and_copies(fluid: dict) -> None:
 
 
 @pytest.mark.parametrize("what", ["velocities", "positions"])
-def test_a_stop_that_changes_the_state_is_as_between_two_calls(what: str, fluid: dict) -> None:
+def test_change_in_a_stop_function_equals_change_between_calls(what: str, fluid: dict) -> None:
     def change(simulation: carom.Simulation) -> None:
         if what == "velocities":
             simulation.velocities = -1.25 * simulation.velocities
@@ -77,7 +77,7 @@ def test_a_stop_that_changes_the_state_is_as_between_two_calls(what: str, fluid:
     assert (within.velocities == between.velocities).all() and (within.positions == between.positions).all()
 
 
-def test_a_stop_that_sets_nonsense_ends_the_call(fluid: dict) -> None:
+def test_invalid_change_in_a_stop_function_ends_the_call(fluid: dict) -> None:
     simulation = carom.Simulation(fluid)
 
     def stop(event: np.void) -> bool:

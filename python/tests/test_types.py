@@ -21,7 +21,7 @@ def mypy(*words: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_annotations_hold(tmp_path: Path) -> None:
+def test_annotations_pass_mypy_strict(tmp_path: Path) -> None:
     mypy("mypy", "--strict", "--config-file", str(SETTINGS), "--package", "carom", tmp_path=tmp_path)
 
 

@@ -52,7 +52,7 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
             getattr(result, name)
 
 
-def test_an_exchange_without_windows_says_so() -> None:
+def test_exchange_without_windows_has_no_potential_of_mean_force() -> None:
     plain = {"temperatures": [0.5, 1.0], "interval": 1.0, "rate": 0.7}
     result = carom.exchange(PAIR | {"exchange": plain}, set={"run.until_time": 50.0}, progress=False)
     assert result.windows.shape == (0, 2) and result.distances.size == 0

@@ -84,7 +84,7 @@ fn arguments<'a>(line: &'a str, command: &str) -> Option<Vec<&'a str>> {
 }
 
 #[test]
-fn every_command_of_carom_is_understood() {
+fn every_documented_carom_command_is_valid() {
     let mut count = 0;
     for (place, line) in lines() {
         let Some(words) = arguments(&line, "carom ").or_else(|| arguments(&line, "cargo run --release -- ")) else {
@@ -104,7 +104,7 @@ fn every_command_of_carom_is_understood() {
 }
 
 #[test]
-fn every_option_is_one_of_a_command() {
+fn every_documented_option_exists() {
     let help = |command: &str| {
         let output = Command::new(env!("CARGO_BIN_EXE_carom")).args(["help", command]).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
@@ -121,7 +121,7 @@ fn every_option_is_one_of_a_command() {
 }
 
 #[test]
-fn every_test_and_benchmark_of_cargo_is_there() {
+fn every_documented_test_benchmark_and_example_exists() {
     let mut count = 0;
     for (place, line) in lines() {
         let Some(words) = arguments(&line, "cargo ") else { continue };
@@ -176,7 +176,7 @@ fn names_in_files(text: &str) -> Vec<(&str, &str)> {
 }
 
 #[test]
-fn every_name_that_a_document_finds_in_a_file_is_there() {
+fn every_name_attributed_to_a_file_occurs_in_it() {
     let mut count = 0;
     for page in pages() {
         let text = page.text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -201,7 +201,7 @@ fn every_scene_is_in_the_list_of_scenes() {
 }
 
 #[test]
-fn every_dependency_has_its_reason() {
+fn every_dependency_is_explained_in_the_documents() {
     let list = Page::of("docs/dependencies.md").text;
     let manifest: toml::Table = fs::read_to_string(root().join("Cargo.toml")).unwrap().parse().unwrap();
     let tables = [

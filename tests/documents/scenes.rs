@@ -42,7 +42,7 @@ fn completed(fragment: &str) -> Table {
 }
 
 #[test]
-fn the_base_of_fragments_is_a_scene() {
+fn base_scene_of_the_fragments_is_valid() {
     Scene::from_toml(BASE, "base.toml").unwrap();
 }
 

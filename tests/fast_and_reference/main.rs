@@ -285,7 +285,7 @@ fn the_fast_engine_executes_the_events_of_the_reference() {
 }
 
 #[test]
-fn a_hard_sphere_fluid_agrees_for_its_first_events() {
+fn engines_agree_on_the_first_events_of_a_hard_sphere_fluid() {
     let scene = SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).expect("valid"), 1.0)
@@ -305,7 +305,7 @@ fn a_hard_sphere_fluid_agrees_for_its_first_events() {
 }
 
 #[test]
-fn walls_are_met_by_both() {
+fn both_engines_meet_walls() {
     let count =
         |scene: &Scene| fast_events(scene, EVENTS).iter().filter(|event| event.kind == EventKind::Surface).count();
     let recipe = Recipe {
@@ -326,7 +326,7 @@ fn walls_are_met_by_both() {
 
 /// `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and motion.
 #[test]
-fn surfaces_of_every_kind_are_met_by_both() {
+fn both_engines_meet_surfaces_of_every_kind() {
     let moving: usize = std::env::var("CAROM_MOVING_SCENES").map_or(4, |scenes| scenes.parse().unwrap());
     for (surfaces, motion) in (1..6).flat_map(|surfaces| (0..5).map(move |motion| (surfaces, motion))) {
         let (mut met, mut compared, mut cut_short) = (0, 0, 0);

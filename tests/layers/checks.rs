@@ -1,15 +1,16 @@
-//! What the verifier and the reference engine import from the rest of the program: the scene, and for the
-//! verifier the states it is given and Algorithm 1 as printed, with features of surfaces. They could
-//! not check code that they shared with the engine.
+//! The verifier and the reference engine share no code with the engine, because they could not check shared code.
+//!
+//! Both may import the scene. The verifier may also import the states that it is given, and Algorithm 1 with the
+//! features of surfaces from the reference engine.
 
 use super::imports::{Visitor, of_sources};
 
-/// Modules, and the names that may be imported from them; an empty list allows all.
+/// Modules with the names that may be imported from them. An empty list allows all names.
 type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[
     ("Vector", &[]),
-    // Algorithm 1, and the features of surfaces.
+    // Algorithm 1, and the features of surfaces (faces, edges and corners).
     (
         "check::reference",
         &[
@@ -26,22 +27,23 @@ const OF_VERIFIER: &Allowed = &[
             "next_event",
         ],
     ),
-    // The form in which states are given, and how a run reports that it cannot continue.
+    // The states that the verifier is given, and the errors with which a run stops.
     ("engine", &["Arrest", "Elapsed", "InvariantBroken", "States"]),
     ("engine::event", &[]),
     ("model", &[]),
     ("scene", &[]),
 ];
-/// The scene as data, and a cast. Its own parts are imported by `self::` or `super::`.
+/// The reference engine may import the scene and one number conversion. It imports its own parts by `self::` or
+/// `super::`.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
-/// Replays the run to be proven.
+/// File of the verifier that replays a run; only this file may import the engine.
 const REPLAY: &str = "check/verify/replay.rs";
 
 fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     if file == REPLAY && path.starts_with("engine::") {
         return true;
     }
-    // The longest match: `engine::event` before `engine`.
+    // The longest matching module decides, for example `engine::event` before `engine`.
     let rests =
         allowed.iter().filter_map(|(part, names)| path.strip_prefix(part).map(|rest| (part.len(), rest, names)));
     let within =
@@ -78,7 +80,7 @@ fn the_reference_engine_shares_no_code_with_the_engine() {
 }
 
 #[test]
-fn what_the_engine_uses_would_be_noticed() {
+fn imports_from_the_engine_are_detected() {
     let text = "use crate::{\n    engine::pairs::rules::Rules,\n    Vector,\n};\nuse crate::engine::{Elapsed,\n    Simulation};";
     let taken = Visitor::of(text, Vec::new()).paths;
     for allowed in [OF_VERIFIER, OF_REFERENCE] {

@@ -111,7 +111,7 @@ fn two_roots_one_part_in_2_to_the_200_apart_are_told_apart() {
 }
 
 #[test]
-fn the_rule_from_a_valid_state() {
+fn first_fall_is_the_event_of_a_valid_state() {
     expect_later(&with_roots(&[2.0, 4.0], 1.0), Kind::Root, 2.0);
     expect_later(&with_roots(&[1.0, 1.0, 2.0, 4.0], 1.0), Kind::Root, 2.0);
     expect_later(&with_roots(&[3.0, 3.0, 3.0, -1.0], -1.0), Kind::Root, 3.0);
@@ -120,7 +120,7 @@ fn the_rule_from_a_valid_state() {
 }
 
 #[test]
-fn the_rule_from_an_invalid_state() {
+fn deepening_or_turning_point_is_the_event_of_an_invalid_state() {
     expect_now(&Polynomial::from_floats(&[-1.0, -1.0, 1.0]));
     expect_now(&Polynomial::from_floats(&[0.0, 0.0, 0.0, 0.0, -1.0]));
     expect_now(&Polynomial::from_floats(&[-1.0, 0.0, 0.0, -1.0]));

@@ -16,7 +16,7 @@ fn is_not_wrong(algorithm: Algorithm, state: &State) {
 }
 
 #[test]
-fn a_turning_point_that_rounding_makes_a_root_is_within_rounding() {
+fn turning_point_rounded_to_a_root_is_within_round_off() {
     // The pair is almost at rest, one floating-point number beyond the end of its bond: the coefficient R2 rounds to
     // zero.
     is_not_wrong(
@@ -40,7 +40,7 @@ fn a_turning_point_that_rounding_makes_a_root_is_within_rounding() {
 }
 
 #[test]
-fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
+fn near_miss_rounded_to_a_hit_is_within_round_off() {
     // The pair grazes exactly. Rounding creates two roots that are sqrt(epsilon) apart.
     for (r, v, a, distance) in [
         (
@@ -59,7 +59,7 @@ fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
 }
 
 #[test]
-fn a_turning_point_in_values_far_below_rounding_is_within_rounding() {
+fn turning_point_far_below_the_terms_is_within_round_off() {
     // These states were found by fuzzing. The squared contact distance is at least 10^18 times the values that f takes.
     for (r, v, a, distance) in [
         (

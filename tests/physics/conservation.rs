@@ -96,7 +96,7 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
 }
 
 #[test]
-fn the_formal_example_is_exact() {
+fn elastic_spheres_1d_scene_has_its_exact_solution() {
     let scene = Scene::from_file("configs/elastic_spheres_1d.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let mut events: Vec<Event> = Vec::new();

@@ -136,7 +136,7 @@ fn mixtures_and_disks_start_dense() {
 }
 
 #[test]
-fn only_cores_count() {
+fn dense_start_depends_on_cores_not_on_diameters() {
     // Only the cores of the potentials keep particles apart: 0.8 between A particles and 1.05 between A and B. Two B
     // particles have no core.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
@@ -166,7 +166,7 @@ fn reached(result: Result<Scene, SceneError>) -> f64 {
 }
 
 #[test]
-fn what_no_random_packing_reaches_is_refused() {
+fn packing_fractions_beyond_random_packing_are_rejected() {
     // A density beyond random close packing is rejected at once.
     assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
     // Random close packing is at about 0.645 for spheres with diameters in the ratio 1 : 1.4, and at 0.84 for such
@@ -178,7 +178,7 @@ fn what_no_random_packing_reaches_is_refused() {
 }
 
 #[test]
-fn with_walls_or_company_particles_are_placed_one_by_one() {
+fn starts_with_walls_or_other_particles_are_filled_one_by_one() {
     let walls = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
     let refused = |scene: SceneBuilder| {
         let error = scene.build().unwrap_err();
@@ -193,7 +193,7 @@ fn with_walls_or_company_particles_are_placed_one_by_one() {
 }
 
 #[test]
-fn as_many_as_fit_are_those_that_the_error_counts() {
+fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let walls = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
     let edge = libm::cbrt(100.0 * std::f64::consts::PI / 6.0 / 0.5);
     let scene = |fill: Fill| {
@@ -233,7 +233,7 @@ fn as_many_as_fit_are_those_that_the_error_counts() {
 }
 
 #[test]
-fn a_mixture_of_which_as_many_as_fit_keeps_its_shares() {
+fn as_many_as_fit_keeps_the_composition_of_a_mixture() {
     let fill = Fill { composition: vec![("A".into(), 1.0), ("B".into(), 3.0)], ..Fill::new(Arrangement::Random, "A") };
     let scene = SceneBuilder::new("mixture")
         .space(Space::periodic_cube(12.0))

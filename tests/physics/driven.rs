@@ -155,7 +155,7 @@ fn scaled_gas(block: f64) -> Vec<(String, f64)> {
 }
 
 #[test]
-fn what_scaling_gives_is_in_the_pressure_whenever_blocks_end() {
+fn pressure_includes_rescaling_whatever_the_block_length() {
     // Both results are integrals over the same 20 units of time. They differ only in the order of their rounded sums.
     let [few, many] = [5.0, 0.1].map(scaled_gas);
     assert!(few.len() > 1);
@@ -191,7 +191,7 @@ pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diamete
 }
 
 #[test]
-fn in_a_sheared_box_nothing_is_ever_missed() {
+fn sheared_box_misses_no_contact() {
     // A slow shear, and one so fast that images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
         let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
@@ -215,7 +215,7 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
 }
 
 #[test]
-fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_that_agree() {
+fn gas_between_equal_thermal_walls_takes_their_temperature() {
     let walls = carom::model::space::Boundary::walls(1.0);
     let fill = Fill::new(Lattice::SimpleCubic, "A").count(216).amount(Amount::PackingFraction(0.05));
     let run = RunPlan { equilibration: Limit::time(200.0), limit: Limit::time(1500.0), ..RunPlan::default() };
@@ -240,7 +240,7 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
 }
 
 #[test]
-fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
+fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let measured = |interval: f64| {
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
         let scene = SceneBuilder::new("granular")
@@ -264,7 +264,7 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
 }
 
 #[test]
-fn samples_see_a_rescaled_gas_at_all_times_between_two_scalings() {
+fn samples_of_a_rescaled_gas_cover_the_time_between_scalings() {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 1.0 };
     let profile =
         plan::Profile { name: "all".into(), bins: [1; 3], lower: None, upper: None, interval: None, species: None };
@@ -287,7 +287,7 @@ fn samples_see_a_rescaled_gas_at_all_times_between_two_scalings() {
 }
 
 #[test]
-fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
+fn net_momentum_left_by_a_heat_bath_counts_in_no_temperature() {
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
     let stage = StagePlan {
         gravity: None,
@@ -310,7 +310,7 @@ fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
 }
 
 #[test]
-fn shear_that_vanishes_is_no_shear() {
+fn vanishing_shear_rate_gives_the_pressure_at_rest() {
     let pressure = |rate: Option<f64>| {
         let fluid = fluid("slow", 32, 0.1).run(RunPlan { limit: Limit::time(200.0), ..RunPlan::default() });
         let scene = rate.map_or(fluid.clone(), |rate| fluid.shear(rate));
@@ -333,7 +333,7 @@ fn shear_that_vanishes_is_no_shear() {
 }
 
 #[test]
-fn what_passes_after_the_last_sample_is_counted() {
+fn passages_after_the_last_sample_are_counted() {
     let gate = plan::Flow {
         name: "gate".into(),
         axis: Some("x".into()),
@@ -378,7 +378,7 @@ fn bath_collisions(scene: SceneBuilder, temperature: f64) -> Vec<(u64, u32)> {
 }
 
 #[test]
-fn state_points_with_equal_seeds_have_random_numbers_of_their_own() {
+fn different_state_points_with_one_seed_have_different_random_numbers() {
     let pair = || fluid("pair", 108, 0.2);
     let first = bath_collisions(pair(), 1.0);
     assert_eq!(first, bath_collisions(fluid("another_name", 108, 0.2), 1.0), "names change nothing");

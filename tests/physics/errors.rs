@@ -124,7 +124,7 @@ fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
 /// and of the stress across a slit were up to four times too large, because their fluctuations cancel over time. The
 /// errors of free times were twice too large. The errors of diffusion over few spans were up to twice too small.
 #[test]
-fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
+fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let well = || Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let plan = || MeasurementPlan {

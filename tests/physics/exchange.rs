@@ -157,7 +157,7 @@ fn two_particles_in_a_well_have_their_exact_populations() {
 }
 
 #[test]
-fn errors_are_those_of_the_scatter_of_seeds() {
+fn population_errors_match_the_scatter_over_seeds() {
     let mut squares = Vec::new();
     for seed in 1..=16 {
         let results = results(scene(pair(), seed, &TEMPERATURES, 2.0, 500));
@@ -251,7 +251,7 @@ pub fn chain_of_four() -> SceneBuilder {
 const LIMIT: f64 = 4.5;
 
 #[test]
-fn a_chain_of_four_has_the_populations_of_its_volumes() {
+fn chain_of_four_has_the_exact_populations() {
     let (coarse, volumes) = (volumes(7), volumes(10));
     let total: f64 = volumes.iter().sum();
     for (coarse, fine) in coarse.iter().zip(&volumes) {
@@ -280,7 +280,7 @@ fn a_chain_of_four_has_the_populations_of_its_volumes() {
 }
 
 #[test]
-fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
+fn curve_errors_match_the_scatter_over_seeds() {
     let mut squares = [0.0; 2];
     let seeds = 24;
     for seed in 1..=seeds {
@@ -300,7 +300,7 @@ fn errors_of_curves_are_those_of_the_scatter_of_seeds() {
 
 /// At a temperature of 0.02, the pair never unbinds.
 #[test]
-fn a_frozen_temperature_is_named() {
+fn temperature_without_energy_changes_gets_a_warning() {
     let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 20));
     let warnings = results.warnings();
     assert!(
@@ -333,7 +333,7 @@ fn squares_of_three(temperature: f64) -> [f64; 2] {
 }
 
 #[test]
-fn a_chain_of_three_has_its_exact_extent_at_all_temperatures() {
+fn chain_of_three_has_exact_gyration_and_end_to_end_distances() {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(7.0))
         .species("bead", 1.3, 1.0)

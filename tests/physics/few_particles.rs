@@ -189,7 +189,7 @@ fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
 }
 
 #[test]
-fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
+fn measured_temperature_equals_the_requested_one() {
     let (periodic, walls) = (Boundary::Periodic, Boundary::walls(1.0));
     for boundary in [[periodic; 2], [walls, periodic], [periodic, walls], [walls; 2]] {
         let scene = disks(boundary, None);

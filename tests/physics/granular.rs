@@ -49,7 +49,7 @@ fn a_granular_gas_cools_by_haffs_law() {
 }
 
 #[test]
-fn what_is_dissipated_is_what_is_lost() {
+fn counted_dissipation_equals_the_energy_loss() {
     let mut simulation = gas(0.8, None);
     let start = simulation.energy().kinetic;
     let mut sum = 0.0;
@@ -90,7 +90,7 @@ fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Sim
 }
 
 #[test]
-fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
+fn three_spheres_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
     let limit = 7.0 - 4.0 * 3.0_f64.sqrt();
     for below in [0.0, 0.01, 0.03, 0.05, 0.06, limit - 0.001] {
         let mut simulation = three_on_a_line(below, None);
@@ -218,7 +218,7 @@ fn contact_times_shorter_than_every_flight_change_nothing() {
 }
 
 #[test]
-fn contact_times_longer_than_the_run_leave_each_particle_one_inelastic_contact() {
+fn long_contact_times_allow_each_particle_one_inelastic_contact() {
     let mut simulation = gas(0.9, Some(1e6));
     let mut met = vec![false; simulation.moving()];
     simulation

@@ -7,7 +7,7 @@ use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
 use super::driven::{assert_no_overlap, finish, hard};
 
 #[test]
-fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap() {
+fn bidisperse_growth_reaches_its_packing_fraction_without_overlap() {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
     let stage = StagePlan {

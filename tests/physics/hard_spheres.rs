@@ -106,7 +106,7 @@ fn disks_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
 }
 
 #[test]
-fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
+fn rods_on_a_ring_have_the_exact_number_of_contacts() {
     // Equal rods exchange their velocities. So the velocities behave like points that pass through each other on a ring
     // of length L - N sigma. Two velocities meet floor or ceil(|v_i - v_j| t / (L - N sigma)) times, and each contact
     // has the impulse |v_i - v_j|. At the density rho = 1/2 the mean is Tonks's result, Z = 1 / (1 - rho sigma) = 2.
@@ -141,7 +141,7 @@ fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
 }
 
 #[test]
-fn a_mean_knows_its_error() {
+fn mean_has_the_exact_standard_error() {
     let mean = Mean::of([1.0, 2.0, 3.0, 4.0]);
     assert_eq!(mean.mean, 2.5);
     assert!((mean.error - (5.0_f64 / 12.0).sqrt()).abs() < 1e-15);

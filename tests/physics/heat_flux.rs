@@ -38,7 +38,7 @@ fn plates(size: [f64; 3]) -> Space {
 }
 
 #[test]
-fn without_collisions_each_particle_carries_heat_to_and_fro() {
+fn collisionless_gas_carries_the_exact_heat_flux() {
     // From a wall of temperature T a particle carries an energy of (D + 1) T / 2, and needs a time of sqrt(pi
     // m / 2 T) per unit of length on its way to the other wall.
     let temperatures = [2.0_f64, 0.7];
@@ -98,7 +98,7 @@ fn between_equal_temperatures_no_heat_flows_on_average() {
 }
 
 #[test]
-fn one_warm_wall_warms_a_gas_and_an_elastic_one_has_no_heat_flux() {
+fn thermal_wall_sets_the_temperature_and_elastic_wall_has_no_flux() {
     let finished = finish(&gas([None, Some(2.1)]));
     assert!(flux(&finished, "lower_x").is_none());
     let heat = flux(&finished, "upper_x").unwrap();
@@ -109,7 +109,7 @@ fn one_warm_wall_warms_a_gas_and_an_elastic_one_has_no_heat_flux() {
 }
 
 #[test]
-fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
+fn heat_through_all_walls_equals_the_energy_change() {
     // A dissipative mixture between six walls with different laws.
     let wall = |restitution: f64| Face::Wall { restitution };
     let boundary = [
@@ -158,7 +158,7 @@ fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
 }
 
 #[test]
-fn each_wall_of_a_line_takes_its_own_part_of_the_speed() {
+fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
     let wall = |restitution: f64| Face::Wall { restitution };
     let walls = Boundary::Bounded { lower: wall(0.9), upper: wall(0.5) };
     let space = Space { boundary: [walls, Boundary::Flat, Boundary::Flat], ..plates([11.0, 0.0, 0.0]) };

@@ -57,7 +57,7 @@ fn stays(scene: &SceneBuilder, is_inside: impl Fn(&Vector) -> bool) -> bool {
 }
 
 #[test]
-fn rings_rectangles_and_lines_hold_what_is_inside() {
+fn rings_rectangles_and_lines_confine_particles() {
     let centre = at(10.0, 10.0);
     let ring = held(vec![surface(Surface::Ring { centre, radius: 5.0 }, None)]);
     assert_eq!(ring.build().unwrap().leaks(), []);
@@ -78,7 +78,7 @@ fn rings_rectangles_and_lines_hold_what_is_inside() {
 }
 
 #[test]
-fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
+fn leaky_spacings_and_joints_are_reported_and_do_leak() {
     let centre = at(10.0, 10.0);
     // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75 and pass;
     // large disks need 1 and do not.
@@ -98,7 +98,7 @@ fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
 }
 
 #[test]
-fn a_run_from_equal_speeds_keeps_its_energy_and_ends_with_maxwells_distribution() {
+fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
     let boundary = [Boundary::Periodic, Boundary::Flat, Boundary::Periodic];
     let measure = plan::Speeds { windows: Some(2), window: Some(20.0), bins: Some(60), ..plan::Speeds::default() };
     let scene = SceneBuilder::new("maxwell")

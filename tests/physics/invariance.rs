@@ -44,7 +44,7 @@ fn well() -> Potential {
 }
 
 #[test]
-fn a_scene_has_one_future_however_it_is_cut() {
+fn trajectory_does_not_depend_on_how_the_run_is_split() {
     let start = lattice(BULK, Lattice::FaceCentredCubic, 256, 0.6);
     let scene = || listed(start.space(), &well(), &particles(&start)).build().unwrap();
     let whole = |until: Until| {
@@ -73,7 +73,7 @@ fn a_scene_has_one_future_however_it_is_cut() {
 }
 
 #[test]
-fn flat_scenes_stay_flat_and_straight_ones_straight() {
+fn particles_never_leave_a_flat_or_straight_scene() {
     let plane = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let line = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
     for (boundary, arrangement, axes) in [(plane, Lattice::Square, 2), (line, Lattice::Line, 1)] {

@@ -96,7 +96,7 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
 }
 
 #[test]
-fn rods_on_a_ring_have_their_exact_lengths() {
+fn ring_of_rods_has_the_exact_mean_length_and_variance() {
     // The configuration integral is Q = L (L - a)^(N - 1). One of the N rods may be anywhere on the ring of length L,
     // and the others share the free length in a fixed order. The length `a` is the sum of all contact distances. With x
     // = L - a the moments are sums of gamma functions.
@@ -117,7 +117,7 @@ fn rods_on_a_ring_have_their_exact_lengths() {
 }
 
 #[test]
-fn two_disks_keep_to_the_smallest_box() {
+fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
     // The configuration integral is Q = V (V - pi): the second disk may be anywhere except within a diameter of the
     // first one. The smallest box, 2 x 2, is reached often.
     let pressure = 0.4;
@@ -168,7 +168,7 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
 }
 
 #[test]
-fn an_ideal_gas_has_one_particle_more() {
+fn ideal_gas_has_the_volume_of_one_particle_more() {
     // The configuration integral is Q = V^N, so the volume has the mean (N + 1) T / P and the variance (N + 1) (T /
     // P)^2.
     let (count, pressure) = (5, 0.8);
@@ -186,7 +186,7 @@ fn an_ideal_gas_has_one_particle_more() {
 }
 
 #[test]
-fn few_volumes_leave_no_error_but_that_of_the_temperature() {
+fn too_few_volume_samples_give_an_error_for_temperature_only() {
     let scene = SceneBuilder::new("spheres")
         .seed(4)
         .species("A", 0.7, 1.0)
@@ -217,7 +217,7 @@ fn union(radius: f64, apart: f64) -> f64 {
 }
 
 #[test]
-fn a_dimer_and_a_disk_are_two_molecules() {
+fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
     // The configuration integral is Q = V (V - A). The dimer may be anywhere in the area V, and the disk anywhere
     // outside of the contact distance of its two ends. `A` is the excluded area, averaged over the bond lengths. In the
     // plane, the probability density of a bond length is proportional to the length.
@@ -256,7 +256,7 @@ fn a_dimer_and_a_disk_are_two_molecules() {
 }
 
 #[test]
-fn the_virial_has_the_pressure_of_the_barostat() {
+fn virial_pressure_equals_the_barostat_pressure() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
     // Without a given amplitude, the run adjusts it during the equilibration.

@@ -78,7 +78,7 @@ fn changes(speed: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_adiabatic_invariant_of_each_ball_stays_what_it_was() {
+fn slow_piston_conserves_the_adiabatic_invariant_of_each_ball() {
     // The product of a ball's speed and the distance of the walls, `v_z L`, oscillates by about the ratio of the
     // piston's speed to the ball's speed. It does not drift.
     for speed in [0.1, 0.01, 0.001] {

@@ -64,7 +64,7 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
 
 /// The errors of the density of states of a multicanonical chain match the scatter of seeds.
 #[test]
-fn multicanonical_errors_are_those_of_the_scatter_of_seeds() {
+fn multicanonical_errors_match_the_scatter_over_seeds() {
     let expected = bound(1.1).ln() - DEPTH / 1.1;
     let mut sum = 0.0;
     let seeds = 24;

@@ -77,7 +77,7 @@ fn hard_particles_never_overlap_in_boxes_of_any_shape() {
 }
 
 #[test]
-fn the_states_of_wells_are_those_of_their_distances() {
+fn captured_pairs_are_those_within_the_range_of_the_well() {
     for space in boxes() {
         for rate in [0.1, 3.0] {
             let mut simulation = fluid(&space, Potential::square_well(1.0, 1.5, 0.7).unwrap(), rate);
@@ -178,7 +178,7 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
 }
 
 #[test]
-fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
+fn overlap_across_sliding_sides_is_always_found() {
     // The two particles overlap across the sliding side. The overlap stays constant, because the image above moves as
     // fast as the particle below.
     let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
@@ -193,7 +193,7 @@ fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
 }
 
 #[test]
-fn who_comes_near_while_many_images_slide_by_is_met() {
+fn contact_is_found_after_many_images_have_slid_past() {
     // The particles are half a diameter apart along y. So they touch when their distance along z has shrunk to
     // sqrt(3/4), after a time of 0.92. An image slides by every 24 / 120 = 0.2, and the next of these images collides.
     for place in 0..8 {
@@ -208,7 +208,7 @@ fn who_comes_near_while_many_images_slide_by_is_met() {
 }
 
 #[test]
-fn a_common_velocity_up_the_gradient_and_what_grows_from_it_are_no_pressure() {
+fn common_velocity_along_the_gradient_adds_no_pressure() {
     let base = || {
         SceneBuilder::new("fluid").species("A", 1.0, 1.0).interaction(
             "A",

@@ -78,7 +78,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
 }
 
 #[test]
-fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
+fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
     for (e, rest) in [(0.5_f64, 4.242641), (0.9, 26.870058)] {
         assert!((2.0_f64.sqrt() * (1.0 + e) / (1.0 - e) - rest).abs() < 1e-6);
         let contact_time = 1e-6;

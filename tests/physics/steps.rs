@@ -73,28 +73,28 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
 }
 
 #[test]
-fn square_wells_release_as_many_pairs_as_they_should() {
+fn square_wells_have_the_exact_ratio_of_bounces_to_releases() {
     assert_the_law_holds(&Potential::square_well(1.0, 1.5, 1.0).unwrap(), 0.5, 2.0, 0.01);
 }
 
 #[test]
-fn square_shoulders_admit_as_many_pairs_as_they_should() {
+fn square_shoulders_have_the_exact_ratio_of_bounces_to_entries() {
     assert_the_law_holds(&Potential::square_shoulder(1.0, 1.5, 1.0).unwrap(), 0.4, 3.0, 0.01);
 }
 
 #[test]
-fn penetrable_spheres_admit_as_many_pairs_as_they_should() {
+fn penetrable_spheres_have_the_exact_ratio_of_bounces_to_entries() {
     assert_the_law_holds(&Potential::penetrable(1.0, 1.0).unwrap(), 1.0, 2.0, 0.01);
 }
 
 #[test]
-fn every_step_of_lennard_jones_is_taken_as_often_as_it_should() {
+fn lennard_jones_steps_have_the_exact_ratios_of_bounces() {
     let potential = Potential::stepped_lennard_jones(1.0, 1.0, 1.8, 8, 10.0).unwrap();
     assert_the_law_holds(&potential, 0.5, 1.5, 0.05);
 }
 
 #[test]
-fn a_well_under_a_shoulder_has_both_laws() {
+fn well_under_a_shoulder_has_the_exact_ratios_of_bounces() {
     let inf = f64::INFINITY;
     let potential = Potential::new(vec![1.9, 1.6, 1.3, 1.0], vec![0.0, 0.7, -0.5, 0.4, inf]).unwrap();
     assert_the_law_holds(&potential, 0.3, 1.0, 0.02);

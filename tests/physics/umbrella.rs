@@ -81,7 +81,7 @@ fn square_well(point: &MeanForcePoint) -> f64 {
 
 /// A pair with a square well: the potential of mean force is the potential itself.
 #[test]
-fn a_pair_has_its_potential() {
+fn potential_of_mean_force_of_a_pair_is_its_potential() {
     let windows = [[1.0, 1.5], [1.3, 1.8], [1.5, 1.98]];
     let (results, found) = results(in_windows(pair().seed(3), [&[0], &[1]], &windows, [200, 30_000]));
     refuse_other(&found, (found.points.len(), windows[2], 3.0), square_well);
@@ -113,7 +113,7 @@ fn a_pair_has_its_potential() {
 
 /// Disks in a plane, and rods on a line.
 #[test]
-fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
+fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     for (dimensions, size) in [(2, Vector::new(5.0, 6.0, 0.0)), (1, Vector::new(5.0, 0.0, 0.0))] {
         let boundary = std::array::from_fn(|axis| if axis < dimensions { Boundary::Periodic } else { Boundary::Flat });
         let y = if dimensions > 1 { 2.0 } else { 0.0 };
@@ -135,7 +135,7 @@ fn a_pair_has_its_potential_in_two_dimensions_and_in_one() {
 /// The centre of two bonded particles with unequal masses, one of which has a square well for a third
 /// particle.
 #[test]
-fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
+fn potential_between_centres_of_mass_averages_over_the_bond() {
     let masses = [1.3, 0.7];
     let (shortest, longest) = (0.9, 1.3);
     let scene = SceneBuilder::new("molecules")
@@ -192,7 +192,7 @@ fn centres_of_mass_have_the_mean_over_the_motion_of_their_members() {
 /// Two large spheres among small spheres that pass through each other. The small spheres have more room where
 /// the excluded shells of the large spheres overlap.
 #[test]
-fn large_spheres_attract_each_other_by_the_room_of_small_ones() {
+fn large_spheres_have_the_exact_depletion_potential() {
     let (length, count, radius) = (6.6_f64, 70, 1.5_f64);
     let mut scene = SceneBuilder::new("depletion")
         .seed(4)

@@ -43,7 +43,7 @@ fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished 
 }
 
 #[test]
-fn virial_walls_and_tensor_tell_the_same_pressure() {
+fn virial_wall_and_tensor_pressures_agree() {
     let (periodic, walls, flat) = (Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat);
     let (plane, space) = (Vector::new(11.0, 9.0, 0.0), Vector::new(7.0, 6.0, 5.5));
     for (what, boundary, size, counts) in [
@@ -83,7 +83,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
 }
 
 #[test]
-fn a_driven_granular_slit_presses_on_its_walls_as_hard_as_its_virial_says() {
+fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
     // The bath drives the particles only along the slit, so they are colder across it. If the temperature were taken as
     // isotropic, the pressure would be a third higher.
     let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
@@ -150,7 +150,7 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 }
 
 #[test]
-fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
+fn thermal_wall_velocities_do_not_depend_on_the_order_of_contacts() {
     // The velocities that a hot wall gives to the first of three particles. The particles are too small to meet. The
     // other two reach the walls at other times, and more often.
     let velocities = |others: f64| {

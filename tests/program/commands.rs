@@ -27,7 +27,7 @@ fn a_run_can_be_proven_from_its_folder() {
 }
 
 #[test]
-fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
+fn proof_of_a_folder_ends_at_the_last_event_of_its_run() {
     // The equilibration may end by its own measurements, so only the summary tells where the run ended.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
@@ -47,7 +47,7 @@ fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
 }
 
 #[test]
-fn a_scene_that_is_not_that_of_the_run_proves_nothing_of_it() {
+fn verify_rejects_a_folder_with_a_different_scene() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "1", "--until-events", "700", "-q"])), 0);
     let file = place.path().join("runs/scene/scene.toml");
@@ -74,7 +74,7 @@ fn a_scene_that_is_not_that_of_the_run_proves_nothing_of_it() {
 }
 
 #[test]
-fn whoever_reads_only_the_first_line_causes_no_error() {
+fn closed_output_pipe_is_not_an_error() {
     let place = Place::with(FLUID);
     let mut child = place.command(&["new", "hopper"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
@@ -103,7 +103,7 @@ fn every_kind_of_new_scene_is_valid() {
 }
 
 #[test]
-fn a_key_for_what_carom_does_not_have_gets_an_answer() {
+fn keys_of_unsupported_features_get_an_explanation() {
     for (table, answer) in [
         ("inlet = [{ rate = 3.0 }]\n", "the number of particles is constant"),
         ("units = { length = \"mm\" }\n", "numbers have no units"),
@@ -118,7 +118,7 @@ fn a_key_for_what_carom_does_not_have_gets_an_answer() {
 }
 
 #[test]
-fn shells_and_manuals_have_all_commands() {
+fn completions_and_man_pages_cover_all_commands() {
     let place = Place::with(FLUID);
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = words(&place.carom(&["completions", shell]));
@@ -160,7 +160,7 @@ fn check_says_what_will_be_simulated_and_writes_nothing() {
 }
 
 #[test]
-fn check_tells_the_temperature_of_few_particles_relative_to_what_streams() {
+fn check_temperature_of_few_particles_excludes_streaming() {
     let scene = "[space]\nsize = [9.0, 9.0, 9.0]\n[[species]]\nname = 'A'\nmass = 1.0\ndiameter = 1.0\n\
          [[interaction]]\nspecies = ['A', 'A']\npotential = 'hard-sphere'\n\
          [[fill]]\nspecies = 'A'\narrangement = 'random'\ncount = 4\ntemperature = 1.0\n[run]\nuntil_events = 10\n";
@@ -202,7 +202,7 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
 }
 
 #[test]
-fn check_and_run_estimate_by_the_same_rule_whatever_the_clock_says() {
+fn check_and_run_give_the_same_reproducible_size_estimate() {
     // 4,000 spheres are too many for a trial run. The number of frames must be estimated, because frames are written by
     // time and the run ends by events.
     let scene = FLUID.replace("count = 108", "count = 4000").replace("until_events = 4000", "until_events = 40000000");
@@ -244,7 +244,7 @@ fn check_warns_of_boxes_and_energies_that_leave_too_few_digits() {
 }
 
 #[test]
-fn what_is_asked_for_and_has_no_value_in_the_scene_is_told_before_it_is_missed() {
+fn check_and_run_warn_about_measurements_without_a_value() {
     let measured = |instrument: &str, more: &str| format!("{FLUID}{more}\n[measure]\n{instrument} = true\n");
     let obstacle = "[[species]]\nname = 'post'\nstatic = true\ndiameter = 1.0\n[[particle]]\nspecies = 'post'\nposition = [0.1, 0.1, 0.1]\n\
         [[interaction]]\nspecies = ['sphere', 'post']\npotential = 'hard-sphere'\n";

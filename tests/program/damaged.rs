@@ -4,7 +4,7 @@ use super::exchange::CHAIN;
 use super::place::{Place, code, contents, errors, line};
 
 #[test]
-fn what_belongs_to_an_exchange_is_told_in_its_words() {
+fn damaged_exchange_files_are_rejected_with_a_remedy() {
     let place = Place::with(CHAIN);
     let short = ["exchange", "scene.toml", "-q", "--set", "run.until_time=150", "--out", "pair"];
     assert_eq!(code(&place.carom(&short)), 0);

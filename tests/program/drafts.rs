@@ -33,7 +33,7 @@ fn drawing(place: &Place) -> Child {
 }
 
 #[test]
-fn a_draft_goes_when_its_process_is_gone_and_not_before() {
+fn temporary_file_is_removed_only_after_its_process_has_ended() {
     let place = Place::with(&format!("{FLUID}[output]\nframe_interval = 0.01\n"));
     run(&place, &["scene.toml"]);
     let folder = place.path().join("runs/scene");
@@ -50,7 +50,7 @@ fn a_draft_goes_when_its_process_is_gone_and_not_before() {
 }
 
 #[test]
-fn every_command_in_a_folder_clears_it() {
+fn every_command_removes_stale_temporary_files_in_its_folder() {
     let place = Place::with(FLUID);
     run(&place, &["scene.toml"]);
     place.write("chain.toml", CHAIN);

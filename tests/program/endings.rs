@@ -20,7 +20,7 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
 
 /// When a ball rests on a wall, the message does not suggest the contact time that the scene has already.
 #[test]
-fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
+fn arrest_help_does_not_suggest_a_setting_that_is_set() {
     let ball = "name = \"ball\"\n[space]\nsize = [4.0, 4.0, 40.0]\n\
         z = { lower = \"wall\", upper = \"open\", restitution = 0.5 }\n\
         [dynamics]\ngravity = [0.0, 0.0, -1.0]\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n\
@@ -43,7 +43,7 @@ fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
 /// A file that reaches its size limit is reported like a full disk; no signal ends the program.
 #[test]
 #[cfg(target_os = "linux")]
-fn a_run_whose_files_may_grow_no_further_says_so_and_can_be_resumed() {
+fn run_over_the_file_size_limit_fails_with_help() {
     let place = Place::with(&format!("{FLUID}[output]\nevents = true\n"));
     let limited = |arguments: &str| {
         let command = format!("ulimit -f 200; exec \"$0\" {arguments}");
@@ -97,7 +97,7 @@ fn an_arrest_ends_a_proof_with_the_cure() {
 }
 
 #[test]
-fn a_run_without_future_ends() {
+fn run_ends_when_no_event_can_follow() {
     // Two spheres fly apart, so they never reach the requested number of events.
     let scene = r#"
 [space]
@@ -158,7 +158,7 @@ fn a_stopped_run_leaves_complete_files() {
 }
 
 #[test]
-fn balls_that_part_end_their_rows() {
+fn rows_end_when_no_event_can_follow() {
     let scene = "
         [output]
         thermo_interval = 0.01
@@ -233,7 +233,7 @@ until_time = 10.0
 }
 
 #[test]
-fn a_grain_at_rest_in_contact_is_announced_and_its_storm_ends_the_run() {
+fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
     let told = |output: &std::process::Output| {
         errors(output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "")
     };

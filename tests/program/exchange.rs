@@ -188,7 +188,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn what_is_complete_stays_and_what_is_something_else_is_not_touched() {
+fn complete_exchange_is_kept_and_other_folders_are_untouched() {
     let place = Place::with(CHAIN);
     let short = ["--set", "run.until_time=150"];
     let with = |more: &[&'static str]| exchange(&[short.as_slice(), more].concat());
@@ -267,7 +267,7 @@ fn two_processes_do_not_write_to_one_folder() {
 }
 
 #[test]
-fn the_scene_of_the_documents_runs() {
+fn scene_in_the_studies_page_runs() {
     let page = include_str!("../../docs/studies.md");
     let scenes: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let [scene] = scenes.as_slice() else { panic!("{} scenes", scenes.len()) };

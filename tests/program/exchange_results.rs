@@ -30,7 +30,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
 
 /// Temperatures with equal acceptance, which an exchange at these temperatures confirms.
 #[test]
-fn temperatures_follow_from_an_acceptance() {
+fn temperatures_are_found_for_a_requested_acceptance() {
     let place = Place::with(CHAIN);
     assert_eq!(code(&place.carom(&exchange(&[]))), 0);
     let found = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.75"]);

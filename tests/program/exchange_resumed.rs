@@ -28,7 +28,7 @@ fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
 }
 
 #[test]
-fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_there() {
+fn extended_exchange_equals_one_with_the_later_end() {
     let place = Place::with(&measured_chain());
     let frames = ["--set", "output.frame_interval=75"];
     let with = |more: &[&'static str]| exchange(&[frames.as_slice(), more].concat());
@@ -67,7 +67,7 @@ fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_ther
 }
 
 #[test]
-fn an_exchange_that_is_killed_on_the_way_to_a_later_end_comes_there() {
+fn exchange_killed_during_an_extension_ends_with_identical_bytes() {
     let place = Place::with(&measured_chain());
     let frames = ["--set", "output.frame_interval=75"];
     let whole = exchange(&[frames.as_slice(), &["--out", "whole", "--until-time", "3000"]].concat());

@@ -36,7 +36,7 @@ fn plain(text: &str) -> String {
 }
 
 #[test]
-fn a_file_that_was_replaced_is_not_that_of_the_run() {
+fn changed_input_file_of_a_run_is_detected() {
     let place = place();
     let summary = place.summary("runs/a");
     assert!(summary["inputs"][0]["path"].as_str().unwrap().ends_with("start.xyz"));

@@ -72,7 +72,7 @@ fn a_summary_does_not_make_a_folder_a_run() {
 }
 
 #[test]
-fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
+fn run_is_unchanged_until_its_replacement_is_complete() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7", "--set", "output.events=true"])), 0);
@@ -128,7 +128,7 @@ fn an_interrupted_run_is_protected_like_a_killed_one() {
 
 #[cfg(unix)]
 #[test]
-fn the_command_that_goes_on_has_all_options() {
+fn interrupted_run_prints_a_resume_command_with_all_options() {
     let place = Place::with(FLUID);
     let child = begun(&place, &["--threads", "1"]);
     let interrupt = |id: u32| std::process::Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
@@ -177,7 +177,7 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
 }
 
 #[test]
-fn a_run_asks_before_it_fills_the_disk() {
+fn run_requires_force_before_filling_the_disk() {
     let interval = ["scene.toml", "--set", "output.thermo_interval=1e-3"];
     let place = Place::with(&FLUID.replace("until_events = 4000", "until_time = 1e10"));
     let output = place.carom(&[&["run"], &interval[..]].concat());
@@ -197,7 +197,7 @@ fn a_run_asks_before_it_fills_the_disk() {
 }
 
 #[test]
-fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
+fn run_over_its_size_estimate_stops_and_resumes_to_identical_bits() {
     let place = Place::with(FLUID);
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let [limited, whole] = ["limited", "whole"].map(|name| place.path().join(name));
@@ -223,7 +223,7 @@ fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
 }
 
 #[test]
-fn another_end_is_on_the_disk_before_the_run_goes_on() {
+fn new_end_is_stored_before_the_run_continues() {
     let place = Place::with(FLUID);
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let path = place.path().join("run");
@@ -241,7 +241,7 @@ fn another_end_is_on_the_disk_before_the_run_goes_on() {
 }
 
 #[test]
-fn a_run_that_is_stopped_early_and_given_a_near_end_has_its_rows() {
+fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     let place = Place::with(FLUID);
     let scene = |events: u64| {
         let until = format!("run.until_events={events}");

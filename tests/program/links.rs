@@ -78,7 +78,7 @@ fn no_run_writes_through_a_link() {
 }
 
 #[test]
-fn what_became_a_folder_or_a_pipe_is_noticed_before_anything_is_replaced() {
+fn folder_or_pipe_in_place_of_a_file_is_rejected_before_replacing() {
     let names = ["trajectory.xyz", "thermo.csv.partial", "checkpoint.partial", "report.txt"];
     each(FLUID, &["run", "scene.toml", "-q"], &names, |place, name| {
         let path = place.path().join("runs/scene").join(name);
@@ -97,7 +97,7 @@ fn what_became_a_folder_or_a_pipe_is_noticed_before_anything_is_replaced() {
 }
 
 #[test]
-fn a_folder_within_that_of_a_run_is_no_link_either() {
+fn linked_subfolder_of_a_run_is_rejected() {
     let scene = format!("{FLUID}[output]\nevents = true\n");
     each(&scene, &["run", "scene.toml", "-q"], &["events", "replacement"], |place, name| {
         let folder = place.path().join("runs/scene");
@@ -116,7 +116,7 @@ fn a_folder_within_that_of_a_run_is_no_link_either() {
 }
 
 #[test]
-fn a_second_name_of_a_file_is_none_of_caroms() {
+fn hard_links_of_partial_files_are_not_written_through() {
     each(FLUID, &["run", "scene.toml", "-q"], &["checkpoint.partial", "summary.json.partial"], |place, name| {
         let thesis = place.path().join("thesis.tex");
         fs::hard_link(&thesis, place.path().join("runs/scene").join(name)).unwrap();

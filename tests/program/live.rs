@@ -25,7 +25,7 @@ fn live(place: &Place, arguments: &[&str]) -> std::process::Output {
 }
 
 #[test]
-fn a_page_has_the_scene_as_it_was_written_and_what_is_changed() {
+fn live_page_contains_the_scene_text_and_its_overrides() {
     let place = place();
     let changed = ["scene.toml", "--seed", "7", "--set", "fill.0.count=32"];
     let output = live(&place, &changed);
@@ -43,7 +43,7 @@ fn a_page_has_the_scene_as_it_was_written_and_what_is_changed() {
 }
 
 #[test]
-fn a_page_takes_the_files_of_the_scene_along() {
+fn live_page_contains_the_files_of_the_scene() {
     let place = place();
     std::fs::create_dir(place.path().join("scenes")).unwrap();
     place.write("scenes/ball.obj", "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n");
@@ -60,7 +60,7 @@ fn a_page_takes_the_files_of_the_scene_along() {
 }
 
 #[test]
-fn what_has_no_page_is_refused_and_leaves_nothing() {
+fn live_rejects_unsupported_scenes_and_modules_without_writing() {
     let place = place();
     place.write("plain.wasm", "\0asm");
     let run = ["run", "scene.toml", "-q", "--out", "run", "--set", "fill.0.count=8", "--until-events", "10"];

@@ -65,7 +65,7 @@ fn peak(count: u32, instruments: &str) -> f64 {
 }
 
 #[test]
-fn a_particle_takes_little_more_than_its_state_its_prediction_and_its_list() {
+fn memory_per_particle_stays_within_its_limit() {
     // A second copy of the engine would take about 180 bytes more per particle. Memory pages of two megabytes may add
     // up to 60 bytes per particle.
     for (instruments, most) in

@@ -92,7 +92,7 @@ fn binary(announced: u32, triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
 }
 
 #[test]
-fn files_that_are_no_meshes_are_refused_with_the_file_the_place_and_a_cure() {
+fn invalid_mesh_files_are_rejected_with_place_and_help() {
     let good = text(&box_at([1.0; 3], 8.0));
     let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]];
     let cases: [(&str, Vec<u8>, &[&str]); 7] = [
@@ -119,7 +119,7 @@ fn files_that_are_no_meshes_are_refused_with_the_file_the_place_and_a_cure() {
 }
 
 #[test]
-fn bad_geometry_is_told_with_its_triangles_and_a_cure() {
+fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
     let good = box_at([1.0; 3], 8.0);
     let open = good[1..].to_vec();
     let inverted: Vec<_> = good.iter().map(|[a, b, c]| [*a, *c, *b]).collect();

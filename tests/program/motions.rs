@@ -49,7 +49,7 @@ at = 2.5
 "#;
 
 #[test]
-fn a_check_and_a_run_tell_what_moves_and_what_was_measured() {
+fn check_describes_motions_and_run_reports_measurements() {
     let place = Place::with(SHAKER);
     let output = place.carom(&["check", "scene.toml"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
@@ -73,7 +73,7 @@ fn a_check_and_a_run_tell_what_moves_and_what_was_measured() {
 }
 
 #[test]
-fn surfaces_that_nothing_meets_and_motions_that_nothing_notices_are_named() {
+fn check_names_unreachable_surfaces_and_motions_without_effect() {
     let scene = |surface: &str| {
         format!(
             r#"
@@ -138,7 +138,7 @@ name = "it"
 }
 
 #[test]
-fn a_piston_that_crushes_a_grain_is_named() {
+fn piston_that_crushes_a_grain_is_named_in_the_error() {
     let scene = r#"
 [space]
 size = [4.0, 4.0, 6.0]

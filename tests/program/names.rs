@@ -32,7 +32,7 @@ fn no_control_character_reaches_the_terminal() {
 }
 
 #[test]
-fn a_wall_with_a_temperature_has_no_restitution() {
+fn check_prints_no_restitution_for_a_thermal_wall() {
     let place = Place::with(
         "[space]\nsize = [4.0, 4.0, 4.0]\nx = { lower = \"wall\", upper = \"wall\", temperature = 1.5 }\ny = \"walls\"\n\
         [[species]]\nname = \"ball\"\nmass = 1.0\ndiameter = 1.0\n[[particle]]\nspecies = \"ball\"\nposition = [2.0, 2.0, 2.0]\n\

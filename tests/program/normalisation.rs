@@ -37,7 +37,7 @@ fn divisor(series: &Value, name: &str) -> f64 {
 }
 
 #[test]
-fn what_curves_were_divided_by_takes_them_back_to_whole_counts() {
+fn curves_times_their_normalisation_are_whole_counts() {
     let place = Place::with(&format!("{FLUID}{MEASURED}"));
     run(&place, &["scene.toml"]);
     let text = place.read("runs/scene/measurements.json");

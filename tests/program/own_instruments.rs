@@ -23,7 +23,7 @@ impl Instrument for Probe {
 }
 
 #[test]
-fn the_program_refuses_them_before_anything_is_changed() {
+fn resuming_a_run_with_user_instruments_is_rejected_without_changes() {
     let place = Place::with(FLUID);
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     for (stage, end) in [(Stage::Equilibration, &[][..]), (Stage::Measurement, &["--until-events", "5000"])] {

@@ -76,7 +76,7 @@ fn the_next_run_has_the_box_that_the_last_one_has_left() {
 }
 
 #[test]
-fn what_takes_a_constant_volume_is_refused() {
+fn verify_and_live_reject_a_barostat() {
     let place = pressed();
     let verified = place.carom(&["verify", "scene.toml"]);
     assert!(code(&verified) != 0);

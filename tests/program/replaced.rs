@@ -50,7 +50,7 @@ fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
 }
 
 #[test]
-fn a_run_that_fails_replaces_none_that_did_not() {
+fn failed_run_does_not_replace_a_successful_one() {
     let place = Place::with(COLLAPSE);
     let folder = place.path().join("runs/scene");
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-time", "1"])), 0);
@@ -100,7 +100,7 @@ fn no_file_of_a_replaced_run_stays_in_a_converted_folder() {
 }
 
 #[test]
-fn what_no_run_has_begun_there_is_no_replacement() {
+fn foreign_replacement_folder_is_rejected_and_left_unchanged() {
     let place = Place::with(FLUID);
     let folder = place.path().join("runs/scene");
     for (seed, out) in [("1", "runs/scene"), ("2", "other")] {
@@ -155,7 +155,7 @@ fn conversions_of_a_run_are_replaced_with_it() {
 }
 
 #[test]
-fn a_file_of_the_users_in_a_converted_folder_is_told_before_the_run() {
+fn users_file_in_a_converted_folder_is_reported_before_the_run() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\"]\n"));
     let folder = place.path().join("runs/scene");
     assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
@@ -197,7 +197,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
 }
 
 #[test]
-fn an_end_that_has_passed_is_refused_and_nothing_is_changed() {
+fn end_that_has_passed_is_rejected_without_changes() {
     let place = Place::with(FLUID);
     let scene = ["run", "scene.toml", "--until-time", "2", "--set", "run.equilibration_events=100"];
     assert_eq!(code(&place.carom(&scene)), 0);
@@ -219,7 +219,7 @@ fn an_end_that_has_passed_is_refused_and_nothing_is_changed() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_into_a_run_leads_into_a_run() {
+fn link_to_a_run_folder_counts_as_the_folder() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
     std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();

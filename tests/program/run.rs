@@ -36,7 +36,7 @@ fn a_run_leaves_its_files_and_a_table() {
 }
 
 #[test]
-fn the_keys_of_the_summary_are_the_contract() {
+fn summary_has_exactly_the_agreed_keys() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
@@ -72,7 +72,7 @@ fn the_keys_of_the_summary_are_the_contract() {
 }
 
 #[test]
-fn a_run_is_a_function_of_its_scene_and_rows_do_not_change_it() {
+fn run_depends_on_its_scene_and_not_on_its_output_rows() {
     let place = Place::with(FLUID);
     for (folder, more) in [("a", "seed=1"), ("b", "seed=1"), ("c", "output.thermo_interval=0.001"), ("d", "seed=2")] {
         let output = place.carom(&["run", "scene.toml", "--out", folder, "--set", more]);
@@ -90,7 +90,7 @@ fn a_run_is_a_function_of_its_scene_and_rows_do_not_change_it() {
 }
 
 #[test]
-fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
+fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
     let place = Place::with(FLUID);
     let times_of = |folder: &str| -> Vec<f64> {
         let thermo = place.measured(folder);
@@ -126,7 +126,7 @@ fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
 }
 
 #[test]
-fn rows_begin_with_the_scene_and_name_their_stage() {
+fn rows_start_with_the_first_stage_and_name_their_stage() {
     let stage = "[[stage]]\nname = \"first warm\"\nuntil_time = 1.0\n\
         thermostat = { kind = \"andersen\", temperature = 2.0, rate = 1.0 }\n";
     let place = Place::with(&format!("{FLUID}\n{stage}"));
@@ -152,7 +152,7 @@ fn rows_begin_with_the_scene_and_name_their_stage() {
 
 /// A crystal that melts during the measurement, or before it if the equilibration is long.
 #[test]
-fn what_drifts_is_told_beside_the_audit() {
+fn report_says_whether_the_run_is_equilibrated() {
     let place = Place::with(FLUID);
     let scene = ["--set", "fill.0.count=500", "--set", "fill.0.packing_fraction=0.49", "--until-events", "200000"];
     for (folder, events, expected) in [("soon", "1", "no"), ("late", "300000", "yes")] {
@@ -176,7 +176,7 @@ fn what_drifts_is_told_beside_the_audit() {
 }
 
 #[test]
-fn what_is_conserved_is_told_so_and_has_no_error() {
+fn conserved_temperature_is_constant_with_zero_error() {
     // The verdict must not depend on rounding. After the heat bath the temperature is an arbitrary number, and a short
     // run has only a few rows.
     let place = Place::with(&format!(
@@ -198,7 +198,7 @@ fn what_is_conserved_is_told_so_and_has_no_error() {
 }
 
 #[test]
-fn integers_may_have_an_exponent_or_a_point_in_the_file_as_on_the_command_line() {
+fn integers_may_have_an_exponent_or_a_point_in_scene_files() {
     let typed = FLUID.replace("108", "1.08e2").replace("= 500", "= 5e2").replace("4000", "4e3");
     let typed = format!(
         "seed = 1.0\n{typed}\n[measure]\nradial_distribution = {{ bins = 5e1 }}\n[[measure.profile]]\nname = \"x\"\nbins = [2.0, 1, 1e0]\n"
@@ -226,7 +226,7 @@ fn integers_may_have_an_exponent_or_a_point_in_the_file_as_on_the_command_line()
 }
 
 #[test]
-fn a_gas_without_events_says_so() {
+fn results_without_events_are_marked() {
     let thin = FLUID.replace("count = 108", "count = 4").replace("0.3", "1e-9");
     let place = Place::with(&thin.replace("equilibration_events = 500\nuntil_events = 4000", "until_time = 1.0"));
     let output = place.carom(&["run", "scene.toml", "-q"]);
@@ -239,7 +239,7 @@ fn a_gas_without_events_says_so() {
 }
 
 #[test]
-fn an_automatic_equilibration_ends_when_nothing_drifts_whatever_is_written() {
+fn automatic_equilibration_does_not_depend_on_the_output() {
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let start = |folder: &str, more: &str| -> (f64, String) {
         let dense = "fill.0.packing_fraction=0.49";
@@ -276,7 +276,7 @@ fn limits_on_the_command_line_replace_those_of_the_scene() {
 }
 
 #[test]
-fn bad_input_is_told_before_anything_is_written() {
+fn bad_input_is_reported_before_anything_is_written() {
     let place = Place::with(FLUID);
     fs::write(place.path().join("binary.toml"), [0xff, 0xfe, 0, 1]).unwrap();
     fs::create_dir(place.path().join("empty")).unwrap();

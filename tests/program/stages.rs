@@ -77,7 +77,7 @@ fn agree(a: &Value, b: &Value, at: &str) {
 }
 
 #[test]
-fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
+fn measured_anneal_is_the_same_in_stages_and_in_runs() {
     let rescaling =
         |temperature: &str| format!("{{ kind = \"rescaling\", temperature = {temperature}, interval = 0.125 }}");
     let andersen = |temperature: &str| format!("{{ kind = \"andersen\", temperature = {temperature}, rate = 0.5 }}");
@@ -134,7 +134,7 @@ fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
 }
 
 #[test]
-fn a_stage_before_growth_has_the_published_values_of_its_own_diameters() {
+fn stage_before_growth_has_published_values_of_its_own_diameters() {
     let spheres = r#"
 [[species]]
 name = "A"
@@ -164,7 +164,7 @@ temperature = 1.0
 }
 
 #[test]
-fn a_momentum_that_a_heat_bath_changes_counts_in_its_own_stage_only() {
+fn heat_bath_changes_degrees_of_freedom_only_in_its_stage() {
     // Two particles of unequal mass have 6 degrees of freedom with the heat bath, and 3 without it.
     let scene = r#"
 [space]
@@ -276,7 +276,7 @@ until_time = 1.0
 }
 
 #[test]
-fn a_surface_that_appears_where_a_grain_is_ends_the_run_by_name() {
+fn surface_that_appears_inside_a_grain_is_named_in_the_error() {
     // At time 4, when the gate appears, the second ball is at a height of 2.5.
     let place = Place::with(&gate_at(2.75));
     let output = place.carom(&["run", "scene.toml", "-q"]);

@@ -104,7 +104,7 @@ fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {
 }
 
 #[test]
-fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
+fn consecutive_runs_have_the_bits_of_one_longer_run() {
     let sheared = format!("{SHEARED}{WELLS}");
     for (what, scene, particles) in [
         ("wells", WELLS, WELL_FLUID),
@@ -129,7 +129,7 @@ fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
 }
 
 #[test]
-fn a_run_that_ends_at_an_event_is_gone_on_from_there() {
+fn next_run_continues_from_the_last_event() {
     let plan = |events: u32| format!("[run]\nuntil_events = {events}\n");
     let place = Place::with(&format!("{CHAINS}{CHAIN}{}", plan(3000)));
     run(&place, &["scene.toml", "--out", "runs/whole"]);
@@ -165,7 +165,7 @@ fn an_anneal_in_stages_and_in_runs_has_the_same_bits() {
 }
 
 #[test]
-fn heat_baths_of_a_series_of_runs_have_other_random_numbers() {
+fn heat_baths_of_consecutive_runs_have_different_random_numbers() {
     let bath = "[run]\nuntil_time = 0.75\nthermostat = { kind = \"andersen\", temperature = 1.0, rate = 1.0 }\n";
     let place = Place::with(&format!("{WELLS}{WELL_FLUID}{bath}[output]\nevents = true\n"));
     run(&place, &["scene.toml", "--out", "runs/a"]);
@@ -184,7 +184,7 @@ fn heat_baths_of_a_series_of_runs_have_other_random_numbers() {
 }
 
 #[test]
-fn what_a_scene_changes_is_applied_to_the_exact_state() {
+fn changes_of_the_scene_apply_to_the_exact_final_state() {
     let place = Place::with(&format!("{WELLS}{WELL_FLUID}{}", run_until("1.0")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let deeper = WELLS.replace("well_depth = 1.0", "well_depth = 2.0");
@@ -229,7 +229,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
 }
 
 #[test]
-fn gravity_walls_and_gates_are_what_the_scene_says() {
+fn gravity_and_walls_come_from_the_new_scene() {
     let place = Place::with(&format!("{RAIN}{GRAINS}{}", run_until("1.0")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     started(&place, "up", &format!("[dynamics]\ngravity = [0.0, 0.0, 1.0]\n{}", run_until("4.0")));
@@ -247,7 +247,7 @@ fn gravity_walls_and_gates_are_what_the_scene_says() {
 }
 
 #[test]
-fn another_contact_time_counts_from_the_start_on() {
+fn new_contact_time_counts_from_the_start_of_the_run() {
     let place = Place::with(&format!("{RAIN}{GRAINS}{}", run_until("4.0")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let dissipated = |name: &str, contact_time: &str| {
@@ -263,7 +263,7 @@ fn another_contact_time_counts_from_the_start_on() {
 }
 
 #[test]
-fn spheres_that_have_grown_stay_as_large() {
+fn grown_spheres_keep_their_size_in_the_next_run() {
     let grow = "[[stage]]\nname = \"grow\"\ngrow = { rate = 0.1, packing_fraction = 0.4 }\n";
     let hard = WELLS.replace("square-well", "hard-sphere").replace("lambda = 1.5\nwell_depth = 1.0\n", "");
     let place = Place::with(&format!("{hard}{WELL_FLUID}{grow}{}", run_until("0.5")));
@@ -302,7 +302,7 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
 }
 
 #[test]
-fn the_scene_of_a_run_goes_on_from_its_end_without_its_own_start() {
+fn rerun_scene_starts_from_the_end_of_its_run() {
     let place = Place::with(&format!("start_time = 2.0\n{CHAINS}{CHAIN}{}", run_until("0.5")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     started(&place, "next", &format!("{CHAINS}{}", run_until("0.5")));
@@ -320,7 +320,7 @@ fn the_scene_of_a_run_goes_on_from_its_end_without_its_own_start() {
 }
 
 #[test]
-fn what_nothing_can_start_from_is_refused() {
+fn invalid_starting_points_are_rejected() {
     let place = Place::with(&format!("{CHAINS}{CHAIN}{}", run_until("0.5")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     started(&place, "next", &run_until("0.5"));
@@ -370,7 +370,7 @@ fn what_nothing_can_start_from_is_refused() {
 }
 
 #[test]
-fn frames_count_from_the_end_of_a_file_too() {
+fn negative_frame_numbers_count_from_the_end() {
     let place = Place::with(&format!("{CHAINS}{CHAIN}{}", run_until("1.0")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let scene = |frame: i32| {

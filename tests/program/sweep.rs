@@ -146,7 +146,7 @@ fn a_sweep_that_is_killed_again_and_again_comes_to_the_same_bits() {
 }
 
 #[test]
-fn further_values_join_what_is_there() {
+fn sweep_with_more_values_keeps_the_finished_runs() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["sweep", "scene.toml", "--vary", "seed=1..2", "--out", "s"])), 0);
     let before = fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap();
@@ -312,7 +312,7 @@ fn measured_stages_have_rows_of_their_own() {
 }
 
 #[test]
-fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
+fn bad_sweep_input_is_rejected_with_help_before_writing_files() {
     let place = Place::with(FLUID);
     let refused = |arguments: &[&str], expected: &[&str]| {
         let output = place.carom(arguments);
@@ -349,7 +349,7 @@ fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
 }
 
 #[test]
-fn a_point_that_jammed_by_itself_has_failed() {
+fn jammed_run_counts_as_failed_without_a_stored_reason() {
     let place = Place::with(FLUID);
     let grow = "\n[[stage]]\nname = \"compress\"\ngrow = { rate = 2.0, packing_fraction = 0.3 }\n\
                 thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 0.2 }\n";
@@ -373,7 +373,7 @@ fn a_point_that_jammed_by_itself_has_failed() {
 }
 
 #[test]
-fn a_sweep_is_not_gone_on_with_as_a_run() {
+fn run_resume_rejects_the_folder_of_a_sweep() {
     let place = Place::with(FLUID);
     let until = ["--set", "run.until_events=600", "--out", "s", "-q"];
     assert_eq!(code(&place.carom(&[&["sweep", "scene.toml", "--vary", "seed=1,2"], &until[..]].concat())), 0);

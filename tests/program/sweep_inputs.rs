@@ -29,7 +29,7 @@ fn start(speed: f64) -> String {
 }
 
 #[test]
-fn a_file_that_is_replaced_between_two_calls_is_not_the_same_sweep() {
+fn sweep_rejects_a_changed_input_file() {
     let place = Place::with(FROM_FILE);
     place.write("start.xyz", &start(1.0));
     let sweep = |times: &str| place.carom(&["sweep", "scene.toml", "--vary", times, "--out", "s", "--quiet"]);
@@ -51,7 +51,7 @@ fn a_file_that_is_replaced_between_two_calls_is_not_the_same_sweep() {
 }
 
 #[test]
-fn a_run_that_is_replaced_between_two_calls_is_not_the_same_start() {
+fn sweep_rejects_a_replaced_starting_run() {
     let place = Place::with(FLUID);
     let run = |seed: &str| place.carom(&["run", "scene.toml", "-q", "--seed", seed, "--out", "first", "--force"]);
     assert_eq!(code(&run("1")), 0);
@@ -67,7 +67,7 @@ fn a_run_that_is_replaced_between_two_calls_is_not_the_same_start() {
 }
 
 #[test]
-fn what_any_point_starts_from_is_kept() {
+fn sweep_checks_the_input_files_of_all_points() {
     let place = Place::with(FROM_FILE);
     for name in ["start.xyz", "other.xyz"] {
         place.write(name, &start(1.0));
@@ -82,7 +82,7 @@ fn what_any_point_starts_from_is_kept() {
 }
 
 #[test]
-fn seeds_that_change_nothing_are_no_repetitions() {
+fn sweep_over_seeds_without_effect_is_rejected() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "-q", "--out", "first"])), 0);
     place.write("next.toml", "start.from = \"first\"\nrun.until_events = 500\n");
@@ -114,7 +114,7 @@ fn whole_numbers_may_be_written_with_an_exponent() {
 }
 
 #[test]
-fn whole_numbers_that_no_record_can_hold_are_refused_with_their_line() {
+fn too_large_whole_numbers_are_rejected_with_their_line() {
     let place = Place::with(&format!("seed = 9223372036854775808\n{FLUID}"));
     for command in ["check", "run"] {
         let output = place.carom(&[command, "scene.toml"]);

@@ -23,7 +23,7 @@ fn column(table: &str, head: &str) -> Vec<String> {
 }
 
 #[test]
-fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
+fn sweep_over_lists_or_tables_plots_against_the_changed_entry() {
     let place = Place::with(FLUID);
     let bath = |temperature: &str| format!("{{ kind = \"andersen\", temperature = {temperature}, rate = 1.0 }}");
     let vary = format!("run.thermostat={},{}", bath("1.0"), bath("2.0"));
@@ -46,7 +46,7 @@ fn an_entry_of_a_list_or_a_table_is_what_is_plotted_against() {
 
 #[cfg(unix)]
 #[test]
-fn the_command_that_goes_on_has_all_options() {
+fn interrupted_sweep_prints_a_command_with_all_options() {
     let place = Place::with(FLUID);
     let options = ["--jobs", "1", "--array", "1/2", "--checkpoint-every", "0.5", "--force"];
     let sweep = ["sweep", "scene.toml", "--vary", "seed=1,2", "--set", "run.until_events=100000000", "--out", "my s"];

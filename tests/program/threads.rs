@@ -54,7 +54,7 @@ fn a_run_that_is_killed_goes_on_with_another_number_of_threads() {
 }
 
 #[test]
-fn what_threads_cannot_share_runs_in_one_and_the_report_says_why() {
+fn scenes_that_cannot_be_threaded_run_serially_and_say_why() {
     let place = Place::with(&format!("{FLUID}threads = 2\n"));
     let sheared = ["--set", "space.shear_rate=0.1"];
     let output = place.carom(&[&["run", "scene.toml"], &sheared[..]].concat());

@@ -174,7 +174,7 @@ fn change(file: &Path, numbers: &mut Numbers) -> String {
 
 /// `CAROM_CHANGES` sets the number of changes.
 #[test]
-fn a_single_change_in_any_file_of_a_run_is_found_or_the_file_named_as_not_compared() {
+fn verify_finds_any_change_or_names_the_file_as_not_compared() {
     let place = Place::with("");
     let runs = runs(&place);
     runs.iter().for_each(|run| is_whole(run));

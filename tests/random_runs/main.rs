@@ -49,7 +49,7 @@ fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8])
 }
 
 #[test]
-fn instruments_bear_scenes_in_which_nothing_happens() {
+fn instruments_handle_scenes_without_events() {
     let ends = all(400, instruments::scene, |seed, bytes| instruments::judge(bytes, seed % 20 == 0));
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for end in &ends {
@@ -65,7 +65,7 @@ fn instruments_bear_scenes_in_which_nothing_happens() {
 }
 
 #[test]
-fn axes_make_points_that_are_different_runs() {
+fn sweep_axes_give_distinct_runs() {
     let show = |bytes: &[u8]| format!("{:?}", sweeps::axes(&mut choices::Choices::new(bytes)));
     let points = all(200, show, |_, bytes| sweeps::plan(bytes));
     let plans = points.iter().flatten().count();

@@ -77,7 +77,7 @@ fn without_refused(text: &str) -> Option<Scene> {
 }
 
 #[test]
-fn instruments_in_scenes_in_which_nothing_happens_report_numbers() {
+fn instruments_report_only_finite_numbers_without_events() {
     let mut runs = 0;
     for space in BOXES {
         for particles in PARTICLES {

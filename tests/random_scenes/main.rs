@@ -97,7 +97,7 @@ fn over_seeds(scenes: u64, mut judge: impl FnMut(u64) -> Option<String>) -> Vec<
 }
 
 #[test]
-fn whatever_runs_is_proven() {
+fn every_random_scene_that_runs_is_proven() {
     let scenes = setting("CAROM_FUZZ_SCENES", 200);
     let mut count = Count::default();
     let objections = over_seeds(scenes, |seed| judge(&generator::scene(seed), &mut count));
@@ -112,7 +112,7 @@ fn whatever_runs_is_proven() {
 /// Scenes whose runs were once wrongly rejected: a particle that is moved across many epochs beyond the side
 /// of a long box, and a particle that rattles until its squared speed underflows.
 #[test]
-fn what_was_refuted_once_is_proven() {
+fn scenes_that_once_failed_are_proven() {
     let mut count = Count::default();
     for seed in [116_918, 120_157] {
         assert_eq!(judge(&generator::without_surfaces(seed), &mut count), None, "seed {seed}");
@@ -121,7 +121,7 @@ fn what_was_refuted_once_is_proven() {
 }
 
 #[test]
-fn a_seed_has_one_scene() {
+fn seed_determines_the_scene() {
     assert_eq!(generator::scene(7), generator::scene(7));
     assert_ne!(generator::scene(7), generator::scene(8));
 }

@@ -229,7 +229,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
 }
 
 #[test]
-fn limits_by_time_and_by_events_and_looks_in_between_change_no_bit() {
+fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
     for (seed, _, scene) in scenes() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);

@@ -74,7 +74,7 @@ fn seventy_two_random_stops_change_no_bit() {
 }
 
 #[test]
-fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
+fn extending_a_finished_run_equals_one_longer_run() {
     let directory = tempfile::tempdir().unwrap();
     let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(name));
     let scene = format!("{}/configs/square_well_fluid.toml", env!("CARGO_MANIFEST_DIR"));
@@ -96,7 +96,7 @@ fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
 }
 
 #[test]
-fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
+fn damaged_checkpoints_are_rejected_and_the_run_is_kept() {
     let directory = tempfile::tempdir().unwrap();
     let folder = directory.path().join("run");
     finish(start("pendulum", "20000", &folder));
@@ -134,7 +134,7 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
 }
 
 #[test]
-fn the_checkpoint_before_is_gone_on_from_where_the_last_one_is_lost() {
+fn resume_falls_back_to_the_previous_checkpoint() {
     let directory = tempfile::tempdir().unwrap();
     let folder = directory.path().join("run");
     finish(start("pendulum", "20000", &folder));
@@ -146,7 +146,7 @@ fn the_checkpoint_before_is_gone_on_from_where_the_last_one_is_lost() {
 }
 
 #[test]
-fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
+fn checkpoint_resumes_only_with_the_files_of_its_run() {
     let directory = tempfile::tempdir().unwrap();
     let [whole, one, two] = ["whole", "one", "two"].map(|name| directory.path().join(name));
     for (folder, seed) in [(&whole, "seed=1"), (&one, "seed=1"), (&two, "seed=2")] {
@@ -200,7 +200,7 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
 /// A limit on the length of files, in units of 512 bytes, acts like a full disk.
 #[cfg(unix)]
 #[test]
-fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
+fn run_stopped_by_a_full_disk_can_be_resumed() {
     let directory = tempfile::tempdir().unwrap();
     // The run of the second scene writes its frames in a separate thread.
     for (scene, longest) in [("pendulum", "contacts.csv"), ("hard_sphere_fluid", "trajectory.xyz")] {

@@ -64,7 +64,7 @@ fn walk(schema: &Value, value: Option<&Value>, path: &str, visit: &mut impl FnMu
 }
 
 #[test]
-fn it_names_itself_and_is_what_the_program_prints() {
+fn carom_schema_prints_the_schema_with_its_id_and_title() {
     let schema = schema();
     assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema");
     assert_eq!(schema["$id"], "urn:carom:scene");
@@ -77,7 +77,7 @@ fn it_names_itself_and_is_what_the_program_prints() {
 
 /// Unicode classes need a flag in ECMA-262, and are unknown to Python's `re`.
 #[test]
-fn its_patterns_can_be_read_by_every_validator() {
+fn patterns_use_no_unicode_classes_or_escapes() {
     let mut patterns = Vec::new();
     walk(&schema(), None, "", &mut |path, property, _| {
         if let Some(pattern) = property["pattern"].as_str() {
@@ -98,7 +98,7 @@ fn every_key_is_described() {
 }
 
 #[test]
-fn it_accepts_every_scene_of_configs_and_of_carom_new() {
+fn schema_accepts_scenes_of_configs_and_of_carom_new() {
     let schema = schema();
     let mut texts = vec![("every_key".to_owned(), EVERY_KEY.to_owned())];
     for entry in std::fs::read_dir("configs").unwrap() {
@@ -176,7 +176,7 @@ const REFUSED: [&str; 41] = [
 ];
 
 #[test]
-fn it_refuses_bad_scenes_for_one_mistake_each() {
+fn schema_reports_one_mistake_per_bad_scene() {
     let schema = schema();
     for name in REFUSED {
         let text = std::fs::read_to_string(Path::new("tests/bad_scenes").join(name).with_extension("toml")).unwrap();
@@ -186,7 +186,7 @@ fn it_refuses_bad_scenes_for_one_mistake_each() {
 }
 
 #[test]
-fn the_reader_knows_the_same_keys() {
+fn reader_and_schema_have_the_same_keys() {
     let mut tables = vec![(String::new(), schema())];
     collect_tables(&schema(), &mut Vec::new(), &mut tables);
     assert!(tables.len() > 30, "{}", tables.len());
@@ -231,7 +231,7 @@ fn collect_tables(schema: &Value, path: &mut Vec<(String, bool)>, tables: &mut V
 }
 
 #[test]
-fn the_reader_knows_the_same_words() {
+fn reader_and_schema_accept_the_same_words() {
     let base = Base::new();
     let mut in_schema = BTreeSet::new();
     collect_words(&schema(), &mut in_schema);
@@ -284,7 +284,7 @@ fn collect_words(schema: &Value, lists: &mut BTreeSet<Vec<String>>) {
 }
 
 #[test]
-fn defaults_are_what_the_reader_takes() {
+fn schema_defaults_are_those_of_the_reader() {
     let base = Base::new();
     let scene = base.with("name", "every_key").unwrap();
     let mut count = 0;
@@ -306,7 +306,7 @@ fn defaults_are_what_the_reader_takes() {
 }
 
 #[test]
-fn limits_are_those_of_the_reader() {
+fn schema_limits_are_those_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
@@ -339,7 +339,7 @@ fn limits_are_those_of_the_reader() {
 }
 
 #[test]
-fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
+fn schema_rejects_numbers_outside_the_ranges_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {

@@ -77,7 +77,7 @@ fn first_event(scene: Scene, until: f64) -> Option<f64> {
 }
 
 #[test]
-fn they_meet_in_the_first_image_that_comes_by() {
+fn pair_meets_in_the_first_image_within_range() {
     let flat = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let boxes = [
         (Vector::new(10.0, 10.0, 10.0), [Boundary::Periodic; 3], None),
@@ -121,7 +121,7 @@ fn they_meet_in_the_first_image_that_comes_by() {
 }
 
 #[test]
-fn they_meet_across_rows_of_cells_after_the_images_have_come_by_often() {
+fn pair_meets_across_cell_rows_after_many_image_passages() {
     // The two particles do not move along y, the gradient of the shear. Both are in the second row of cells from the
     // sliding sides. One drifts slowly along z within its cell, and comes into range when an image passes for the sixth
     // time.
@@ -138,7 +138,7 @@ fn they_meet_across_rows_of_cells_after_the_images_have_come_by_often() {
 }
 
 #[test]
-fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide() {
+fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
     let bond = [0.9, 4.3];
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -206,7 +206,7 @@ fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
 }
 
 #[test]
-fn a_time_that_has_passed_is_reached_already() {
+fn advancing_to_a_past_time_does_nothing() {
     let states =
         [(Vector::new(1.0, 2.0, 3.0), Vector::new(1.0, 0.5, 0.0)), (Vector::new(6.0, 7.0, 1.0), Vector::zeros())];
     let mut simulation = Simulation::without_plan(scene(&Space::periodic_cube(10.0), None, well(RANGE), states, 60));

@@ -102,7 +102,7 @@ fn where_a_simulation_pauses_changes_nothing() {
 }
 
 #[test]
-fn who_looks_on_changes_nothing() {
+fn observers_change_no_bit() {
     for name in ["everything", "granular_cooling", "pendulum"] {
         let plain = |until| {
             let mut simulation = Simulation::without_plan(named(name));
@@ -192,7 +192,7 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
 }
 
 #[test]
-fn numbers_are_only_names() {
+fn trajectory_does_not_depend_on_particle_numbers() {
     let orders: [Vec<usize>; 3] =
         [(0..256).collect(), (0..256).rev().collect(), (0..256).map(|k| k * 101 % 256).collect()];
     for (potential, gravity) in [(hard_sphere(), 0.0), (well(), 0.0), (hard_sphere(), -1.0), (well(), -1.0)] {
@@ -219,7 +219,7 @@ fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
 }
 
 #[test]
-fn the_start_of_time_changes_nothing() {
+fn start_time_does_not_change_the_run() {
     let order: Vec<usize> = (0..256).collect();
     let scene = |which: usize, start_time: f64| match which {
         0 => start(&hard_sphere(), 0.0, &order, start_time),

@@ -105,7 +105,7 @@ fn pendulum(range: f64, angle: f64, restitution: f64, contact_time: Option<f64>)
 }
 
 #[test]
-fn a_bead_swings_on_a_bond_between_two_ends() {
+fn swinging_bead_stays_between_the_ends_of_its_bond() {
     for (range, events) in [(1e-3, 100_000), (1e-6, 100_000), (1e-9, 1_000_000)] {
         let mut watched = Watched::new(pendulum(range, 1.0, 1.0, None).build().unwrap());
         watched.run(events);
@@ -118,7 +118,7 @@ fn a_bead_swings_on_a_bond_between_two_ends() {
 }
 
 #[test]
-fn a_bead_of_a_lossy_bond_hangs_at_its_end_with_the_tc_model_and_arrests_without() {
+fn bead_on_a_lossy_bond_hangs_with_the_tc_model_and_else_arrests() {
     for angle in [0.0_f64, 1e-3, 1.0] {
         let mut held = Simulation::without_plan(pendulum(1e-9, angle, 0.5, Some(1e-4)).build().unwrap());
         let reason = held.advance(Until::time(5.0));
@@ -135,7 +135,7 @@ fn a_bead_of_a_lossy_bond_hangs_at_its_end_with_the_tc_model_and_arrests_without
 }
 
 #[test]
-fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
+fn bead_on_a_taut_bond_arrests_unless_it_has_room_to_bounce() {
     let end = |short_by: f64, contact_time: Option<f64>| {
         let mut builder = hanging(0.5, Vector::new(0.0, 0.0, short_by - 1.5), 0.5);
         if let Some(time) = contact_time {

@@ -147,7 +147,7 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
 }
 
 #[test]
-fn an_inelastic_cradle_loses_what_its_ledger_says() {
+fn inelastic_cradle_has_the_exact_final_speed_and_ledger() {
     let mut watched = Watched::new(of_masses([1.0; 5], 0.9).build().unwrap());
     assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
     watched.assert_sound(1.0);
@@ -157,7 +157,7 @@ fn an_inelastic_cradle_loses_what_its_ledger_says() {
 }
 
 #[test]
-fn a_long_row_hands_a_blow_through() {
+fn long_row_transmits_a_blow_to_its_last_sphere() {
     let count = 1000_usize;
     let mut start: Vec<State> = (0..count).map(|k| (along(k as f64), along(0.0))).collect();
     start[0] = (along(-1.0), along(1.0));
@@ -174,7 +174,7 @@ fn a_long_row_hands_a_blow_through() {
 }
 
 #[test]
-fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
+fn pairs_with_speeds_one_ulp_apart_separate_at_once() {
     // The impulse is as small as the rounding errors of the velocities, so rounding may remove some or all of its
     // components. The pair must part nevertheless, or the same event would repeat for ever.
     let (mut pairs, mut most) = (0, 0);

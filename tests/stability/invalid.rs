@@ -213,7 +213,7 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 }
 
 #[test]
-fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
+fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
     // Gravity turns back a ball that is about to leave a static ball. At the turning point no impulse helps.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));

@@ -1,8 +1,9 @@
-//! Round-off is not a fault: valid runs in long boxes, in distant ones, and across their sides pass their
-//! audit.
+//! Round-off is not a fault: the audit accepts valid runs in long boxes, in boxes far from the origin, and across
+//! periodic sides.
 //!
-//! A coordinate loses a unit in the last place of its largest value so far. A pair next to coordinate 0 may
-//! have been predicted when one of the two was at the other side of the box.
+//! The error of a coordinate is about a unit in the last place of its largest value so far. When a contact near
+//! coordinate 0 was predicted, one of its particles may have been at the far side of the box, where the error is much
+//! larger.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -18,7 +19,7 @@ fn finished(scene: Scene) -> Finished {
     finished
 }
 
-/// A periodic box with a number of axes.
+/// Returns a box that is periodic along the first axes and flat along the others.
 fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     let is_flat = |k: usize| k >= dimensions;
     Space {
@@ -45,7 +46,7 @@ fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneB
     builder
 }
 
-/// A chain across the corner of a box, where it stays.
+/// A chain across the corner of a periodic box. Its centre of mass is at rest, so it stays there.
 fn chain(space: Space, beads: u32, events: u64) -> Scene {
     let builder = SceneBuilder::new("chain")
         .space(space.clone())
@@ -60,7 +61,7 @@ fn chain(space: Space, beads: u32, events: u64) -> Scene {
 }
 
 #[test]
-fn a_chain_across_a_corner_passes_in_boxes_of_any_length_and_anywhere() {
+fn chain_across_a_corner_passes_its_audit_in_boxes_of_any_size() {
     for dimensions in 1..=3 {
         for length in [2.5, 10.0, 1e3, 1e6] {
             for lower in [0.0, -0.5 * length, 1e6, -1e8] {
@@ -73,9 +74,9 @@ fn a_chain_across_a_corner_passes_in_boxes_of_any_length_and_anywhere() {
     }
 }
 
-/// Rods all along a ring, with or without wells.
+/// Rods in a one-dimensional periodic box, with and without wells around them.
 #[test]
-fn rods_on_a_long_ring_pass() {
+fn rods_on_a_long_ring_pass_their_audit() {
     for (rods, length, potential) in [
         (600, 1e3, Potential::hard_sphere(1.0).unwrap()),
         (120, 2e5, Potential::hard_sphere(1e3).unwrap()),
@@ -95,9 +96,10 @@ fn rods_on_a_long_ring_pass() {
     }
 }
 
-/// An overlap that an inelastic pair keeps from a fast flight is still there when it hardly moves.
+/// A fast inelastic contact leaves a small overlap by round-off. The audit must accept it even when the pair hardly
+/// moves any more.
 #[test]
-fn balls_that_fall_far_and_come_to_rest_pass() {
+fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     for height in [10.0, 1e3, 1e5] {
         let wall = carom::model::space::Face::Wall { restitution: 0.0 };
         let mut space = periodic(2, 0.0, 3.0);
@@ -118,8 +120,8 @@ fn balls_that_fall_far_and_come_to_rest_pass() {
     }
 }
 
-/// The state of such a run can start another one. Of two particles next to coordinate 0, one may have arrived
-/// across the side, with an overlap of one unit in the last place of the box.
+/// The final state of a run can be the start of another one. A particle next to coordinate 0 may have crossed the
+/// periodic side, so that it overlaps its neighbour by one unit in the last place of the box length.
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     let build = |length: f64, depth: f64| {
@@ -135,7 +137,7 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
     assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
     assert!(build(1e6, 1e-6).is_err());
-    // A bond may be too long by as much.
+    // A bond may exceed its greatest length by the same amount.
     let bonded = |length: f64, excess: f64| {
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         SceneBuilder::new("bonded")
@@ -153,11 +155,11 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres that grow much faster than they move. Contacts heat them, and then they are cooled again; on a
-/// lattice there would be no contacts. The error of their momentum is relative to its value when they were
+/// Spheres grow much faster than they move. Contacts heat them, and the thermostat cools them again. On a lattice, the
+/// growth would end before the first contact. The error of the momentum is relative to its value when the spheres were
 /// hot.
 #[test]
-fn growth_much_faster_than_the_thermal_speed_passes() {
+fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
     for rate in [1.0, 1e6, 1e10] {
         let growth = Growth { rate, until: GrowthTarget::PackingFraction(0.4) };
         let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
@@ -176,9 +178,9 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
     }
 }
 
-/// The work depends on nearby neighbours in a box of any length, not on the length of the path.
+/// The number of transitions must stay small even if particles fly a million diameters through a long box.
 #[test]
-fn few_particles_in_a_long_box_are_looked_at_seldom() {
+fn few_particles_in_a_long_box_have_few_transitions() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {
         let space = Space { boundary: [boundary; 3], ..Space::periodic_cube(1e9) };
         let at = |x: f64| Vector::new(x, 5e8, 5e8);

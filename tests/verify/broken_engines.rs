@@ -1,5 +1,4 @@
-//! Complete engines with one error, consistent in themselves: the events of one scene, judged by the rules of
-//! another.
+//! Engines with one error: the events of one scene are verified by the rules of another scene.
 
 use carom::check::verify::{Fault, Quantity};
 use carom::model::{Limit, Scene, SceneParts};
@@ -9,7 +8,7 @@ use crate::Recording;
 use crate::WELL;
 use crate::scene;
 
-/// The fault of a simulation of `wrong` instead of `right`.
+/// Returns the fault that the verifier of the scene `right` finds in a simulation of the scene `wrong`.
 fn fault(wrong: &Scene, right: Scene) -> Fault {
     let recording = Recording { scene: right, ..Recording::of(wrong.clone(), 2000) };
     recording.fault().unwrap().1
@@ -19,7 +18,7 @@ fn changed(text: &str, from: &str, to: &str) -> Scene {
     assert!(text.contains(from), "{from}");
     let mut changed = scene(text).into_parts();
     let other = scene(&text.replace(from, to)).into_parts();
-    // Everything except the start.
+    // The initial state stays the same. Only the rules change.
     (changed.species, changed.interactions, changed.table) = (other.species, other.interactions, other.table);
     (changed.space.boundary, changed.contact_time) = (other.space.boundary, other.contact_time);
     Scene::new(changed).unwrap()
@@ -41,7 +40,7 @@ fn a_wrong_diameter_misses_contacts() {
 }
 
 #[test]
-fn particles_that_do_not_see_each_other_miss_contacts() {
+fn missing_interaction_misses_contacts() {
     let text = format!("{FLUID}\n").replace("count = 256", "composition = { A = 0.5, B = 0.5 }\ncount = 256");
     let text = text.replacen("species = \"A\"\narrangement", "arrangement", 1);
     let species = "[[species]]\nname = \"B\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"B\", \"B\"]\n\
@@ -54,7 +53,7 @@ fn particles_that_do_not_see_each_other_miss_contacts() {
 }
 
 #[test]
-fn a_wrong_restitution_has_wrong_numbers() {
+fn wrong_restitution_gives_wrong_dissipation() {
     let lossy = changed(FLUID, "potential = \"hard-sphere\"", "potential = \"hard-sphere\"\nrestitution = 0.999999999");
     let found = fault(&lossy, scene(FLUID));
     assert!(matches!(found, Fault::WrongNumbers { quantity: Quantity::Dissipation, .. }), "{found:?}");
@@ -62,7 +61,7 @@ fn a_wrong_restitution_has_wrong_numbers() {
 }
 
 #[test]
-fn a_wrong_well_depth_has_a_wrong_step() {
+fn wrong_well_depth_gives_a_wrong_energy_step() {
     let deeper = changed(WELL, "well_depth = 1.0", "well_depth = 1.000000001");
     let found = fault(&deeper, scene(WELL));
     assert!(matches!(found, Fault::WrongNumbers { quantity: Quantity::EnergyStep, .. }), "{found:?}");
@@ -77,16 +76,17 @@ fn a_wrong_mass_has_wrong_velocities() {
 }
 
 #[test]
-fn a_force_that_is_not_there_bends_flights() {
+fn spurious_gravity_gives_wrong_momentum() {
     let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
     let found = fault(&falling, scene(FLUID));
-    // The two particles of the first event are checked first.
+    // The verifier checks the pair of the first event before the other particles, and finds that its momentum has
+    // changed.
     let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
     assert_eq!(quantity, Quantity::Momentum);
 }
 
 #[test]
-fn a_box_of_another_size_misses_what_comes_round() {
+fn wrong_box_size_misses_contacts_across_the_sides() {
     let small = with(scene(FLUID), |parts| parts.space.size *= 1.0 + 1e-9);
     let found = fault(&small, scene(FLUID));
     assert!(matches!(found, Fault::Missed { .. } | Fault::Early { .. }), "{found:?}");
@@ -103,7 +103,7 @@ fn a_missing_wall_misses_contacts() {
 }
 
 #[test]
-fn a_wrong_contact_time_leaves_wrong_speeds() {
+fn wrong_contact_time_gives_wrong_dissipation() {
     let with = |time: &str| {
         let text = FLUID.replace("potential = \"hard-sphere\"", "potential = \"hard-sphere\"\nrestitution = 0.5");
         text.replace("[run]", &format!("[dynamics]\ncontact_time = {time}\n[run]"))

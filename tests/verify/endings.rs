@@ -1,4 +1,4 @@
-//! Ends of runs: an end is proven if nothing follows, and not if something does.
+//! Ends of runs: an end is proven only if no event can follow.
 
 use carom::check::verify::{Contact, Fault, Verifier};
 use carom::engine::{Simulation, States};
@@ -6,7 +6,7 @@ use carom::model::Scene;
 
 use crate::scene;
 
-/// The spheres of diameter 1 of a scene, at given positions and velocities.
+/// Builds a scene of spheres of diameter 1 with the given positions and velocities. `head` is the start of its text.
 fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> Scene {
     let mut text = format!(
         "{head}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"A\", \"A\"]\n{potential}\n"
@@ -19,7 +19,7 @@ fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> S
 
 const HARD: &str = "potential = \"hard-sphere\"";
 
-/// Verdict of the verifier on a run that ends at its start.
+/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);
@@ -29,8 +29,9 @@ fn end_of(scene: &Scene) -> Result<(), Fault> {
 const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open\"\nz = \"open\"";
 
 #[test]
-fn an_end_is_not_shown_where_rounding_decides_between_a_miss_and_a_collision() {
-    // 10^8 diameters away, passing at a distance of 1 and about 10^-9.
+fn end_is_not_proven_if_round_off_decides_about_a_collision() {
+    // A sphere approaches from a distance of 10^8 diameters. It misses the other one by 0.01 or 1e-9 diameters, or just
+    // touches it.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));
@@ -39,7 +40,7 @@ fn an_end_is_not_shown_where_rounding_decides_between_a_miss_and_a_collision() {
 }
 
 #[test]
-fn two_that_part_in_open_space_have_ended_and_two_that_approach_have_not() {
+fn separating_pair_has_ended_and_approaching_pair_has_not() {
     let pair = |v: f64| spheres(OPEN, HARD, &[([2.0, 5.0, 5.0], [v, 0.0, 0.0]), ([6.0, 5.0, 5.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(-1.0)), Ok(()));
     assert_eq!(end_of(&pair(0.0)), Ok(()));
@@ -48,13 +49,13 @@ fn two_that_part_in_open_space_have_ended_and_two_that_approach_have_not() {
 }
 
 #[test]
-fn the_two_of_a_periodic_box_that_meet_in_another_image_have_not_ended() {
+fn pair_that_meets_in_another_periodic_image_has_not_ended() {
     let head = "[space]\nsize = [100.0, 100.0, 100.0]";
     let meeting = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 50.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(matches!(end_of(&meeting), Err(Fault::EndedEarly { due, .. }) if (88.0..90.0).contains(&due)));
     let passing = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&passing), Ok(()), "the same again after every period");
-    // Through the box along a diagonal of small steps.
+    // In this oblique direction, the sphere passes ever different images, so no end can be proven.
     let dense = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(end_of(&dense).is_err());
     let alike =
@@ -65,11 +66,11 @@ fn the_two_of_a_periodic_box_that_meet_in_another_image_have_not_ended() {
 }
 
 #[test]
-fn what_cannot_be_found_is_not_shown_either() {
+fn end_is_not_proven_if_the_next_contact_cannot_be_found() {
     let head = "[space]\nsize = [1e9, 1e9, 1e9]";
     let lost = spheres(head, HARD, &[([0.0, 0.0, 0.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(matches!(end_of(&lost), Err(Fault::EndNotShown { .. })));
-    // Out of a slit, past some images and then past none.
+    // The sphere leaves along the open z-axis. It can hit only the first few images, and none after that.
     let slit = "[space]\nsize = [10.0, 10.0, 1e3]\nz = \"open\"";
     let out = |y| spheres(slit, HARD, &[([0.0, y, 0.0], [-1.0, 0.0, 0.1]), ([5.0, 5.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&out(0.0)), Ok(()));
@@ -77,7 +78,7 @@ fn what_cannot_be_found_is_not_shown_either() {
 }
 
 #[test]
-fn walls_and_wells_end_nothing() {
+fn scenes_with_wall_or_well_events_ahead_have_not_ended() {
     let walls = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"walls\"\ny = \"open\"\nz = \"open\"";
     let ball = |v| spheres(walls, HARD, &[([5.0, 5.0, 5.0], v)]);
     assert!(matches!(end_of(&ball([1e-30, 0.0, 0.0])), Err(Fault::EndedEarly { contact: Contact::Wall { .. }, .. })));
@@ -88,7 +89,7 @@ fn walls_and_wells_end_nothing() {
 }
 
 #[test]
-fn a_ball_that_falls_off_and_one_that_comes_down_again() {
+fn ball_falling_beside_a_post_has_ended_and_above_it_has_not() {
     let head = format!(
         "{OPEN}\n[dynamics]\ngravity = [0.0, 0.0, -1.0]\n[[species]]\nname = \"post\"\nstatic = true\ndiameter = 1.0\n\
         [[interaction]]\nspecies = [\"A\", \"post\"]\npotential = \"hard-sphere\"\n[[particle]]\nspecies = \"post\"\n\

@@ -19,7 +19,7 @@ fn a_capture_by_a_deep_well_is_proven_though_it_makes_the_pair_fast() {
 }
 
 #[test]
-fn what_a_heavy_particle_gives_to_a_light_one_is_proven() {
+fn collisions_between_very_unequal_masses_are_proven() {
     for (mass, velocity) in [("1e-12", 1.0), ("1e-6", 1.0), ("1e6", 1.0), ("1e12", 1.0), ("0.1", 1e9)] {
         let text = format!(
             "[space]\nsize = [5.0, 5.0, 5.0]\n[[species]]\nname = \"A\"\nmass = 0.7\ndiameter = 1.0\n[[species]]\nname = \"B\"\n\
@@ -34,15 +34,16 @@ fn what_a_heavy_particle_gives_to_a_light_one_is_proven() {
     }
 }
 
-/// Two species that share a deep well, in a small box.
+/// Eight particles whose pair potential is a deep well.
 pub fn deep(depth: &str) -> Scene {
     let text = WELL.replace("well_depth = 1.0", &format!("well_depth = {depth}"));
     scene(&text.replace("256", "8"))
 }
 
 #[test]
-fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_without_a_panic() {
-    // At 1e16 positions still have eight digits; from 1e20 on they have no significant digits.
+fn extremely_deep_wells_are_proven_or_fail_without_a_panic() {
+    // Up to a depth of 1e16, the proof must succeed. Deeper wells make particles so fast that the verifier may fail,
+    // but it must not panic.
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;
@@ -51,9 +52,9 @@ fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_with
 }
 
 #[test]
-fn a_long_wait_before_quick_events_costs_digits_and_no_proof() {
-    // Two that fall for 35 units of time, and then step through each other's potential within a few
-    // thousandths.
+fn long_wait_before_quick_events_does_not_prevent_a_proof() {
+    // Two particles fall for 35 units of time. Then they cross the steps of each other's potential within a few
+    // thousandths of a unit.
     let text = r#"
 [space]
 size = [1204.8385830017867, 0.0, 0.0]
@@ -87,9 +88,9 @@ until_events = 1000
 }
 
 #[test]
-fn what_flies_on_for_many_epochs_of_others_is_proven() {
-    // A light particle between two walls has a thousand times as many events as the heavy ones that drift out
-    // of an open line.
+fn free_flight_over_many_epochs_is_proven() {
+    // The light particle bounces between a wall and a static post, and has a thousand times as many events as the heavy
+    // particles. They drift out of the open end.
     let text = r#"
 [space]
 size = [400.0, 0.0, 0.0]

@@ -17,7 +17,7 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(counts.events() == events || certificate.end == End::RunEnded, "{name}: {certificate:?}");
     let margins = certificate.margins;
     let worst = margins.distance.max(margins.overlap).max(margins.outcome).max(margins.flight);
-    // The bounds assume every rounding at its worst and in the same direction; in practice they cancel.
+    // The error bounds assume that all roundings are as large as possible and add up. In practice they partly cancel.
     assert!(worst < 0.5, "{name}: {margins:?}");
 }
 
@@ -43,7 +43,7 @@ fn every_scene_of_configs_is_proven() {
 }
 
 #[test]
-fn a_stretch_may_begin_within_a_run() {
+fn proof_may_start_within_a_run() {
     for (name, text) in [("fluid", FLUID), ("well", WELL)] {
         let certificate = prove(scene(text), 20_000, 2000);
         assert_eq!(certificate.first_event, 20_001);
@@ -61,7 +61,7 @@ fn the_end_of_the_run_ends_the_proof() {
 }
 
 #[test]
-fn stages_belong_to_the_run() {
+fn proof_covers_all_stages_of_the_run() {
     let stages = "[[stage]]\nname = \"a\"\nuntil_time = 0.25\n\
         [[stage]]\nname = \"b\"\nmeasure = true\nequilibration_time = 0.125\nuntil_time = 0.5\n";
     let fluid = scene(&format!("{FLUID}{stages}")).with_limit(carom::model::Limit::time(0.5)).unwrap();
@@ -71,7 +71,7 @@ fn stages_belong_to_the_run() {
 }
 
 #[test]
-fn late_starts_lose_nothing() {
+fn late_start_time_does_not_change_a_proof() {
     let early = prove(scene(WELL), 0, 2000);
     let late = prove(scene(&format!("start_time = 1e12\n{WELL}")), 0, 2000);
     assert_proven("late", &late, 2000);
@@ -114,7 +114,7 @@ fn planes_lines_and_small_boxes_are_proven() {
     }
     rods.push_str("[run]\nuntil_events = 100000\n");
     assert_proven("rods", &prove(scene(&rods), 0, 3000), 3000);
-    // Edges of three ranges: the same two particles meet in several images.
+    // The box is only about two diameters long, so the same two particles meet in several images.
     let small = FLUID.replace("256", "4").replace("0.35", "0.2");
     assert_proven("small box", &prove(scene(&small), 0, 3000), 3000);
     let thin = FLUID.replace("256", "4").replace("0.35", "0.000001");
@@ -198,7 +198,7 @@ until_events = 100000
 "#;
 
 #[test]
-fn everything_at_once_is_proven() {
+fn scene_with_all_features_is_proven() {
     let certificate = prove(scene(EVERYTHING), 0, 4000);
     assert_proven("everything", &certificate, 4000);
     let counts = certificate.counts;
@@ -216,7 +216,7 @@ fn everything_at_once_is_proven() {
 }
 
 #[test]
-fn pair_states_of_both_agree_after_a_stretch() {
+fn pair_states_of_verifier_and_engine_agree() {
     let recording = Recording::of(scene(WELL), 3000);
     let mut simulation = carom::engine::Simulation::without_plan(recording.scene.clone());
     simulation.advance(carom::engine::Until::events(3000)).unwrap();
@@ -226,7 +226,7 @@ fn pair_states_of_both_agree_after_a_stretch() {
 }
 
 #[test]
-fn an_arrest_ends_the_proof_with_what_was_proven() {
+fn arrest_ends_the_proof_and_keeps_its_counts() {
     let ball = config("bouncing_ball");
     let mut parts = ball.clone().into_parts();
     parts.contact_time = None;
@@ -237,7 +237,7 @@ fn an_arrest_ends_the_proof_with_what_was_proven() {
 }
 
 #[test]
-fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
+fn caller_can_end_the_proof_between_two_events() {
     let mut asked = 0;
     let certificate = carom::check::verify::verify(
         deep("1e12"),
@@ -251,7 +251,7 @@ fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
 }
 
 #[test]
-fn a_proof_hears_its_caller_however_far_the_next_event_is() {
+fn caller_can_interrupt_a_proof_before_a_distant_event() {
     let pipe = "
         [space]
         size = [1e15, 3.0, 3.0]

@@ -1,4 +1,4 @@
-//! Surfaces of scenes: every kind is proven, and every error at one is found.
+//! Verification of surfaces: contacts with every kind of surface are proven, and every error is found.
 
 mod kinds;
 mod moving;
@@ -49,12 +49,12 @@ pub fn turned(mesh: &TriangleMesh) -> SurfaceShape {
     SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(MIDDLE - rotation * MIDDLE)))
 }
 
-/// A box around the middle.
+/// A cuboid around `MIDDLE`.
 pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
 
-/// A prism over a star: its side has edges that point inwards.
+/// A prism with a star as its base. Every second edge of its side points inwards.
 fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     let count = 2 * points;
     let corner = |k: u32, z: f64| {
@@ -79,7 +79,7 @@ pub fn without(mut mesh: TriangleMesh, triangle: usize) -> TriangleMesh {
     mesh
 }
 
-/// Surfaces of every kind around the middle: what leaves one of them meets the next.
+/// Returns one of `KINDS` sets of surfaces around `MIDDLE`. Each set encloses the grains.
 pub fn around(kind: usize) -> Vec<SurfaceShape> {
     let at = |x: f64, y: f64, z: f64| MIDDLE + Vector::new(x, y, z);
     let plane = |k: u32| {
@@ -98,7 +98,7 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
             vec![pipe, end(1.0), end(-1.0)]
         }
         3 => vec![turned(&cuboid(2.4))],
-        // Obstacles in a ball: rods, posts, and a block with edges and corners.
+        // Obstacles in a hollow sphere: rods, posts, and a block with edges and corners.
         4 => vec![
             ball(6.0, true),
             SurfaceShape::Capsule { ends: [at(-4.0, -2.5, 0.0), at(3.0, -2.6, 1.0)], radius: 0.3 },
@@ -113,7 +113,7 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
             turned(&TriangleMesh::cuboid(&at(-1.0, -1.5, -4.2), &at(1.5, 1.0, -2.6))),
         ],
         5 => vec![turned(&star(5, [4.0, 2.8], 5.0))],
-        // A box with one open side, in a ball, and a sheet.
+        // A hollow sphere that contains a box with one open side, and a single triangle.
         6 => vec![
             ball(6.0, true),
             turned(&without(without(cuboid(2.4), 11), 10)),
@@ -128,14 +128,14 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
 
 pub const KINDS: usize = 8;
 
-/// A scene with surfaces of a kind.
+/// Builds a scene with the given surfaces.
 pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) -> Scene {
     let draft = |(k, shape)| SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that a scene is proven, to its end if nothing follows, or came to rest. Returns the number of
-/// proven events at its surfaces.
+/// Asserts that a number of events of a scene are proven, or all events if there are fewer. A simulation that arrests
+/// also passes. Returns the number of proven events with surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -152,7 +152,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
         let certificate = prove(config(name), 0, events);
         assert_proven(name, &certificate, events);
     }
-    // After grains have reached the surfaces.
+    // Start the proof after grains have reached the surfaces.
     for (name, from) in [("funnel", 30_000), ("silo", 30_000)] {
         let certificate = prove(config(name), from, 1000);
         assert_proven(name, &certificate, 1000);
@@ -161,10 +161,11 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
-/// More events than any of these runs has.
+/// Range that contains all events of every run in the test below.
 const ALL: EventRange = EventRange { from: 0, events: 1_000 };
 
-/// A ball on a gate over a floor, and another ball that only falls.
+/// Ball A bounces on a gate, which is present in the stage `shut`. Ball B is not affected by the gate and falls to the
+/// floor.
 const GATE: &str = r#"
 [space]
 size = [10.0, 10.0, 10.0]
@@ -221,18 +222,18 @@ until_time = 30.0
 "#;
 
 #[test]
-fn a_gate_is_there_in_its_stage_and_for_its_species() {
+fn gate_acts_only_in_its_stage_and_on_its_species() {
     let certificate = prove(scene(GATE), 0, 1_000);
     assert_proven("gate", &certificate, 1_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 42.0).abs() < 1e-9 && certificate.counts.surface > 10, "{certificate:?}");
-    // A range that begins after the gate has opened, and a stage that ends by its events.
+    // The proven range may begin at a later event, and the stage of the gate may end after a number of events.
     for from in 6..12 {
         assert_proven("later", &prove(scene(GATE), from, 10), 10);
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // By the record of a run, which ends in a stage or at the end of the last one, with a number of events.
+    // The verifier also accepts a recorded end: a time in any stage, and possibly the number of events until then.
     let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
     for time in [11.0, 12.1, 25.0, 42.0] {
         let found = run(None, time);
@@ -244,7 +245,7 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
         assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
         assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
     }
-    // The end of a stage that lasts until it is stationary is unknown.
+    // The verifier cannot know when a stage with automatic equilibration ends.
     let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");
@@ -253,7 +254,7 @@ fn a_gate_is_there_in_its_stage_and_for_its_species() {
 
 #[test]
 fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
-    // A block across the corner of the box, and a rod along it.
+    // A block across a corner of the box, and a rod along the x-axis.
     let block = TriangleMesh::cuboid(&Vector::new(-1.3, 4.9, -0.9), &Vector::new(1.1, 7.4, 1.2));
     let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
     let block = SurfaceShape::Mesh(block.transformed(1.0, &rotation, &Vector::zeros()));
@@ -261,7 +262,8 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
         SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
     let ball = SurfaceShape::Sphere { centre: Vector::new(6.9, 3.0, 3.0), radius: 0.8, is_inside: false };
     let other = SurfaceShape::Sphere { centre: Vector::new(3.0, 0.2, 6.8), radius: 0.8, is_inside: false };
-    // Few particles have neighbour lists and travel around the box many times; many have cells.
+    // With 3 particles, the engine uses neighbour lists, and each particle crosses the box many times. With 40
+    // particles, it uses cells.
     for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
         let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
         let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);

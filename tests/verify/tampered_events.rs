@@ -1,4 +1,4 @@
-//! A true sequence of events with one change.
+//! Recordings of correct runs in which one event has been changed.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -23,13 +23,13 @@ fn well() -> Recording {
     Recording::of(scene(WELL), 1500)
 }
 
-/// The first event from `K` on with an outcome.
+/// Returns the index of the first event with the given outcome from event `K` on.
 fn first(recording: &Recording, outcome: Outcome) -> usize {
     let is_it = |at: &usize| recording.events[*at].0.kind == EventKind::Pair(outcome);
     (K..recording.events.len()).find(is_it).unwrap()
 }
 
-/// A particle not involved in event `K`.
+/// Returns a particle that is not involved in event `K`.
 fn bystander(recording: &Recording) -> ParticleId {
     let event = &recording.events[K].0;
     (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner()).unwrap()
@@ -43,13 +43,13 @@ fn wrong_quantity(recording: &Recording, at: usize) -> Quantity {
 }
 
 #[test]
-fn what_is_true_is_proven() {
+fn unchanged_events_are_proven() {
     assert_eq!(fluid().fault(), None);
     assert_eq!(well().fault(), None);
 }
 
 #[test]
-fn a_dropped_event_is_missed() {
+fn dropped_event_is_reported_as_missed() {
     for mut recording in [fluid(), well()] {
         let (event, _) = recording.events.remove(K);
         let Some((K, Fault::Missed { contact, due, .. })) = recording.fault() else {
@@ -61,13 +61,13 @@ fn a_dropped_event_is_missed() {
 }
 
 #[test]
-fn swapped_events_are_out_of_order() {
+fn swapped_events_are_found() {
     let mut recording = fluid();
     recording.events.swap(K, K + 1);
     let expected = Contact::of(&recording.events[K + 1].0);
     let Some((K, Fault::Missed { contact, .. })) = recording.fault() else { panic!("{:?}", recording.fault()) };
     assert_eq!(contact, expected);
-    // The same, as seen from the second one alone.
+    // A later event that is inserted too early is also reported as a missed contact.
     recording.events.remove(K);
     recording.events.insert(K, recording.events[K + 1].clone());
     assert!(matches!(recording.fault(), Some((K, Fault::Missed { .. }))));
@@ -77,15 +77,15 @@ fn swapped_events_are_out_of_order() {
 }
 
 #[test]
-fn an_invented_event_is_too_early_or_of_two_that_part() {
+fn invented_event_is_reported_as_early_or_not_closing() {
     let mut recording = fluid();
-    // Two that are far apart, at the time of an event.
+    // A copy of the event in which one particle is replaced by one that took no part in it.
     let (mut event, states) = recording.events[K].clone();
     event.other = Other::Particle(bystander(&recording));
     recording.events.insert(K + 1, (event, states));
     assert!(matches!(recording.fault(), Some((at, Fault::Early { .. })) if at == K + 1), "{:?}", recording.fault());
 
-    // The same event repeated: its two particles already separate.
+    // A repetition of the same event: its two particles already move apart.
     let mut recording = fluid();
     let again = recording.events[K].clone();
     recording.events.insert(K + 1, again);
@@ -97,10 +97,10 @@ fn an_invented_event_is_too_early_or_of_two_that_part() {
 }
 
 #[test]
-fn an_event_a_little_early_is_invented_and_a_little_late_missed() {
+fn early_event_is_reported_as_early_and_late_one_as_missed() {
     for (shift, is_early) in [(-1e-11, true), (1e-11, false)] {
         let mut recording = fluid();
-        // All reach the other time along the flights before the event.
+        // Move all particles along their flights before the event, to the shifted time.
         let before = recording.events[K - 1].1.velocities.clone();
         let states = &mut recording.events[K].1;
         states.elapsed.since_epoch += shift;
@@ -117,7 +117,7 @@ fn an_event_a_little_early_is_invented_and_a_little_late_missed() {
 }
 
 #[test]
-fn a_wrong_outcome_is_told() {
+fn wrong_outcome_is_reported() {
     for (truth, lie) in [
         (Outcome::Capture, Outcome::Bounce),
         (Outcome::Capture, Outcome::Core),
@@ -137,7 +137,7 @@ fn a_wrong_outcome_is_told() {
 }
 
 #[test]
-fn wrong_numbers_are_told() {
+fn wrong_event_quantities_are_reported() {
     let reported = |outcome, change: &dyn Fn(&mut carom::engine::event::Event)| {
         let mut recording = well();
         let at = first(&recording, outcome);
@@ -151,7 +151,7 @@ fn wrong_numbers_are_told() {
 }
 
 #[test]
-fn wrong_velocities_are_told() {
+fn wrong_velocities_are_reported() {
     let moved = |change: &dyn Fn(&mut Vector, &mut Vector, &Vector)| {
         let mut recording = fluid();
         let (event, states) = &mut recording.events[K];
@@ -173,7 +173,7 @@ fn wrong_velocities_are_told() {
 }
 
 #[test]
-fn bystanders_fly_on_and_nobody_jumps() {
+fn disturbed_bystanders_and_jumps_are_reported() {
     let mut recording = fluid();
     let expected = bystander(&recording);
     let (other, taking_part) = (expected.0, recording.events[K].0.particle.0);
@@ -190,7 +190,7 @@ fn bystanders_fly_on_and_nobody_jumps() {
 }
 
 #[test]
-fn a_wrong_pair_state_shows() {
+fn wrong_pair_state_is_reported() {
     let mut simulation = Simulation::without_plan(scene(WELL));
     simulation.advance(Until::events(1000)).unwrap();
     let captured = simulation.captured_pairs();
@@ -201,7 +201,8 @@ fn a_wrong_pair_state_shows() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The pair of the first Release is treated as uncaptured: at that distance it can only come in.
+    // The verifier takes the pair of the first release as uncaptured. At this distance, an uncaptured pair can only
+    // have an event if it approaches.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);
@@ -215,7 +216,7 @@ fn a_wrong_pair_state_shows() {
 }
 
 #[test]
-fn an_engine_that_remembers_another_state_is_told() {
+fn captured_pair_missing_in_the_engine_is_reported() {
     let recording = well();
     let mut simulation = Simulation::without_plan(recording.scene.clone());
     simulation.advance(Until::events(recording.events.len() as u64)).unwrap();
@@ -228,7 +229,7 @@ fn an_engine_that_remembers_another_state_is_told() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_without_a_panic() {
+fn nonsensical_events_are_reported_without_a_panic() {
     let truth = well();
     let refused = |change: &dyn Fn(&mut Recording)| {
         let mut recording =

@@ -79,7 +79,7 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
 }
 
 #[test]
-fn during_a_stretch_the_last_of_the_extents_decides() {
+fn event_needs_all_extents_positive_while_in_contact() {
     // The overlap function is negative from t = 1 and falls until t = 5.
     let f = [9.0, -10.0, 1.0];
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [-3.0, 1.0, 0.0]]), Kind::Entry(1), 3.0);
@@ -94,7 +94,7 @@ fn during_a_stretch_the_last_of_the_extents_decides() {
 }
 
 #[test]
-fn now_counts_while_the_foot_is_on_the_feature() {
+fn immediate_event_needs_the_foot_on_the_feature() {
     let f = [-1.0, -1.0, 1.0];
     expect_now(&value(&f, &[]));
     expect_now(&value(&f, &[[0.0, -1.0, 0.0]]));
@@ -128,7 +128,7 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
 }
 
 #[test]
-fn rounded_numbers_hold_what_floats_make_of_them() {
+fn error_bounds_contain_the_floating_point_results() {
     let mut random = Random::new(3);
     let mut worst = 0.0_f64;
     for _ in 0..20_000 {
@@ -147,7 +147,7 @@ fn rounded_numbers_hold_what_floats_make_of_them() {
 }
 
 #[test]
-fn a_wrong_answer_is_seen_as_such() {
+fn wrong_answers_are_recognised() {
     use super::witness::witness;
     let state = State {
         feature: Feature::Segment(Vector::x(), 1.0),

@@ -81,7 +81,7 @@ fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) 
 }
 
 #[test]
-fn pauses_and_threads_change_nothing() {
+fn pauses_and_threads_do_not_change_an_isobaric_run() {
     let barostat = Barostat { pressure: 2.0, interval: 0.1, amplitude: None };
     let stage = StagePlan {
         name: "press".to_owned(),
@@ -114,7 +114,7 @@ fn pauses_and_threads_change_nothing() {
 }
 
 #[test]
-fn a_run_goes_on_at_the_volume_that_a_stage_has_left() {
+fn run_starts_at_the_volume_left_by_the_stage_before() {
     let stage = StagePlan {
         name: "press".to_owned(),
         limit: Limit::time(60.0),

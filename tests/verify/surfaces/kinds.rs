@@ -24,7 +24,7 @@ fn surfaces_of_every_kind_are_proven() {
     }
 }
 
-/// A single ball that rolls and hops: contacts that the TC model changes, on flat and on curved surfaces.
+/// A single ball rolls and hops on flat and curved surfaces, and the TC model changes its contacts.
 #[test]
 fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     for kind in 0..KINDS {
@@ -39,7 +39,7 @@ fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     }
 }
 
-/// Grains slide over faces and seams of a floor that is one plane.
+/// Grains slide over a flat floor of many triangles, and across their edges.
 #[test]
 fn flat_edges_are_no_obstacle_to_a_proof() {
     let floor = |n: u32| {
@@ -58,9 +58,10 @@ fn flat_edges_are_no_obstacle_to_a_proof() {
     }
 }
 
-/// A triangle with two equal corners is a line, with three a point. Next to other triangles it adds nothing.
+/// A triangle with two equal corners is a line segment, and one with three equal corners is a point. If it lies on
+/// another triangle, it has no effect.
 #[test]
-fn triangles_without_an_area_are_met_and_proven() {
+fn degenerate_triangles_are_met_and_proven() {
     let at = |x: f64, y: f64, z: f64| super::MIDDLE + Vector::new(x, y, z);
     let vertices = vec![at(-1.9, -2.0, 1.4), at(2.0, 1.9, 1.5), at(0.4, -0.3, 2.1)];
     for triangles in [vec![[0, 1, 0]], vec![[2, 2, 2], [1, 0, 0]], vec![[0, 1, 2], [0, 1, 1], [2, 2, 2]]] {

@@ -1,4 +1,4 @@
-//! Moving surfaces, and changing gravity: all kinds and motions are proven.
+//! Moving surfaces and changing gravity: runs with all kinds of surfaces and motions are proven.
 
 use std::f64::consts::TAU;
 
@@ -12,10 +12,10 @@ use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
 use crate::scenes::assert_proven;
 use crate::{Recording, config, prove};
 
-/// Number of sets of motions of a surface.
+/// Number of motion sequences that `motions` can return.
 pub const MOTIONS: usize = 6;
 
-/// One of the sets of motions.
+/// Returns one of `MOTIONS` motion sequences of a surface.
 pub fn motions(number: usize) -> Vec<SurfaceMotion> {
     let for_ever = |kind| vec![SurfaceMotion { from: 0.0, until: f64::INFINITY, kind }];
     let drift = MotionKind::Translation { velocity: Vector::new(0.4, -0.3, 0.6), acceleration: Vector::zeros() };
@@ -27,7 +27,7 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
         axis: Vector::new(1.0, 0.4, -0.3),
         frequency: 0.21,
     };
-    // One after the other, with and without rests in between.
+    // A sequence of motions, with and without rests between them.
     let piece = |from, until, kind| SurfaceMotion { from, until, kind };
     match number {
         0 => for_ever(drift),
@@ -39,7 +39,7 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Surfaces that move together.
+/// Builds a scene whose surfaces all have the same motions.
 pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[SurfaceMotion], restitution: f64) -> Scene {
     let draft = |(k, shape)| {
         let draft = SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
@@ -48,7 +48,8 @@ pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[Surface
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that a scene is proven as far as it goes.
+/// Asserts that a number of events of a scene are proven, or all events if there are fewer. A simulation that arrests
+/// also passes.
 fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
     let certificate = prove(scene, 0, events);
     match certificate.end {
@@ -80,9 +81,9 @@ fn surfaces_of_every_kind_are_proven_in_every_motion() {
     }
 }
 
-/// A single ball in moving surfaces: it slides or rolls on them, and is carried.
+/// A single ball slides or rolls on moving surfaces, which carry it along.
 #[test]
-fn a_ball_that_is_carried_is_proven() {
+fn ball_carried_by_a_surface_is_proven() {
     for number in 0..MOTIONS {
         for (kind, contact_time) in [(0, 1e-3), (1, 0.1), (2, 1e-2), (3, 1e-2), (5, 0.1)] {
             let gas = grains(3, 1).gravity(Vector::new(0.1, -0.2, -1.0)).contact_time(contact_time);
@@ -96,7 +97,7 @@ fn a_ball_that_is_carried_is_proven() {
     }
 }
 
-/// Surfaces with their own motions, between walls.
+/// Surfaces with different motions move through each other in a box with walls.
 #[test]
 fn surfaces_that_move_through_each_other_are_proven() {
     let space = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(20.0) };
@@ -120,8 +121,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
     let wall = Face::Wall { restitution: 1.0 };
     let between = Boundary::Bounded { lower: wall, upper: wall };
     let for_ever = |kind| [SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }];
-    // A block across the corner of the box, a rod and a ball move up and down between plates, in a box that
-    // is periodic sideways.
+    // The box is periodic in x and y, with plates at both ends of z. A block across a vertical edge of the box, a rod
+    // and a ball move up and down between the plates.
     let block = TriangleMesh::cuboid(&Vector::new(-1.3, -0.9, 1.9), &Vector::new(1.1, 1.4, 3.2));
     let rod =
         SurfaceShape::Cylinder { point: Vector::new(0.0, 3.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
@@ -140,7 +141,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
-    // A paddle turns in a pipe about the periodic axis of the box; its ends are beside each other.
+    // A paddle turns in a pipe about the periodic axis of the box. Its periodic images follow each other along this
+    // axis.
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
     let turn = MotionKind::Rotation { point: Vector::new(3.5, 3.4, 0.0), axis: Vector::z(), frequency: 0.15 };
     let paddle = TriangleMesh::cuboid(&Vector::new(1.5, 3.2, 1.0), &Vector::new(5.5, 3.5, 5.0));
@@ -158,7 +160,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
 }
 
 #[test]
-fn a_scene_that_starts_late_has_the_digits_of_its_times() {
+fn moving_surfaces_are_proven_after_a_late_start_time() {
     for number in 0..4 {
         for start in [1e4, 1e7] {
             let mut parts = moving(grains(1, 9).contact_time(1e-3), around(3), &[], 0.9).into_parts();
@@ -179,7 +181,7 @@ fn scenes_of_configs_with_surfaces_that_move_are_proven() {
     let certificate = prove(config("vibrated_box"), 50_000, 1000);
     assert_proven("vibrated box", &certificate, 1000);
     assert!(certificate.counts.surface > 10, "{:?}", certificate.counts);
-    // Where the piston starts.
+    // The piston starts early, so that the proof includes contacts with the moving piston.
     let mut parts = config("piston").into_parts();
     parts.surfaces[0].motions[0].from = 0.2;
     let certificate = prove(Scene::new(parts).unwrap(), 0, 2500);
@@ -199,7 +201,7 @@ fn gravity_that_turns_is_proven() {
         let certificate = prove(shorter(1.0), 0, 2500);
         assert_proven(name, &certificate, 2500);
         assert!(certificate.duration > 1.2, "{name}: {certificate:?}");
-        // From a later stage on, and by events.
+        // Start the proof in a later stage, and let stages end after a number of events.
         let certificate = prove(shorter(0.7), 2500, 1000);
         assert_proven(name, &certificate, 1000);
         let mut parts = shorter(1.0).into_parts();
@@ -208,7 +210,7 @@ fn gravity_that_turns_is_proven() {
     }
 }
 
-/// A recording in which gravity changes after a number of events, and the states at that time.
+/// Returns a recording in which gravity changes once, and the number of events before this change.
 fn turning() -> (Recording, usize) {
     let down = grains(2, 18).gravity(Vector::new(0.0, 0.0, -1.0));
     let aside = Vector::new(0.8, -0.3, 0.4);
@@ -229,7 +231,7 @@ fn turning() -> (Recording, usize) {
 }
 
 #[test]
-fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
+fn verifier_with_outdated_gravity_finds_a_fault() {
     let (mut recording, turn) = turning();
     let later = recording.events.split_off(turn);
     let (_, states) = recording.events[turn - 1].clone();
@@ -243,7 +245,7 @@ fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // Gravity changes where all particles are, and nowhere else.
+    // The verifier rejects a change of gravity if the given positions are not the positions of the particles.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();
@@ -251,7 +253,7 @@ fn a_world_that_keeps_the_old_gravity_sees_flights_bend() {
     assert!(verifier.turn_gravity(&aside, &elsewhere).is_err());
 }
 
-/// A ball on a floor that shakes too gently to throw it stays on it.
+/// The floor shakes too gently to throw the ball, which stays on it.
 #[test]
 fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     let frequency = 2.0;
@@ -265,7 +267,7 @@ fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     assert!(certificate.duration > 5.0 && certificate.counts.surface == 2000, "{certificate:?}");
 }
 
-/// Motions without displacement: the surface rests.
+/// Motions of frequency 0: the surface is at rest.
 #[test]
 fn a_surface_of_frequency_zero_is_proven_as_one_at_rest() {
     let forever = |kind| SurfaceMotion { from: 0.0, until: f64::INFINITY, kind };

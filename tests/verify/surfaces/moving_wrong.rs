@@ -1,4 +1,4 @@
-//! Contacts with moving surfaces with one error, and engines that use the wrong motion.
+//! Contacts with moving surfaces that contain one error, and engines that use a wrong motion.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -10,22 +10,22 @@ use super::moving::{MOTIONS, motions, moving};
 use super::{MIDDLE, around, grains};
 use crate::Recording;
 
-/// Number of events among which one is tampered with.
+/// Number of events in a recording, one of which is changed.
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
 /// Kinds of surfaces whose contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
-/// Speed at which a particle arrived at the surface.
+/// Returns the normal speed at which a particle arrived at the surface, relative to the surface.
 fn closing(event: &Event) -> f64 {
     event.normal.dot(&(event.after[0] - event.before[0])) / (1.0 + RESTITUTION)
 }
 
-/// A recording, and the index of its first contact with a moving surface after an event, if there is one.
+/// Returns a recording, and the index of its first contact with a moving surface from event 20 on, if there is one.
 fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     let gas = grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5));
     let recording = Recording::of(moving(gas, around(kind), &motions(number), RESTITUTION), EVENTS);
-    // The work of a surface shows that it moves.
+    // A surface that does work on a particle is moving.
     let is_one = |at: &usize| {
         let event = &recording.events[*at].0;
         event.kind == EventKind::Surface && event.energy_step.abs() > 1e-2 && closing(event) > 0.05
@@ -50,7 +50,7 @@ fn for_each(mut check: impl FnMut(Recording, usize, &str)) {
 }
 
 #[test]
-fn what_is_true_is_proven_and_a_contact_that_is_left_out_is_missed() {
+fn correct_events_are_proven_and_a_dropped_contact_is_found() {
     for_each(|mut recording, at, name| {
         assert_eq!(recording.fault(), None, "{name}");
         let (event, _) = recording.events.remove(at);
@@ -62,7 +62,7 @@ fn what_is_true_is_proven_and_a_contact_that_is_left_out_is_missed() {
 }
 
 #[test]
-fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
+fn contacts_that_are_slightly_early_or_late_are_found() {
     for_each(|original, at, name| {
         for (shift, is_early) in [(-1e-10, true), (1e-10, false)] {
             let (scene, start) = (original.scene.clone(), original.start.clone());
@@ -71,7 +71,7 @@ fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
             let elapsed = original.events[at - 1].1.elapsed;
             let flown = states.elapsed.after(&elapsed);
             states.elapsed.since_epoch += shift;
-            // Along the flights before, with the velocities in the middle of that time.
+            // Move all particles along their flights before the contact, to the shifted time.
             let gravity = Vector::new(0.1, -0.2, -0.5);
             let before = &original.events[at - 1].1;
             for i in 0..states.positions.len() {
@@ -94,20 +94,20 @@ fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
 }
 
 #[test]
-fn a_contact_that_is_invented_is_told() {
+fn invented_contacts_are_found() {
     for_each(|original, at, name| {
         let copy = || Recording {
             scene: original.scene.clone(),
             start: original.start.clone(),
             events: original.events.clone(),
         };
-        // Repeated, when it already leaves.
+        // The same contact again: the particle already moves away from the surface.
         let mut again = copy();
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
         let fault = again.fault();
         assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{name}: {fault:?}");
-        // By another particle, far away.
+        // The same contact again, with another particle of the same species that is not at the surface.
         let mut other = copy();
         let (mut event, states) = other.events[at].clone();
         let is_other = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);
@@ -120,7 +120,7 @@ fn a_contact_that_is_invented_is_told() {
 }
 
 #[test]
-fn wrong_numbers_are_told() {
+fn wrong_quantities_of_a_contact_are_found() {
     let check = |quantities: &[Quantity], change: &dyn Fn(&mut Event, &mut States)| {
         for_each(|mut recording, at, name| {
             let (event, states) = &mut recording.events[at];
@@ -140,7 +140,7 @@ fn wrong_numbers_are_told() {
     check(&[Quantity::Energy], &|event, _| event.energy_step += 1e-9);
     check(&[Quantity::Energy], &|event, _| event.energy_step = 0.0);
     check(&[Quantity::Direction], &|event, states| states.velocities[velocity(event)] = event.before[0]);
-    // As if the surface stood still.
+    // A contact as it would be if the surface were at rest.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation, Quantity::Impulse], &|event, states| {
         let arriving = event.before[0].dot(&event.normal);
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
@@ -149,7 +149,7 @@ fn wrong_numbers_are_told() {
         (event.impulse, event.energy_step, event.after[0]) = ((after - event.before[0]) * mass, 0.0, after);
         states.velocities[velocity(event)] = after;
     });
-    // The right work, but the restitution of the velocities in space.
+    // A rebound that is slightly too fast, with the work and the dissipation unchanged.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation], &|event, states| {
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };
         let more = event.normal * (1e-9 * closing(event));
@@ -159,16 +159,16 @@ fn wrong_numbers_are_told() {
     });
 }
 
-/// The fault of an engine whose surfaces have the `wrong` motions instead of the right motions.
+/// Returns the fault that the verifier finds in an engine whose surfaces have the motions `wrong` instead of `right`.
 fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fault {
     let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
-    // Particles that have left have no later events.
+    // If all particles leave before the first wrong event, the verifier must reject the end of the run.
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
-/// Motions that differ slightly from the given one.
+/// Returns variants of a motion that differ slightly from it.
 fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
     let kinds = match motion.kind {
         MotionKind::Translation { velocity, acceleration } => vec![
@@ -192,7 +192,7 @@ fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
 }
 
 #[test]
-fn motions_that_are_a_little_others_are_told() {
+fn slightly_wrong_motions_are_found() {
     let mut told = 0;
     for number in 0..MOTIONS {
         let right = motions(number);
@@ -214,7 +214,7 @@ fn motions_that_are_a_little_others_are_told() {
 }
 
 #[test]
-fn a_surface_that_should_move_or_should_not_is_told() {
+fn missing_and_surplus_motions_are_found() {
     for number in 0..MOTIONS {
         for kind in OF_KINDS {
             for [right, wrong] in [[motions(number), Vec::new()], [Vec::new(), motions(number)]] {
@@ -226,7 +226,7 @@ fn a_surface_that_should_move_or_should_not_is_told() {
     }
 }
 
-/// Verdict of the verifier on a run that ends at its start.
+/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);
@@ -234,7 +234,7 @@ fn end_of(scene: &Scene) -> Result<(), Fault> {
 }
 
 #[test]
-fn an_end_is_one_where_no_surface_will_come() {
+fn end_is_proven_only_if_no_moving_surface_can_be_met() {
     let ball = |velocity: f64, motions: &[SurfaceMotion]| {
         let plate = SurfaceShape::Plane { point: MIDDLE, normal: Vector::z() };
         let gas = grains(1, 0).particle("A", MIDDLE + Vector::z() * 2.0, Vector::z() * velocity);
@@ -254,7 +254,8 @@ fn an_end_is_one_where_no_surface_will_come() {
         Err(Fault::EndedEarly { contact: Contact::Surface { .. }, due, .. }) => (due - expected).abs() < 1e-9,
         other => panic!("{other:?}"),
     };
-    // The ball is 1.75 above contact. The plate arrives later, stops before it, or goes away in the end.
+    // At the start, the gap between the ball and the plate is 1.75. The plate reaches the ball, stops before it, or
+    // finally moves away.
     assert!(is_early(ball(0.0, &[by(5.0, 9.0, 0.5, 0.0)]), 8.5));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0)])), Ok(()));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, -0.1)])), Ok(()));
@@ -264,7 +265,8 @@ fn an_end_is_one_where_no_surface_will_come() {
     ));
     assert!(is_early(ball(0.2, &[by(0.0, f64::INFINITY, 0.3, 0.0)]), 17.5));
     assert_eq!(end_of(&ball(0.3, &[by(0.0, f64::INFINITY, 0.2, 0.0)])), Ok(()));
-    // A motion of finite duration is searched; an endless one is not proven.
+    // The verifier searches a finite motion for contacts. For an endless motion, or one that lasts too long, it proves
+    // nothing.
     assert_eq!(end_of(&ball(0.0, &[shakes(20.0)])), Ok(()));
     assert!(matches!(end_of(&ball(0.0, &[shakes(f64::INFINITY)])), Err(Fault::EndNotShown { .. })));
     assert!(matches!(end_of(&ball(0.0, &[shakes(1e9)])), Err(Fault::EndNotShown { .. })));

@@ -1,4 +1,4 @@
-//! Events with surfaces with one error, and engines that use the wrong surface.
+//! Contacts with surfaces that contain one error, and engines that use a wrong surface.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -11,14 +11,14 @@ use carom::scene::SurfaceDraft;
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned, with, without};
 use crate::Recording;
 
-/// Number of events among which one is tampered with.
+/// Number of events in a recording, one of which is changed.
 const EVENTS: usize = 160;
 
 fn gas(kind: usize) -> Scene {
     with(grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5)), around(kind), 0.9)
 }
 
-/// A recording, and the index of its first contact with a surface after an event.
+/// Returns a recording, and the index of the first contact with a surface from event `from` on.
 fn recording(kind: usize, from: usize) -> (Recording, usize) {
     let recording = Recording::of(gas(kind), EVENTS);
     let is_at_surface = |at: &usize| recording.events[*at].0.kind == EventKind::Surface;
@@ -33,7 +33,7 @@ fn surface_of(event: &Event) -> Contact {
 }
 
 #[test]
-fn what_is_true_is_proven_and_a_dropped_contact_is_missed() {
+fn correct_events_are_proven_and_a_dropped_contact_is_found() {
     let mut caught = 0;
     for kind in 0..KINDS {
         for from in [5, 20, 40, 60, 80, 100] {
@@ -53,7 +53,7 @@ fn what_is_true_is_proven_and_a_dropped_contact_is_missed() {
 }
 
 #[test]
-fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
+fn contacts_that_are_slightly_early_or_late_are_found() {
     let mut caught = 0;
     for kind in 0..KINDS {
         for (shift, is_early) in [(-1e-10, true), (1e-10, false)] {
@@ -82,7 +82,7 @@ fn a_contact_a_little_early_is_invented_and_a_little_late_missed() {
     println!("{caught} shifted contacts caught");
 }
 
-/// The fault after a change to the first contact with a surface.
+/// Returns the fault after `change` has been applied to the first contact with a surface from event 30 on.
 fn changed(kind: usize, change: &dyn Fn(&mut Event, &mut States)) -> Fault {
     let (mut recording, at) = recording(kind, 30);
     let (event, states) = &mut recording.events[at];
@@ -93,7 +93,7 @@ fn changed(kind: usize, change: &dyn Fn(&mut Event, &mut States)) -> Fault {
 }
 
 #[test]
-fn wrong_numbers_are_told() {
+fn wrong_quantities_of_a_contact_are_found() {
     let quantity = |kind, change: &dyn Fn(&mut Event, &mut States)| match changed(kind, change) {
         Fault::WrongNumbers { quantity, contact: Contact::Surface { .. }, .. } => quantity,
         other => panic!("{other:?}"),
@@ -120,19 +120,19 @@ fn wrong_numbers_are_told() {
 }
 
 #[test]
-fn contacts_of_others_are_told() {
+fn contacts_with_a_wrong_surface_or_particle_are_found() {
     for kind in 0..KINDS {
         let found = changed(kind, &|event, _| event.other = Other::Surface { surface: 77, feature: 0 });
         assert!(matches!(found, Fault::Missed { .. } | Fault::Unknown { .. }), "{found:?}");
         let found = changed(kind, &|event, _| event.distance *= 1.0 + 1e-12);
         assert!(matches!(found, Fault::Unknown { .. }), "{found:?}");
-        // Repeated, when it already leaves.
+        // The same contact again: the particle already moves away from the surface.
         let (mut again, at) = recording(kind, 30);
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
         let fault = again.fault();
         assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{fault:?}");
-        // By another particle, far away.
+        // The same contact again, with another particle of the same species that is not at the surface.
         let (mut other, at) = recording(kind, 30);
         let (mut event, states) = other.events[at].clone();
         let far = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);
@@ -146,17 +146,17 @@ fn contacts_of_others_are_told() {
     }
 }
 
-/// The fault of an engine that uses the `wrong` surfaces instead of the right surfaces.
+/// Returns the fault that the verifier finds in an engine with the surfaces `wrong` instead of `right`.
 fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
     let scene = |shapes| with(grains(2, 18), shapes, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
-    // Particles that have left have no later events.
+    // If all particles leave before the first wrong event, the verifier must reject the end of the run.
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
 #[test]
-fn surfaces_that_are_a_little_elsewhere_are_told() {
+fn slightly_displaced_surfaces_are_found() {
     for kind in 0..KINDS {
         let moved = |shape: &SurfaceShape| {
             let by = Vector::new(1e-9, 2e-9, -1e-9);
@@ -184,7 +184,7 @@ fn surfaces_that_are_a_little_elsewhere_are_told() {
 }
 
 #[test]
-fn a_surface_or_a_triangle_that_is_not_there_is_missed_and_one_too_many_is_unknown() {
+fn missing_and_surplus_surfaces_and_triangles_are_found() {
     let is_missed = |fault: &Fault| {
         matches!(
             fault,
@@ -208,7 +208,7 @@ fn a_surface_or_a_triangle_that_is_not_there_is_missed_and_one_too_many_is_unkno
 }
 
 #[test]
-fn a_wrong_law_and_a_wrong_species_are_told() {
+fn wrong_surface_law_and_wrong_species_are_found() {
     let scene = |surface: SurfaceDraft| grains(2, 18).surface(surface).build().unwrap();
     let draft = || SurfaceDraft::new("box", turned(&cuboid(2.4)));
     let fault = |right, wrong| Recording { scene: scene(right), ..Recording::of(scene(wrong), 400) }.fault().unwrap().1;
@@ -227,7 +227,7 @@ fn a_wrong_law_and_a_wrong_species_are_told() {
     assert!(matches!(recording.fault(), Some((_, Fault::Unknown { .. }))));
 }
 
-/// Verdict of the verifier on a run that ends at its start.
+/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);
@@ -235,21 +235,21 @@ fn end_of(scene: &Scene) -> Result<(), Fault> {
 }
 
 #[test]
-fn an_end_is_one_where_no_surface_is_met_any_more() {
+fn end_is_proven_only_if_no_surface_can_be_met() {
     let ball = |position: [f64; 3], velocity: [f64; 3], gravity: f64, shape: SurfaceShape| {
         let scene = grains(1, 0).gravity(Vector::new(0.0, 0.0, -gravity));
         with(scene.particle("A", Vector::from(position) + MIDDLE, Vector::from(velocity)), vec![shape], 1.0)
     };
     let cube = || SurfaceShape::Mesh(cuboid(1.0));
     let is_early = |scene| matches!(end_of(&scene), Err(Fault::EndedEarly { contact: Contact::Surface { .. }, .. }));
-    // Away, towards, past, and from inside.
+    // The ball flies away from the cube, towards it or past it, or starts inside it.
     assert_eq!(end_of(&ball([3.0, 0.0, 0.0], [1.0, 0.1, 0.0], 0.0, cube())), Ok(()));
     assert!(is_early(ball([3.0, 0.0, 0.0], [-1.0, 0.1, 0.0], 0.0, cube())));
     assert_eq!(end_of(&ball([3.0, 2.0, 0.0], [-1.0, 0.0, 0.0], 0.0, cube())), Ok(()));
     assert_eq!(end_of(&ball([3.0, 0.0, 0.0], [0.0, 1.0, 0.0], 0.0, cube())), Ok(()));
     assert!(is_early(ball([0.0, 0.0, 0.0], [1e-9, 0.0, 0.0], 0.0, cube())));
     assert_eq!(end_of(&ball([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0, cube())), Ok(()));
-    // It falls on it, beside it, and away for ever.
+    // Under gravity, the ball falls onto the cube, falls beside it, or starts below it.
     assert!(is_early(ball([0.0, 0.0, 3.0], [0.0, 0.0, 2.0], 1.0, cube())));
     assert_eq!(end_of(&ball([1.6, 0.0, 3.0], [0.2, 0.0, 2.0], 1.0, cube())), Ok(()));
     assert_eq!(end_of(&ball([0.0, 0.0, -3.0], [0.0, 0.0, 1.0], 1.0, cube())), Ok(()));
@@ -263,7 +263,7 @@ fn an_end_is_one_where_no_surface_is_met_any_more() {
 }
 
 #[test]
-fn an_end_among_images_of_a_surface_is_not_shown() {
+fn end_among_periodic_images_of_a_surface_is_not_proven() {
     let ball = SurfaceShape::Sphere { centre: Vector::new(1.0, 1.0, 1.0), radius: 0.5, is_inside: false };
     let gas = grains(1, 0).space(Space::periodic_cube(20.0));
     let flies = |velocity: Vector| with(gas.clone().particle("A", MIDDLE, velocity), vec![ball.clone()], 1.0);
