@@ -89,8 +89,8 @@ until_events = 1000
 
 #[test]
 fn free_flight_over_many_epochs_is_proven() {
-    // The light particle bounces between a wall and a static post, and has a thousand times as many events as the heavy
-    // particles. They drift out of the open end.
+    // The light particle bounces between a wall and a static post. It has a thousand times as many events as the heavy
+    // particles, which drift out of the open end.
     let text = r#"
 [space]
 size = [400.0, 0.0, 0.0]

@@ -37,7 +37,7 @@ const OF_VERIFIER: &Allowed = &[
 /// The reference engine may import the scene and one number conversion. It imports its own parts by `self::` or
 /// `super::`, which this test does not count.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
-/// File of the verifier that replays a run; only this file may import the engine.
+/// File of the verifier that replays a run with the engine. Only this file may import everything from the engine.
 const REPLAY: &str = "replay.rs";
 
 /// Returns the imports of a file without its unit tests: each path after `crate::`, for example `a::b::c`. A list in
