@@ -1,4 +1,4 @@
-//! The state points of `carom validate`, shortened.
+//! The state points of `carom validate`, with shorter runs.
 
 use std::ops::ControlFlow;
 

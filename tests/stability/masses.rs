@@ -1,5 +1,5 @@
-//! Masses, diameters and mass ratios that are not powers of two. Energy drifts like a random walk of
-//! roundings, never in proportion to the number of events.
+//! Energy conservation with masses, diameters and mass ratios that are not powers of two. The energy drifts like a
+//! random walk of roundings, not in proportion to the number of events.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -8,7 +8,7 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// The relative change of the energy over a number of events.
+/// Returns the relative change of the energy over a number of events.
 fn drift(scene: Scene, events: u64) -> f64 {
     let mut simulation = Simulation::without_plan(scene);
     let total = |simulation: &Simulation| {
@@ -22,10 +22,10 @@ fn drift(scene: Scene, events: u64) -> f64 {
     (total(&simulation) + event_counts.dissipated.total() - before) / before
 }
 
-/// Four standard deviations of a random walk.
+/// Bound for the relative change of the energy: four standard deviations of a random walk.
 ///
-/// The six components of two velocities are rounded three times each (the change, its share, their sum). This
-/// leaves `0.8 eps` of the pair's energy per event, root mean square, and here the pair has all the energy.
+/// The six components of two velocities are rounded three times each (the change, its share, their sum). The root mean
+/// square of the error is `0.8 eps` of the pair's energy per event. The bound assumes that the pair has all the energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
@@ -53,13 +53,15 @@ fn elastic_spheres_of_any_masses_keep_their_energy() {
         println!("{masses:?}: {error:e}");
         worst = worst.max(error.abs());
     }
-    // With separately rounded shares it was off by 14 times the bound for masses of 10.
+    // If the velocity changes of the two particles were rounded separately, the error for masses of 10 would be 14
+    // times this bound.
     assert!(worst < bound(100_000), "{worst:e}");
 }
 
 #[test]
 fn elastic_spheres_of_any_diameter_keep_their_energy() {
-    // At 4/3 and its doubles the squared distance times 9/16 is a power of two.
+    // The engine multiplies squared distances by 9/16 to avoid powers of two. At a diameter of 4/3 this factor gives
+    // exactly such a power, so the engine must not use it there.
     for (diameter, events) in [(4.0 / 3.0, 2_000_000), (0.7, 200_000), (3.0, 200_000), (1e-3, 200_000)] {
         let error = drift(two([1.0, 1.0], [diameter; 2], 3.0 * diameter), events);
         assert!(error.abs() < bound(events), "{diameter}: {error:e}, bound {:e}", bound(events));
@@ -118,7 +120,8 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         "mixture.toml",
     )
     .unwrap();
-    // Twice the kinetic energy of a pair, relative to the total: most events involve a twentieth.
+    // The bound is generous here. It assumes that a pair has the total energy, but most pairs have about a twentieth of
+    // it.
     let error = drift(scene, 300_000);
     assert!(error.abs() < bound(300_000), "{error:e}, bound {:e}", bound(300_000));
 }

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 const MESHES: u64 = 30;
 
-/// Number of balls in each mesh, which pass through each other.
+/// Number of balls in each mesh. The balls do not interact.
 const BALLS: usize = 12;
 
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
@@ -46,8 +46,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh that is star-shaped about a point: rough by up to 0.6 of its radius, with vertices next to
-/// each other.
+/// A closed mesh that is star-shaped about `middle`. Its roughness is up to 0.6 of the radius, and every second `kind`
+/// has slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {
@@ -57,7 +57,8 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
         }
     }
     if kind % 2 == 1 {
-        // Slivers: some vertices are as close as 1e-6 to a neighbour, each vertex once.
+        // Slivers: some vertices move towards a neighbour until a millionth of the edge is left. No two of the moved
+        // vertices have a common neighbour.
         let mut is_taken = vec![false; mesh.vertices.len()];
         for triangle in mesh.triangles.clone().iter().step_by(23) {
             let ring: Vec<[u32; 3]> =
@@ -76,7 +77,7 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     mesh
 }
 
-/// The solid angle of a mesh from a point: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
+/// Returns the solid angle that a mesh subtends at a point: `4 pi` inside, 0 outside (Van Oosterom and Strackee, 1983).
 fn solid_angle(mesh: &TriangleMesh, place: &Vector) -> f64 {
     let of = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize] - place);
@@ -117,11 +118,12 @@ fn nothing_ever_leaves_a_closed_mesh() {
         let mesh = cavity(&mut random, seed % 8, &middle);
         let (restitution, gravity) = ([1.0, 0.98, 0.5, 0.0][(seed / 2 % 4) as usize], [0.0, 0.7][(seed % 2) as usize]);
         let (mut here, mut thrown) = (0, 0);
-        // Particles without speed are thrown again.
+        // Each simulation makes at most a tenth of the contacts, and fewer if the balls come to rest. The next
+        // simulation starts with new positions and velocities.
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
-            // The arrest of a ball at rest in a corner is not an escape.
+            // A ball at rest in a corner may arrest the simulation. This is not an escape.
             let _ = simulation.advance(Until { time: 1e4, events: (events - here).min(events.div_ceil(10)) });
             thrown += 1;
             let snapshot = simulation.snapshot();

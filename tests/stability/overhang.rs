@@ -7,7 +7,8 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::scene::SceneBuilder;
 
-/// A ball between walls, over a row of static spheres along x that protrudes by `overhang` on either side.
+/// A ball between two walls, above a row of static spheres. The row is parallel to the x-axis and extends beyond each
+/// wall by `overhang`.
 fn over_a_row(overhang: f64) -> Scene {
     let wall = Face::Wall { restitution: 1.0 };
     let mut space = Space::periodic_cube(10.0);
@@ -18,7 +19,7 @@ fn over_a_row(overhang: f64) -> Scene {
         .interaction("ball", "row", Potential::hard_sphere(0.75).unwrap(), 1.0)
         .space(space)
         .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
-    // Enough particles for cells.
+    // With this many particles, the engine uses cells.
     let length = 10.0 + 2.0 * overhang;
     for k in 0..64 {
         scene = scene.particle("row", Vector::new(f64::from(k) / 63.0 * length - overhang, 5.0, 2.0), Vector::zeros());

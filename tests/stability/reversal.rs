@@ -1,4 +1,4 @@
-//! Reversed velocities retrace a run, as far as chaos leaves digits.
+//! A run with reversed velocities returns to its start, until chaos has amplified the round-off too much.
 
 use crate::listed::{State, fluid, hard_sphere, listed, particles, states, well};
 use carom::Vector;
@@ -7,7 +7,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::scene::Amount;
 
-/// A fluid and its interactions.
+/// Box and pair potential of a fluid.
 struct Fluid {
     space: Space,
     potential: Potential,
@@ -17,7 +17,7 @@ impl Fluid {
     fn run(&self, start: &[State], until: Until) -> Simulation {
         let mut simulation = Simulation::without_plan(
             listed(&self.space, &self.potential, 1.0, start)
-                // By round-off, pairs at a core may be on either side of it.
+                // When the velocities are reversed, round-off may leave a pair in contact with a small overlap.
                 .allow_invalid_start(true)
                 .build()
                 .unwrap(),
@@ -32,13 +32,13 @@ impl Fluid {
     }
 }
 
-/// Result of a run there and back.
+/// Result of a run forwards and back, with reversed velocities.
 struct Retraced {
     events: u64,
     events_back: u64,
-    /// The largest difference of a coordinate between the end of the way back and the start.
+    /// Largest difference of any coordinate between the start and the end of the way back.
     error: f64,
-    /// Largest growth of tiny shifts of all coordinates on the way back.
+    /// Factor by which small shifts of all coordinates grow on the way back.
     amplification: f64,
 }
 
@@ -48,7 +48,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     let back = fluid.run(&turned, Until::time(time));
     let end = states(&back.snapshot());
     let shift = 1e-10;
-    // Signs in an order unrelated to the motion.
+    // The signs of the shifts are irregular, so they are unrelated to the motion.
     let sign = |k: usize| if (k * k % 7).is_multiple_of(2) { shift } else { -shift };
     let shifted: Vec<State> = turned
         .iter()
@@ -64,7 +64,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     }
 }
 
-/// A warm start, away from the lattice.
+/// Returns a fluid, and a state of it that has evolved away from the initial lattice.
 fn warm(density: f64, potential: Potential) -> (Fluid, Vec<State>) {
     let scene = fluid(108, Amount::NumberDensity(density));
     let fluid = Fluid { space: scene.space().clone(), potential };
@@ -86,9 +86,9 @@ fn reversed_velocities_retrace_the_run() {
             let time = 0.02 / density * f64::from(1 << doubling);
             let Retraced { events, events_back, error, amplification } = there_and_back(&fluid, &start, time);
             println!("{name}: {events:10} {events_back:6}   {error:14.1e}   {amplification:13.1e}");
-            // Every event rounds coordinates of up to the length of the box by about ten units, and all may
-            // add up. Chaos multiplies that by the same factor as the shift, which is known only while both
-            // are small.
+            // Each event adds a round-off error of about ten units in the last place of the box length, and all errors
+            // may add up. Chaos amplifies them by the same factor as the shift. This factor is known only while the
+            // shift remains small.
             let rounded = 10.0 * fluid.space.size.x * f64::EPSILON * (events + 1) as f64;
             if amplification < 1e5 {
                 assert_eq!(events, events_back);

@@ -29,7 +29,7 @@ fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     }
 }
 
-/// Particles at positions relative to the lower corner of a box, with their common centre of mass at rest.
+/// Adds particles at positions relative to the lower corner of the box. Their centre of mass is at rest.
 fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneBuilder {
     let velocity = |k: usize| {
         let part = |factor: f64| (k as f64 * factor + 0.3).fract() - 0.5;

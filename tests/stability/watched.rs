@@ -3,9 +3,8 @@
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Number of roundings in one event, relative to the energy of its particles: the flight of two particles,
-/// the dot product and the square of the impulse's line, their quotient, and two new velocities, with three
-/// components each.
+/// Number of roundings in one event that change the energy of its particles. They occur in the flights of two
+/// particles, in a dot product, a squared length and their quotient, and in the three components of two new velocities.
 const ROUNDINGS: f64 = 32.0;
 
 /// A simulation, its initial energy, and its largest energy so far.
@@ -32,7 +31,8 @@ impl Watched {
         }
     }
 
-    /// Runs to a number of events in 100 parts. It must not arrest, and time must advance in each part.
+    /// Runs the simulation in 100 parts to a number of events. Asserts that it does not arrest, and that time advances
+    /// in each part.
     #[track_caller]
     pub fn run(&mut self, events: u64) {
         let (start, before) = (self.simulation.event_counts().physical(), self.simulation.time());
@@ -47,7 +47,7 @@ impl Watched {
         }
     }
 
-    /// Kinetic, potential and dissipated energy, minus the initial energy.
+    /// Returns the sum of kinetic, potential and dissipated energy, minus the initial energy.
     pub fn ledger_error(&self) -> f64 {
         let energy = self.simulation.energy();
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
@@ -64,10 +64,9 @@ impl Watched {
 
     /// Asserts that energy is conserved except for the random walk of round-off.
     ///
-    /// `share` is the fraction of the largest energy that an event may change. Roundings are at most `eps /
-    /// 2` of the rounded number, as often up as down: for `n` events they have a standard deviation below
-    /// `ROUNDINGS eps / 2 sqrt(n)`. Four times this deviation is allowed, and the same again for the sums
-    /// themselves.
+    /// `share` is the fraction of the largest energy that an event may change. A rounding is at most `eps / 2` of the
+    /// rounded number, and up as often as down. For `n` events, the standard deviation is therefore below `ROUNDINGS
+    /// eps / 2 sqrt(n)`. The limit is four standard deviations, plus the roundings of the total energy itself.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
         let event_counts = self.simulation.event_counts();

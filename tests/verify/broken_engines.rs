@@ -24,7 +24,6 @@ fn changed(text: &str, from: &str, to: &str) -> Scene {
     Scene::new(changed).unwrap()
 }
 
-/// The scene with some of its parts changed.
 fn with(scene: Scene, change: impl FnOnce(&mut SceneParts)) -> Scene {
     let mut parts = scene.into_parts();
     change(&mut parts);

@@ -55,7 +55,8 @@ fn pair_that_meets_in_another_periodic_image_has_not_ended() {
     assert!(matches!(end_of(&meeting), Err(Fault::EndedEarly { due, .. }) if (88.0..90.0).contains(&due)));
     let passing = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&passing), Ok(()), "the same again after every period");
-    // In this oblique direction, the sphere passes ever different images, so no end can be proven.
+    // The path in this oblique direction hardly repeats itself. The verifier therefore cannot prove that the sphere
+    // misses all images.
     let dense = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(end_of(&dense).is_err());
     let alike =

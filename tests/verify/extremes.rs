@@ -47,7 +47,7 @@ fn extremely_deep_wells_are_proven_or_fail_without_a_panic() {
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;
-        assert!(is_proven || depth.len() > 4 || depth > "1e16", "{depth}: {certificate:?}");
+        assert!(is_proven || depth.parse::<f64>().unwrap() > 1e16, "{depth}: {certificate:?}");
     }
 }
 
@@ -89,8 +89,8 @@ until_events = 1000
 
 #[test]
 fn free_flight_over_many_epochs_is_proven() {
-    // The light particle bounces between a wall and a static post, and has a thousand times as many events as the heavy
-    // particles. They drift out of the open end.
+    // The light particle bounces between a wall and a static post. It has a thousand times as many events as the heavy
+    // particles, which drift out of the open end.
     let text = r#"
 [space]
 size = [400.0, 0.0, 0.0]

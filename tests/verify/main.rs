@@ -1,4 +1,4 @@
-//! The proof of runs: correct runs are proven, and every error is found.
+//! Tests of the verifier: correct runs are proven, and every error is found.
 
 mod broken_engines;
 mod endings;
@@ -26,7 +26,7 @@ fn scene(toml: &str) -> Scene {
     Scene::from_toml(toml, "scene.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
 }
 
-/// The events of a simulation with the states after each, and the states before the first.
+/// Events of a simulation with the states after each event, and the initial states.
 struct Recording {
     scene: Scene,
     start: States,
@@ -48,7 +48,7 @@ impl Recording {
         Self { scene, start, events }
     }
 
-    /// The first fault, and the index of the event at which it is found.
+    /// Returns the first fault, and the index of the event at which it is found.
     fn fault(&self) -> Option<(usize, Fault)> {
         let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
         self.fault_for(&mut verifier)

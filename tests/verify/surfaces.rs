@@ -54,7 +54,7 @@ pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
 
-/// A prism with a star as its base. Every second edge of its side points inwards.
+/// A prism with a star as its base. Every second edge between the ends points inwards.
 fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     let count = 2 * points;
     let corner = |k: u32, z: f64| {
@@ -73,7 +73,6 @@ fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     TriangleMesh { vertices: vertices.collect(), triangles: (0..count).flat_map(around).collect() }
 }
 
-/// A mesh without one of its triangles.
 pub fn without(mut mesh: TriangleMesh, triangle: usize) -> TriangleMesh {
     mesh.triangles.remove(triangle);
     mesh

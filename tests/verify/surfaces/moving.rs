@@ -141,8 +141,8 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
-    // A paddle turns in a pipe about the periodic axis of the box. Its periodic images follow each other along this
-    // axis.
+    // A paddle turns in a pipe about the periodic axis of the box. The periodic images of the paddle follow each other
+    // along this axis.
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
     let turn = MotionKind::Rotation { point: Vector::new(3.5, 3.4, 0.0), axis: Vector::z(), frequency: 0.15 };
     let paddle = TriangleMesh::cuboid(&Vector::new(1.5, 3.2, 1.0), &Vector::new(5.5, 3.5, 5.0));
@@ -267,7 +267,7 @@ fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     assert!(certificate.duration > 5.0 && certificate.counts.surface == 2000, "{certificate:?}");
 }
 
-/// Motions of frequency 0: the surface is at rest.
+/// A motion of frequency 0 leaves the surface at rest.
 #[test]
 fn a_surface_of_frequency_zero_is_proven_as_one_at_rest() {
     let forever = |kind| SurfaceMotion { from: 0.0, until: f64::INFINITY, kind };

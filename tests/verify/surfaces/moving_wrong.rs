@@ -13,7 +13,8 @@ use crate::Recording;
 /// Number of events in a recording, one of which is changed.
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
-/// Kinds of surfaces whose contacts are changed: planes, a ball, a pipe, a box, and obstacles in a ball.
+/// Kinds of surfaces whose contacts are changed: planes, a hollow sphere, a pipe, a box, and obstacles in a hollow
+/// sphere.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
 /// Returns the normal speed at which a particle arrived at the surface, relative to the surface.
@@ -140,7 +141,7 @@ fn wrong_quantities_of_a_contact_are_found() {
     check(&[Quantity::Energy], &|event, _| event.energy_step += 1e-9);
     check(&[Quantity::Energy], &|event, _| event.energy_step = 0.0);
     check(&[Quantity::Direction], &|event, states| states.velocities[velocity(event)] = event.before[0]);
-    // A contact as it would be if the surface were at rest.
+    // The outcome that would be correct for a surface at rest.
     check(&[Quantity::Direction, Quantity::Energy, Quantity::Dissipation, Quantity::Impulse], &|event, states| {
         let arriving = event.before[0].dot(&event.normal);
         let mass = if event.particle.0.is_multiple_of(3) { 3.1 } else { 0.7 };

@@ -1,16 +1,16 @@
-//! The current state as a new scene.
+//! Export of the current state as a scene.
 
 use carom::engine::Simulation;
 use toml::{Table, Value};
 
-/// Tables that define the start of a scene.
+/// Tables that define the particles and bonds of a scene. The export replaces them.
 const START: [&str; 5] = ["particle", "file", "chain", "fill", "bond"];
 
-/// Keys of `[run]` for the time before the measurement.
+/// Keys of `[run]` for the equilibration before the measurement.
 const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equilibration_events"];
 
-/// Text of a scene that starts with the positions and velocities of a simulation. If the measurement has
-/// begun, the parts before it are left out. Static meshes are kept as written.
+/// Returns the text of a scene that starts with the positions and velocities of a simulation. If the measurement has
+/// begun, stages and equilibration are left out. Static meshes are kept as written.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
         return Err("the diameters have grown, expected a stage before they grow".to_owned());

@@ -1,9 +1,10 @@
-//! Carom's engine as WebAssembly: it takes the text of a scene and returns positions and velocities, with the
-//! bits of the program.
+//! Carom's engine as WebAssembly. It takes the text of a scene and returns positions and velocities that are
+//! bit-identical to those of the native program.
 //!
-//! The module has no imports. A page writes a request in JSON into [`room`], makes a call, and reads the
-//! answer in JSON at [`message`]; positions and velocities are at [`numbers`] after [`look`]. Pointers are
-//! valid until the next call. There is one simulation at a time; for several, a page makes several instances.
+//! The module has no imports. A page writes a request in JSON into the buffer from [`room`], calls a function, and
+//! reads the answer in JSON at [`message`]. [`look`] writes positions and velocities, which the page reads at
+//! [`numbers`]. Pointers are valid until the next call. A module instance holds one simulation; for several
+//! simulations, a page makes several instances.
 
 mod export;
 mod page;
@@ -24,7 +25,7 @@ fn answer(of: impl FnOnce(&mut Page) -> Result<serde_json::Value, serde_json::Va
     })
 }
 
-/// Memory for a request of a number of bytes.
+/// Allocates the request buffer of `length` bytes, and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     PAGE.with_borrow_mut(|page| {
@@ -33,20 +34,20 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Gives scenes a file: the room contains its name, of a number of bytes, followed by its content.
+/// Provides a file that scenes can read. The request buffer contains its name, with a length of `name_length` bytes,
+/// and then its content.
 #[unsafe(no_mangle)]
 pub extern "C" fn bring(name_length: usize) {
     PAGE.with_borrow_mut(|page| page.bring(name_length));
 }
 
-/// Starts the scene `{"text", "changes"}`. Returns 1 and a description, or 0 and the error, its line and its
-/// cure.
+/// Starts the scene `{"text", "changes"}`. Returns 1 and a description, or 0 and the error with its line and a remedy.
 #[unsafe(no_mangle)]
 pub extern "C" fn start() -> u32 {
     answer(Page::start)
 }
 
-/// Whether the scene `{"text", "changes"}` has no mistake; the simulation is not changed.
+/// Checks the scene `{"text", "changes"}` for mistakes. The simulation is not changed.
 #[unsafe(no_mangle)]
 pub extern "C" fn check() -> u32 {
     answer(Page::check)
@@ -58,25 +59,25 @@ pub extern "C" fn change() -> u32 {
     answer(Page::change)
 }
 
-/// Gives a particle `{"id", "position", "velocity"}` another position, velocity or both.
+/// Changes the particle `{"id", "position", "velocity"}`. The request contains a new position, a new velocity or both.
 #[unsafe(no_mangle)]
 pub extern "C" fn set() -> u32 {
     answer(Page::set)
 }
 
-/// The next events, found by running a copy ahead.
+/// Returns the next events, found by running a copy of the simulation ahead.
 #[unsafe(no_mangle)]
 pub extern "C" fn upcoming(count: u32) -> u32 {
     answer(|page| page.upcoming(count))
 }
 
-/// The scene `{"text"}` with the current positions and velocities as its start.
+/// Returns the scene `{"text"}` with the current positions and velocities as its start.
 #[unsafe(no_mangle)]
 pub extern "C" fn scene() -> u32 {
     answer(Page::scene)
 }
 
-/// Current positions of the surfaces.
+/// Returns the current positions of the surfaces.
 #[unsafe(no_mangle)]
 pub extern "C" fn poses() -> u32 {
     answer(|page| Ok(page.poses()))
@@ -90,19 +91,20 @@ pub extern "C" fn advance(events: f64, time: f64) -> u32 {
     PAGE.with_borrow_mut(|page| page.advance(events, time)) as u32
 }
 
-/// Writes the state into the numbers; returns their count.
+/// Writes the state to [`numbers`] and [`images`], and returns the number of values in [`numbers`].
 #[unsafe(no_mangle)]
 pub extern "C" fn look() -> usize {
     PAGE.with_borrow_mut(Page::look)
 }
 
-/// Address of the numbers written by [`look`].
+/// Address of the values written by [`look`].
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> *const f64 {
     PAGE.with_borrow(|page| page.numbers.as_ptr())
 }
 
-/// Address of the periods travelled, three for each particle, written by [`look`].
+/// Address of the image counts written by [`look`]: the number of periods travelled along each axis, three numbers for
+/// each particle.
 #[unsafe(no_mangle)]
 pub extern "C" fn images() -> *const i32 {
     PAGE.with_borrow(|page| page.images.as_ptr())

@@ -1,4 +1,4 @@
-//! State of the module between calls.
+//! The functions of the module, and the state between calls.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,16 +15,16 @@ use serde_json::{Value, json};
 
 use crate::export;
 
-/// Name of the text in messages.
+/// File name of the scene in error messages.
 pub const FILE: &str = "scene.toml";
 
-/// Numbers of a state before the positions.
+/// Number of values that [`Page::look`] writes before the positions.
 const HEADER: usize = 24;
 
-/// Largest number of upcoming events.
+/// Largest number of events that [`Page::upcoming`] returns.
 const MOST_UPCOMING: u32 = 1000;
 
-/// Ends of [`Page::advance`].
+/// Reasons for which [`Page::advance`] returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     Events = 0,
@@ -34,14 +34,14 @@ pub enum End {
     Planned = 4,
 }
 
-/// State of the module between calls.
+/// State that the module keeps between calls.
 #[derive(Default)]
 pub struct Page {
-    /// Request of the page.
+    /// Request from the page.
     pub room: Vec<u8>,
     /// Answer of the last call.
     pub message: String,
-    /// Header, positions and velocities: [`Page::look`].
+    /// Values written by [`Page::look`]: a header, then positions and velocities.
     pub numbers: Vec<f64>,
     /// Periods travelled.
     pub images: Vec<i32>,
@@ -59,7 +59,7 @@ impl Page {
     pub fn bring(&mut self, name_length: usize) {
         let mut name = std::mem::take(&mut self.room);
         let content = name.split_off(name_length.min(name.len()));
-        // On other targets the files are on disk.
+        // Outside WebAssembly, scenes read their files from disk.
         #[cfg(target_family = "wasm")]
         carom::scene::bring(Path::new(&*String::from_utf8_lossy(&name)), content);
         #[cfg(not(target_family = "wasm"))]
@@ -68,7 +68,7 @@ impl Page {
 
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
-        // There is memory for one simulation at a time.
+        // Free the old simulation first: there is memory for only one.
         (self.run, self.shown) = (None, None);
         self.show(Run::new(scene_of(&request)?))
     }
@@ -88,7 +88,7 @@ impl Page {
         self.show(changed)
     }
 
-    /// Takes over a run, and describes it.
+    /// Stores a run and returns its description.
     fn show(&mut self, run: Run) -> Result<Value, Value> {
         let shown = Shown::of(run.simulation());
         let head = serde_json::from_str(&shown.head).map_err(|error| failure(&error.to_string()));
@@ -119,7 +119,7 @@ impl Page {
         let mut events = Vec::new();
         let most = count.min(MOST_UPCOMING) as usize;
         let until = Until::events(ahead.event_counts().physical().saturating_add(u64::from(count)));
-        // If the copy cannot continue, there are fewer events.
+        // If the copy cannot continue, fewer events are returned.
         let _ = ahead.advance_with(until, |event| {
             events.push(told(event));
             if events.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
@@ -144,7 +144,7 @@ impl Page {
             self.message = nothing().to_string();
             return End::Failed;
         };
-        // Saturates at a number that is never reached.
+        // The cast saturates: an infinite number of events becomes a number that is never reached.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "`as` saturates")]
         let events = run.simulation().event_counts().physical().saturating_add(events as u64);
         let until = Until { time, events };
@@ -190,11 +190,12 @@ impl Page {
         End::Failed
     }
 
-    /// Time, physical events, kinetic and potential energy, collisional virial, index of the stage in the
-    /// description, whether the plan is over, displacement of a sheared box, growth factor, acceleration (3),
-    /// numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated and supplied;
-    /// then, from index 24 on, positions and velocities, three numbers for each particle in the order of
-    /// their ids.
+    /// Writes the state and returns the number of values.
+    ///
+    /// The header contains time, physical events, kinetic and potential energy, collisional virial, index of the stage
+    /// in the description, whether the plan is over, displacement of a sheared box, growth factor, acceleration (3),
+    /// numbers of events (core, capture, release, bounce, wall, thermostat), energy dissipated and supplied. From index
+    /// 24 on, positions and velocities follow, three numbers for each particle in the order of the ids.
     pub fn look(&mut self) -> usize {
         self.numbers.clear();
         self.images.clear();
@@ -229,7 +230,7 @@ fn nothing() -> Value {
     failure("there is no simulation")
 }
 
-/// A mistake in a scene: what, where, and the cure.
+/// Describes an error in a scene: message, line, position in the text, and remedy.
 fn mistake(error: &SceneError) -> Value {
     let help = error.help().map(|help| help.to_string());
     let span = error.labels().and_then(|mut labels| labels.next());
@@ -266,7 +267,7 @@ fn vector(value: &Value) -> Option<Vector> {
     Some(Vector::new(number(0)?, number(1)?, number(2)?))
 }
 
-/// An event as the page announces it.
+/// Describes an event in JSON.
 fn told(event: &Event) -> Value {
     let kind = match event.kind {
         EventKind::Pair(Outcome::Core) => "core",

@@ -1,8 +1,8 @@
 //! Compresses the engine for pages: `carom-pack MODULE.wasm OUT`.
 //!
-//! A compressed engine is a line `carom engine FINGERPRINT`, with the fingerprint of the sources that
-//! determine the bits of a run, followed by LZMA in its `.lzma` format, with the uncompressed length in its
-//! header. It is a third smaller than gzip, and a page decompresses it in a quarter of a second.
+//! The output starts with a line `carom engine FINGERPRINT`. The fingerprint is that of the sources that determine the
+//! bits of a run. The module follows in the `.lzma` format, with its uncompressed length in the header. The output is a
+//! third smaller than with gzip, and a page decompresses it in a quarter of a second.
 
 use std::error::Error;
 use std::fs;
@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn packed(module: &[u8], sources: u64) -> Result<Vec<u8>, Box<dyn Error>> {
-    // WebAssembly is a stream of unaligned bytes, and many bytes predict the next one.
+    // WebAssembly is a stream of unaligned bytes, so position bits (`lp`, `pb`) do not help. The previous byte often
+    // predicts the next one (`lc`).
     let options =
         LzmaOptions { lc: 4, lp: 0, pb: 0, nice_len: LzmaOptions::NICE_LEN_MAX, ..LzmaOptions::with_preset(9) };
     let mut out = format!("carom engine {sources:016x}\n").into_bytes();

@@ -11,7 +11,7 @@ use crate::links::{escaped, relative, resolve};
 use crate::markdown::{Targets, Text, read};
 use crate::scene::ScenePage;
 
-/// Documents in reading order; others follow.
+/// Documents in reading order. Documents that are not in this list come last.
 const ORDER: [&str; 15] = [
     "tutorial",
     "scene",
@@ -37,14 +37,14 @@ pub struct Library {
     others: BTreeSet<String>,
 }
 
-/// Links of one document.
+/// Link targets of one document.
 struct Linked<'a> {
     site: &'a Site,
     source: &'a str,
     scenes: &'a [ScenePage],
-    /// Files of the repository that the document links to, with the heading.
+    /// Files of the repository that the document links to, each with the heading that the link names (may be empty).
     found: Vec<(String, String)>,
-    /// Links without a target.
+    /// Links to files that do not exist.
     broken: Vec<String>,
 }
 
@@ -166,7 +166,7 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// List of all documents, beside each document.
+    /// Returns the list of all documents that the page of a document shows beside the text.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };
@@ -194,7 +194,7 @@ impl Library {
     }
 }
 
-/// Headings of a document, beside it.
+/// Returns the list of headings that the page of a document shows beside the text.
 fn contents(text: &Text) -> String {
     let items = text.headings.iter().filter(|heading| heading.level == HeadingLevel::H2);
     let items: String = items
@@ -209,7 +209,7 @@ fn contents(text: &Text) -> String {
     }
 }
 
-/// The first paragraph without its markup, up to its first sentence.
+/// Returns the first sentence of the first paragraph, as plain text.
 fn lead(text: &Text) -> String {
     let start = text.body.find("<p>").map_or(0, |at| at + 3);
     let paragraph = text.body[start..].split("</p>").next().unwrap_or_default();

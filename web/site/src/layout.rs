@@ -1,8 +1,8 @@
-//! The shell of a page: its head, the navigation of the site, and its end.
+//! Layout of all pages: head, navigation and footer.
 
 use crate::links::{escaped, relative};
 
-/// Pages linked from every page: address and name.
+/// Address and name of the pages in the navigation bar.
 const PLACES: [(&str, &str); 4] = [
     ("index.html", "Carom"),
     ("scenes/index.html", "Scenes"),
@@ -10,19 +10,19 @@ const PLACES: [(&str, &str); 4] = [
     ("docs/index.html", "Documents"),
 ];
 
-/// No scripts, and nothing from other sites.
+/// Content security policy: pages load no scripts, and nothing from other sites.
 const POLICY: &str = "default-src 'none'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-src 'self'";
 
-/// A page without its frame of navigation.
+/// Content of a page, without the layout that all pages share.
 pub struct Page<'a> {
     /// Address of the page relative to the root of the site.
     pub address: &'a str,
     pub title: &'a str,
-    /// One sentence for lists of pages.
+    /// One-sentence description of the page.
     pub about: &'a str,
     /// Content beside the text on wide windows, in HTML; may be empty.
     pub aside: String,
-    /// The text, in HTML.
+    /// Main content, in HTML.
     pub body: String,
 }
 
@@ -54,7 +54,7 @@ impl Page<'_> {
     }
 }
 
-/// The line at the top of every page.
+/// Returns the navigation bar at the top of every page.
 pub fn navigation(address: &str) -> String {
     let folder = address.split_once('/').map_or("", |(folder, _)| folder);
     let links = PLACES.iter().enumerate().map(|(index, (place, name))| {

@@ -1,6 +1,7 @@
-//! Links between pages: relative, so that the site works in any folder of any host, and from a file.
+//! Links between pages. They are relative, so the site works in any folder of any host, and also from disk.
 
-/// Path of a file relative to the folder of another one, both given from the root of the site.
+/// Returns the path of a file relative to the folder of another file. Both paths are given relative to the root of the
+/// site.
 pub fn relative(from: &str, to: &str) -> String {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();
@@ -15,7 +16,8 @@ pub fn relative(from: &str, to: &str) -> String {
     format!("{}{rest}", "../".repeat(steps.len() - start))
 }
 
-/// Path from the root for a path written in a file; `None` if it leads out of the root.
+/// Resolves the path of a link in the file `from`. Returns the path relative to the root, or `None` if it leads out of
+/// the root.
 pub fn resolve(from: &str, target: &str) -> Option<String> {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();
@@ -31,7 +33,7 @@ pub fn resolve(from: &str, target: &str) -> Option<String> {
     Some(steps.join("/"))
 }
 
-/// Anchor of a heading: lower-case letters, digits and underscores, with hyphens for spaces.
+/// Returns the anchor of a heading: lower-case letters, digits and underscores, with hyphens for spaces.
 pub fn anchor(heading: &str) -> String {
     let letters = heading.trim().chars().filter_map(|letter| match letter {
         ' ' => Some('-'),
@@ -42,7 +44,7 @@ pub fn anchor(heading: &str) -> String {
     letters.flat_map(char::to_lowercase).collect()
 }
 
-/// Text for HTML, in elements and attributes.
+/// Escapes text for HTML elements and attributes.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {

@@ -15,7 +15,8 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// Number of events before a picture is taken, unless a third of the scene's time passes first.
+/// Number of events that are simulated before a picture is drawn. Scenes with a time limit stop after a third of it, if
+/// this is earlier.
 const PICTURE_EVENTS: u64 = 40_000;
 
 /// Width and height of a picture, in pixels.
@@ -24,27 +25,27 @@ const PICTURE_SIZE: [u32; 2] = [960, 720];
 /// The scene on the home page. The editor also starts with this scene.
 const GAS: &str = "maxwell";
 
-/// Only the picture, as large as its frame.
+/// Style that shows only the picture, as large as its frame.
 const BARE: &str = "body { padding: 0; } .live { display: block; max-width: none; } .live-head, .live-beside, .live-editor, .live .scale, .live .controls \
                     { display: none !important; } .live .player { border: 0; border-radius: 0; } .live #live-view { height: calc(100vh - 2.6rem); }";
 
-/// Text beside the picture in wide windows.
+/// Style that shows the editor beside the picture in wide windows.
 const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([hidden])) { grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); \
                       max-width: none; } .live > .live-head { grid-column: 1 / -1; } .live > .live-figure { grid-column: 1; position: static; } \
                       .live > .live-editor { grid-column: 2; grid-row: 2 / span 2; } .live > .live-beside { grid-column: 1; } \
                       #live-view { height: 52vh; } }";
 
-/// A page of the site that runs a scene.
+/// Page that runs a scene, with what the site adds to it.
 struct Frames<'a> {
     address: &'a str,
     style: &'a str,
     has_navigation: bool,
-    /// Content below, in HTML.
+    /// Content below the scene, in HTML.
     below: String,
 }
 
 impl Frames<'_> {
-    /// The page; `None` without the engine.
+    /// Returns the page that runs the scene `shown`, or `None` without the engine.
     fn around(&self, site: &Site, shown: &ScenePage) -> Option<String> {
         let engine = live::Engine::of(site.module.as_ref()?)?;
         let page = live::page(&shown.scene, &shown.live, engine).html;
@@ -60,7 +61,7 @@ impl Frames<'_> {
     }
 }
 
-/// The page that runs the scene; `None` without the engine, or for replicas.
+/// Returns the page that runs the scene, or `None` without the engine or for replica exchange.
 pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option<String> {
     if page.scene.exchange().is_some() {
         return None;
@@ -78,7 +79,7 @@ pub fn scene_page(site: &Site, page: &ScenePage, scenes: &[ScenePage]) -> Option
     Frames { address: &address, style: "", has_navigation: true, below }.around(site, page)
 }
 
-/// Writes the gas of the home page; returns its address.
+/// Writes the page with the gas that the home page embeds. Returns its address, or `None` without the engine.
 pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>> {
     let address = "gas.html";
     let Some(gas) = scenes.iter().find(|scene| scene.name == GAS) else { return Ok(None) };
@@ -115,8 +116,8 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// The particles after some events. If the scene does not run that far, or if most particles have left the
-/// box by then, the particles at the start.
+/// Returns the particles after some events. If the scene does not run that far, or if most particles have left the box
+/// by then, returns the particles at the start.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);
@@ -135,7 +136,7 @@ fn later(scene: &Scene) -> Frame {
     if 2 * inside < frame.particles.len() { Frame::start_of(scene) } else { frame }
 }
 
-/// Whether a position is in the box of a frame, to which the picture is fitted.
+/// Whether a position is inside the box of a frame. The picture is fitted to this box.
 fn is_inside(frame: &Frame, place: Vector) -> bool {
     (0..3).all(|axis| frame.size[axis] == 0.0 || (0.0..=frame.size[axis]).contains(&(place[axis] - frame.lower[axis])))
 }

@@ -19,13 +19,13 @@ use std::{env, fs, io};
 use crate::document::Library;
 use crate::scene::ScenePage;
 
-/// The site: its sources and its output folder.
+/// Sources and output folder of the site.
 struct Site {
     /// The repository.
     root: PathBuf,
-    /// Folder for the pages.
+    /// Output folder for the pages.
     out: PathBuf,
-    /// The engine for browsers, built by `web/build`; without it no scene runs on the pages.
+    /// The engine for browsers, built by `web/build`. Without it, no page runs a scene.
     module: Option<Vec<u8>>,
 }
 
@@ -45,7 +45,7 @@ impl Site {
         self.write(to, &bytes)
     }
 
-    /// Names of the files with an extension in a folder, in order.
+    /// Returns the sorted names of the files in a folder that have a given extension.
     fn names(&self, folder: &str, ending: &str) -> io::Result<Vec<String>> {
         let mut names = Vec::new();
         for entry in fs::read_dir(self.root.join(folder)).map_err(|error| named(folder, &error))? {

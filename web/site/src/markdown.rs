@@ -13,24 +13,24 @@ pub struct Heading {
     pub text: String,
 }
 
-/// A text in HTML.
+/// A document converted to HTML.
 pub struct Text {
-    /// The first heading, which is not in the body.
+    /// Text of the first heading, if it has level 1. The body does not contain this heading.
     pub title: String,
     pub headings: Vec<Heading>,
     pub body: String,
 }
 
-/// Targets of links and of code in a text.
+/// Maps links and inline code of a text to addresses.
 pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Address of a page about something named in code, such as the path of a scene.
+    /// Returns the address of the page about something that inline code names, such as the path of a scene.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
-/// Reads a text. Markup in it is shown as text.
+/// Converts Markdown to HTML. HTML in the source is shown as text.
 pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     let options = Options::ENABLE_TABLES | Options::ENABLE_STRIKETHROUGH | Options::ENABLE_FOOTNOTES;
     let mut events: Vec<Event> = Parser::new_ext(source, options).collect();
@@ -53,7 +53,7 @@ pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     Text { title, headings, body }
 }
 
-/// Whether each event is inside a link.
+/// Whether each event is inside a link or a heading. Code gets no link there.
 fn links_around(events: &[Event]) -> Vec<bool> {
     let mut depth = 0_usize;
     let mut within = Vec::with_capacity(events.len());
@@ -68,7 +68,7 @@ fn links_around(events: &[Event]) -> Vec<bool> {
     within
 }
 
-/// Gives headings their anchors.
+/// Gives each heading an anchor, and returns the headings.
 fn name_headings(events: &mut [Event]) -> Vec<Heading> {
     let mut headings: Vec<Heading> = Vec::new();
     let mut seen: HashMap<String, usize> = HashMap::new();
@@ -118,7 +118,7 @@ fn shown<'a>(event: Event<'a>, is_in_link: bool, targets: &mut dyn Targets) -> E
     }
 }
 
-/// Boxes around tables, in which they scroll.
+/// Puts tables into boxes in which they scroll.
 fn boxed(event: Event) -> Vec<Event> {
     match event {
         Event::Start(Tag::Table(_)) => vec![Event::Html(CowStr::from("<div class=\"wide\" tabindex=\"0\">")), event],

@@ -1,4 +1,4 @@
-//! Scenes in `configs` as pages: the lesson, the picture, the running scene, and the text.
+//! Pages of the scenes in `configs`: description, picture, running scene, and text.
 
 use std::io;
 
@@ -11,24 +11,24 @@ use crate::links::{escaped, relative};
 use crate::markdown::{Targets, read};
 use crate::{Site, gallery};
 
-/// A scene of `configs`.
+/// A scene of `configs`, and the content of its page.
 pub struct ScenePage {
     /// Name of the scene file without the extension.
     pub name: String,
     pub title: String,
-    /// Lesson of the scene, in HTML.
+    /// Description of the scene, in HTML.
     pub about: String,
-    /// First sentence of the lesson, as plain text.
+    /// First sentence of the description, as plain text.
     pub lead: String,
     pub text: String,
     pub scene: Scene,
-    /// The scene that the page runs.
+    /// The scene and its files, as the page that runs the scene contains them.
     pub live: Source,
     /// Whether the page has a picture of the scene.
     pub has_picture: bool,
 }
 
-/// Descriptions link to nothing within the repository.
+/// Targets in descriptions: links stay as they are, and paths of scenes lead to the pages of these scenes.
 struct Plain;
 
 impl Targets for Plain {
@@ -41,14 +41,14 @@ impl Targets for Plain {
     }
 }
 
-/// A name as a title.
+/// Returns the name of a scene as a title.
 fn titled(name: &str) -> String {
     let words = name.replace('_', " ").replace(" 1d", " in one dimension").replace("lennard jones", "Lennard-Jones");
     let mut letters = words.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The first sentence of a text; a colon also ends it.
+/// Returns the first sentence of a text. A colon also ends it.
 fn sentence(text: &str) -> String {
     let line = text.split("\n\n").next().unwrap_or_default().replace(['\n', '`'], " ");
     let end = [". ", ": "].iter().filter_map(|mark| line.find(mark)).filter(|at| *at > 20).min().unwrap_or(line.len());
@@ -90,8 +90,7 @@ impl ScenePage {
         format!("scenes/{}.png", self.name)
     }
 
-    /// Writes the page of the scene: the running scene, or its picture and text if the scene does not run in
-    /// a browser.
+    /// Writes the page of the scene. If the scene does not run in a browser, the page shows its picture and text.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
         if let Some(page) = crate::live::scene_page(site, self, scenes) {
