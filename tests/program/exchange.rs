@@ -267,7 +267,7 @@ fn two_processes_do_not_write_to_one_folder() {
 
 #[test]
 fn the_scene_of_the_documents_runs() {
-    let page = include_str!("../../docs/studies.md");
+    let page = include_str!("../../docs/exchange.md");
     let scenes: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let [scene] = scenes.as_slice() else { panic!("{} scenes", scenes.len()) };
     let place = Place::with(scene);
