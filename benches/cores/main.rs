@@ -38,7 +38,7 @@ const HEAD: &str = "\
 # One system on several cores
 
 Speed of two threads relative to one, measured in alternating turns, and an estimate for more cores:
-[what this means](../../docs/parallel.md#what-it-costs). Made by
+[what this means](../../docs/parallel.md#speed-on-many-cores). Made by
 
     cargo bench --bench cores
 

@@ -267,8 +267,8 @@ fn two_processes_do_not_write_to_one_folder() {
 }
 
 #[test]
-fn scene_in_the_studies_page_runs() {
-    let page = include_str!("../../docs/studies.md");
+fn scene_in_the_exchange_document_runs() {
+    let page = include_str!("../../docs/exchange.md");
     let scenes: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let [scene] = scenes.as_slice() else { panic!("{} scenes", scenes.len()) };
     let place = Place::with(scene);

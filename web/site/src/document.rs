@@ -12,12 +12,13 @@ use crate::markdown::{Targets, Text, read};
 use crate::scene::ScenePage;
 
 /// Documents in reading order. Documents that are not in this list come last.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "tutorial",
     "scene",
     "measuring",
     "driving",
     "studies",
+    "exchange",
     "formats",
     "accuracy",
     "speed",
