@@ -20,7 +20,6 @@ use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Counts of events and transitions so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Counts {
     pub totals: EventCounts,
@@ -53,7 +52,6 @@ impl Counts {
         }
     }
 
-    /// Adds the counts and sums of another part of the system.
     pub fn merge(&mut self, part: &Self) {
         self.totals.merge(&part.totals);
         self.by_species.merge(&part.by_species);
@@ -77,7 +75,6 @@ impl Counts {
 /// Hardware settings: they affect speed, never results.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Hardware {
-    /// The SIMD instructions.
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
     /// Whether the particle data are larger than the inner caches of the processor. Prefetching pays only then.
@@ -101,18 +98,14 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// Boxed, so that exchanging two sets of counts is cheap.
     pub counts: Box<Counts>,
     pub hardware: Hardware,
-    /// The broken invariant that has ended the run, if any.
     pub broken: Option<InvariantBroken>,
-    /// The domains of a system that runs on several cores. They are not saved.
     #[serde(skip)]
     pub domains: Option<Box<Domains<FALLING, TABLE>>>,
-    /// Working memory for predictions. It is not saved.
     #[serde(skip)]
     pub scratch: Option<Box<Scratch>>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Simulated time now.
     pub fn time(&self) -> f64 {
         self.simulated(self.clock.now)
     }
@@ -136,7 +129,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         broken
     }
 
-    /// Returns the id of the particle at an index in memory.
     #[inline]
     pub(super) fn name(&self, particle: u32) -> ParticleId {
         ParticleId(self.state.bodies[particle as usize].name)
@@ -162,7 +154,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Removes the stored state of a pair that is no longer captured.
     pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
@@ -177,7 +168,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Returns counts that are all zero. Only the deepest accepted overlap is kept.
     pub(super) fn no_counts(&self) -> Counts {
         Counts { accepted_overlap: self.counts.accepted_overlap, ..Counts::new(self.counted_species()) }
     }
@@ -187,7 +177,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE { self.pairs.rules.rows.species().len() } else { 0 }
     }
 
-    /// Row of a particle's species in the interaction table.
     #[inline]
     pub(super) fn row(&self, particle: u32) -> u16 {
         if TABLE { self.state.species[particle as usize] } else { 0 }
@@ -208,13 +197,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes the working memory for predictions out of the engine. The caller has to put it back.
+    /// The caller has to put it back.
     #[inline]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
         self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))
     }
 
-    /// Indices of all particles in memory.
     #[inline]
     pub(super) fn particles(&self) -> Range<u32> {
         #[expect(

@@ -17,7 +17,6 @@ use crate::physics::overlap::{Quadratic, Quartic, Side};
 /// Memory for intermediate results of predictions, reused from one to the next.
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
-    /// Candidates for a contact, from the cells around the particle that is being predicted.
     pub near: Candidates,
     /// Marks the captured partners of the particle that is being predicted, by index. No particle is marked between
     /// predictions.
@@ -25,7 +24,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Creates working memory. `particles` is the number of particles, or 0 if no pair can be captured.
+    /// `particles` is the number of particles, or 0 if no pair can be captured.
     pub fn new(particles: usize) -> Self {
         Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
@@ -41,7 +40,6 @@ pub(super) struct Streamed {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Position and velocity of a particle at `time`, without moving it there.
     #[inline]
     pub(super) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
         streamed::<FALLING>(&self.state.bodies[particle as usize], &self.acceleration(particle), time)
@@ -52,7 +50,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
     }
 
-    /// Predicts the earliest contact of a particle, and the time at which it leaves its cell or the skin of its list.
     pub(super) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
         let me = self.streamed(particle, time);
         let mut prediction = Prediction::NONE;
@@ -142,7 +139,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the data that a batch prediction for the particle `me` reads.
     #[inline]
     pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);
@@ -181,7 +177,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_in_further_images(me, other, (&state, is_across), squared, prediction);
     }
 
-    /// Predicts the contacts of an uncaptured pair in images other than the nearest.
     #[inline]
     pub(super) fn predict_in_further_images(
         &self,
@@ -259,7 +254,6 @@ pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squa
     state.position.norm_squared() > reach * reach * SLACK
 }
 
-/// Position and velocity of a particle at `time`, from its stored state.
 #[inline]
 pub(super) fn streamed<const FALLING: bool>(body: &Body, acceleration: &Vector, time: f64) -> (Vector, Vector) {
     let dt = time - body.time;

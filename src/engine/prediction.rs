@@ -8,7 +8,6 @@ use crate::engine::schedule::{EventQueue, Pending, QueueEntry};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
-/// Kind of a predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
     /// Contact with another particle, at a discontinuity of the pair potential that is reached from this side.
@@ -17,7 +16,7 @@ pub(super) enum Contact {
     Surface,
 }
 
-/// The pending prediction of a particle: its earliest contact and its transition. It fills half a cache line.
+/// It fills half a cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(align(32))]
 pub(super) struct Prediction {
@@ -26,7 +25,6 @@ pub(super) struct Prediction {
     /// Time since the epoch at which the particle leaves its cell, or the skin of its list; infinite if it
     /// never does.
     pub transition_time: f64,
-    /// The partner of a pair contact.
     pub partner: u32,
     /// The partner's event count at the time of prediction. For a contact with a surface, this is the index of the
     /// surface.
@@ -46,12 +44,10 @@ const _: () = assert!(size_of::<Prediction>() == 32);
 /// has changed its motion since the prediction. Indices in memory are less than `2^29`.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
-/// Returns the number that denotes an absent partner with this id.
 pub(super) fn absent(id: u32) -> u32 {
     FIRST_ABSENT | id
 }
 
-/// Returns the id of the particle, present or absent, that a number denotes.
 #[inline]
 pub(super) fn id_of(number: u32, bodies: &[Body]) -> u32 {
     number.checked_sub(FIRST_ABSENT).unwrap_or_else(|| bodies[number as usize].name)
@@ -68,7 +64,6 @@ impl Prediction {
         exit: CellFace { axis: 0, is_upper: false },
     };
 
-    /// Whether the particle leaves its cell or the skin of its list before its next contact.
     #[inline]
     pub fn is_transition(&self) -> bool {
         self.transition_time < self.contact_time
@@ -91,7 +86,6 @@ impl Prediction {
                 && pair(other) < pair(self.partner))
     }
 
-    /// Replaces the predicted contact by a contact with another particle.
     #[inline]
     pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
         let partner = &bodies[other as usize];
@@ -103,7 +97,6 @@ impl Prediction {
         self.contact = Contact::Pair(side);
     }
 
-    /// Returns the partner of a pair contact; `None` for a contact with a surface.
     #[inline]
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
@@ -133,7 +126,6 @@ impl Prediction {
         self.partner.checked_sub(FIRST_ABSENT).filter(|_| self.partner != NO_PARTICLE)
     }
 
-    /// Replaces the predicted event by a contact with a surface.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;
@@ -152,7 +144,6 @@ pub(super) const SEARCH: u32 = u32::MAX;
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
-/// The pending predictions of all particles, and the queue that orders them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Schedule {
     pub predictions: Vec<Prediction>,

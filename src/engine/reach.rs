@@ -179,8 +179,7 @@ impl Batch<'_> {
     }
 
     /// Returns a bit mask that selects the candidates that `me` could reach before a finite `horizon`, even if all
-    /// particles flew straight at it. Some selected candidates may not meet `me`, but all candidates that meet it are
-    /// selected.
+    /// particles flew straight at it.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -229,8 +228,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
     }
 
-    /// Predicts the first contact with uncaptured candidates in images other than the nearest. The particle leaves its
-    /// cell at the time `leaves` and is then predicted again, so later contacts do not matter.
+    /// Predicts the first contact with uncaptured candidates in images other than the nearest.
     pub(super) fn predict_further_images(
         &self,
         me: &Streamed,
@@ -253,7 +251,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Bit mask that selects all [`MOST_LANES`] candidates.
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
 /// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is a horizon: the time from

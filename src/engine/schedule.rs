@@ -13,12 +13,10 @@ use crate::base::numbers::trunc_to_usize;
 use buckets::Buckets;
 use serde::{Deserialize, Serialize};
 
-/// An entry of the event queue: a particle and the time of its next event.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct QueueEntry {
     /// Time at which the particle is due, counted from the epoch.
     pub time: f64,
-    /// Index of the particle in memory.
     pub particle: u32,
     /// Order of simultaneous entries: the lowest value comes first. Entries with equal values are ordered by
     /// [`Pending::rank`].
@@ -31,7 +29,6 @@ impl QueueEntry {
         self.time == other.time && self.tie_order == other.tie_order
     }
 
-    /// Sort key: time, then tie order, then index of the particle.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
@@ -51,7 +48,6 @@ pub trait Pending {
     /// order of particles in memory.
     fn rank(&self, particle: u32) -> u64;
 
-    /// Prefetches the prediction of a particle.
     fn prefetch(&self, particle: u32);
 }
 
@@ -150,8 +146,7 @@ impl EventQueue {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// Adds an entry. An entry beyond the horizon is dropped, because all particles are entered again at the next
-    /// epoch.
+    /// An entry beyond the horizon is dropped, because all particles are entered again at the next epoch.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
@@ -216,7 +211,6 @@ impl EventQueue {
         Some(self.front[at].particle)
     }
 
-    /// Sorts the entries of the bucket at the cursor and moves them to the front.
     fn open(&mut self, pending: &impl Pending) {
         self.opened.clear();
         self.buckets.take(self.cursor, &mut self.opened);
@@ -280,7 +274,6 @@ impl EventQueue {
         (self.cursor, self.steps) = (self.cursor_at(now), steps);
     }
 
-    /// Index of the bucket that contains a time. Times beyond the horizon get the last bucket.
     fn cursor_at(&self, time: f64) -> usize {
         self.bucket(time).min(self.buckets.count() - 1)
     }
@@ -306,12 +299,10 @@ impl EventQueue {
         tick >= self.span() || steps > CROWDED * self.target
     }
 
-    /// Number of steps in this epoch so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Returns the number of steps to which the length of an epoch is tuned.
     pub fn target(&self) -> u64 {
         self.target
     }

@@ -118,8 +118,7 @@ impl Simulation {
         }
     }
 
-    /// Checks the number and the components of vectors. Vectors of static particles must equal `fixed`. Components
-    /// along flat axes must equal the components of `flat`.
+    /// Vectors of static particles must equal `fixed`. Components along flat axes must equal the components of `flat`.
     fn check_vectors(
         &self,
         vectors: &[Vector],
@@ -150,7 +149,6 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Sets the velocities of all mobile particles, in the order of their ids.
     fn set_velocities(&mut self, velocities: &[Vector]) {
         self.join();
         for (particle, velocity) in self.state.numbers.clone().into_iter().zip(velocities) {
@@ -162,8 +160,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.move_again();
     }
 
-    /// Sets the positions of all mobile particles, in the order of their ids. The box of `scene` replaces the present
-    /// box if it differs.
+    /// The box of `scene` replaces the present box if it differs.
     pub(super) fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         self.join();
         let before = self.energy();

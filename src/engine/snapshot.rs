@@ -130,7 +130,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         snapshot
     }
 
-    /// Calls `visit` with the present state of each particle, in the order of their ids.
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
@@ -143,8 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Indices of all particles in memory, in the order of their ids. Upcoming particles are prefetched, because they
-    /// are scattered in memory.
+    /// Upcoming particles are prefetched, because they are scattered in memory.
     pub(super) fn by_id(&self) -> impl Iterator<Item = u32> + '_ {
         let State { numbers, bodies, .. } = &self.state;
         numbers.iter().enumerate().map(move |(id, &particle)| {

@@ -38,7 +38,6 @@ use surface::SurfaceRandom;
 /// Number of predictions that cost as much as one step of the event loop.
 const PER_STEP: u64 = 16;
 
-/// The data of the sources of a scene.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
     pub surfaces: Surfaces,
@@ -46,9 +45,7 @@ pub(super) struct Sources {
     pub confinement: Option<Confinement>,
     /// Random numbers of the surfaces, if any surface is thermal.
     pub surface_random: Option<SurfaceRandom>,
-    /// The heat bath.
     pub andersen: Option<Andersen>,
-    /// A restraint that keeps a distance within a window.
     pub restraint: Option<Box<Restraint>>,
     /// Whether all velocity changes are recorded. This is needed for the pressure between walls and for a restraint.
     pub is_watched: bool,
@@ -65,7 +62,6 @@ enum GlobalEvent {
     DistanceStage,
 }
 
-/// The particles that have to be predicted again after an event.
 pub(super) enum Repredict {
     One(u32),
     Some(Vec<u32>),
@@ -73,7 +69,7 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Creates the sources of a scene. Heat baths are added later, by the stages of a run.
+    /// Heat baths are added later, by the stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         let surfaces = Surfaces::of(scene, rows.species());
         let confinement = Confinement::of(scene, rows);
@@ -107,7 +103,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ]
     }
 
-    /// Updates the time of the next global event.
     pub(super) fn schedule_global(&mut self) {
         let events = self.global_events();
         self.sources.next_global = events.iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
@@ -149,8 +144,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the predicted transition of a particle, into the next cell or out of the skin of its
-    /// neighbour list.
     #[inline]
     pub(super) fn execute_transition(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         match self.neighbours {

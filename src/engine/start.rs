@@ -84,8 +84,8 @@ impl Simulation {
         Self::begin(scene, true)
     }
 
-    /// Creates a simulation of the dynamics of a scene alone. Unless `keeps_start` is set, the particles of the scene
-    /// are freed before memory for neighbours and predictions is allocated.
+    /// Unless `keeps_start` is set, the particles of the scene are freed before memory for neighbours and predictions
+    /// is allocated.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let last = scene.last_state().and_then(Self::last_of);
         if !keeps_start && last.is_some() {
@@ -129,7 +129,6 @@ impl Simulation {
     }
 }
 
-/// The diameters of the species of a scene `[length]`.
 fn diameters(scene: &Scene) -> Vec<f64> {
     scene.species.iter().map(|species| species.diameter).collect()
 }

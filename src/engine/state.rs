@@ -12,16 +12,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(super) struct Body {
-    /// Position at the local time.
     pub position: Vector,
-    /// Velocity at the local time.
     pub velocity: Vector,
     /// The local time: the time of this state, counted from the epoch.
     pub time: f64,
     /// Number of events that have changed the particle's motion. A prediction is void if this number has changed since.
     pub events: u32,
-    /// Returns the discontinuity on one side of a pair, its restitution, and the speed at which it moves outwards while
-    /// diameters grow. Returns `None` if the pair's state has no discontinuity on that side.
+    /// Id of the particle.
     pub name: u32,
 }
 
@@ -44,7 +41,6 @@ pub(super) struct State {
     pub numbers: Vec<u32>,
     /// Table row of each particle's species; empty without an interaction table.
     pub species: Vec<u16>,
-    /// Number of periods that each particle has travelled along each axis.
     pub images: Travelled,
     pub space: Space,
     /// Periods of the box, infinite along axes that are not periodic.
@@ -97,7 +93,6 @@ impl State {
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
     }
 
-    /// Returns the number of particles of each species.
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];
         if self.species.is_empty() && !self.bodies.is_empty() {

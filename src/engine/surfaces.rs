@@ -55,7 +55,6 @@ impl Flight<'_> {
     }
 }
 
-/// The shape of a surface that spheres meet.
 pub(crate) trait Surface {
     /// Distance between the surface and the surface of a sphere; negative if they overlap `[length]`.
     fn gap(&self, position: &Vector, radius: f64) -> f64;
@@ -122,20 +121,15 @@ pub(crate) trait Surface {
     }
 }
 
-/// All shapes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Shape {
-    /// A wall of the box.
     Wall(Wall),
-    /// A plane in any direction.
     Plane(Plane),
     /// A sphere, a cylinder, an edge or a corner.
     Round(Round),
-    /// A flat triangular face.
     Face(Face),
 }
 
-/// Evaluates the same expression for a shape of any kind.
 macro_rules! with_shape {
     ($shape:expr, $surface:ident => $body:expr) => {
         match $shape {

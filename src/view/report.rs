@@ -48,7 +48,6 @@ use html::escape;
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
-/// Style sheet of a page.
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
 /// Script of the figures. It shows values under the pointer, saves plots, and unfolds all parts of the page for
@@ -132,7 +131,7 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// Assembles a page from its title, its heading, its notes, and its sections. A section has an id, a title and a body.
+/// A section has an id, a title and a body.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections
@@ -157,7 +156,6 @@ fn notes(notes: &[String]) -> String {
     )
 }
 
-/// Returns the verdict of the audit for the top of a page.
 fn verdict(faults: &[String]) -> &'static str {
     if faults.is_empty() {
         "<span class=\"verdict sound\">✓ audit sound</span>"
@@ -173,7 +171,7 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// Returns the text of a scene. `what` completes the sentence on what can be repeated from this text and the seed.
+/// `what` completes the sentence on what can be repeated from this text and the seed.
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

@@ -9,7 +9,6 @@ use crate::model::potential::Potential;
 use crate::physics::detection::lanes::Simd;
 use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 
-/// Spheres of one or two species in a periodic box.
 pub(in crate::engine) fn box_of_spheres(count: u64, packing_fraction: f64, is_mixture: bool, shear_rate: f64) -> Scene {
     let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
     let mut scene = SceneBuilder::new("small").species("A", 1.0, 1.0).interaction("A", "A", hard_sphere(1.0), 1.0);

@@ -15,7 +15,6 @@ struct Chunk {
     next: u32,
 }
 
-/// A linked list of chunks, by its newest chunk, and the number of its entries.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Bucket {
     newest: u32,
@@ -27,12 +26,10 @@ struct Bucket {
 pub(super) struct Buckets {
     buckets: Vec<Bucket>,
     chunks: Vec<Chunk>,
-    /// Unused chunks.
     free: Vec<u32>,
 }
 
 impl Buckets {
-    /// Creates empty buckets.
     pub fn new(count: usize) -> Self {
         // Capacity for one entry per particle and for one incomplete chunk per bucket.
         let chunks = Vec::with_capacity(2 * count);
@@ -42,13 +39,11 @@ impl Buckets {
         Self { buckets, chunks, free: Vec::new() }
     }
 
-    /// Number of buckets.
     #[inline]
     pub fn count(&self) -> usize {
         self.buckets.len()
     }
 
-    /// Adds a particle to a bucket.
     #[inline]
     pub fn push(&mut self, bucket: usize, particle: u32) {
         let bucket = &mut self.buckets[bucket];
@@ -114,7 +109,6 @@ impl Buckets {
         true
     }
 
-    /// Empties all buckets.
     pub fn clear(&mut self) {
         self.buckets.fill(Bucket::default());
         self.chunks.clear();

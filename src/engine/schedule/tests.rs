@@ -17,7 +17,6 @@ impl Pending for Times {
         QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
     }
 
-    /// Ranks the particles in the reverse of their order in memory.
     fn rank(&self, particle: u32) -> u64 {
         u64::from(u32::MAX - particle)
     }
@@ -148,7 +147,6 @@ proptest! {
             prop_assert!(next.time >= now);
             now = next.time;
             found.push(now);
-            // A new entry is due now or later, but never earlier.
             if let Some(dt) = later.get(particle - early.len()) {
                 let time = now + dt;
                 pending.0[particle] = time;

@@ -61,7 +61,6 @@ fn scene(which: usize, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Fills the box with spheres, but leaves space near both walls.
 fn fill_region(builder: SceneBuilder, seed: u64) -> SceneBuilder {
     let fill = crate::scene::Fill::new(Lattice::SimpleCubic, "A")
         .count(64)

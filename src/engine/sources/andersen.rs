@@ -40,23 +40,19 @@ impl Andersen {
         andersen
     }
 
-    /// Settings of the heat bath.
     pub fn bath(&self) -> Bath {
         self.bath
     }
 
-    /// Time of the next collision, counted from the epoch.
     #[inline]
     pub fn next_collision(&self) -> f64 {
         self.next
     }
 
-    /// Converts times to a new epoch, which is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
 
-    /// Draws the interval until the next collision.
     fn wait(&mut self) {
         self.next += self.random.exponential() / self.rate;
     }
@@ -77,19 +73,16 @@ impl Andersen {
     }
 }
 
-/// A collision of a particle with the heat bath.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::engine) struct Collision {
     /// Time of the collision, counted from the epoch.
     pub time: f64,
     pub id: usize,
-    /// Temperature of the bath `[energy]`.
     temperature: f64,
     /// A normally distributed random number for each axis; `None` along axes without a new velocity.
     normal: [Option<f64>; 3],
 }
 
-/// Settings of a heat bath.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bath {
     /// Temperature `[energy]`.
@@ -101,7 +94,6 @@ pub(crate) struct Bath {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Executes a collision of a particle with the heat bath.
     pub(in crate::engine) fn andersen_collision(
         &mut self,
         observe: &mut Observe<'_>,
@@ -126,7 +118,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         collisions
     }
 
-    /// Draws the next collision with the heat bath, if there is a bath.
     fn draw_collision(&mut self) -> Option<Collision> {
         let mut bath = self.sources.andersen.take()?;
         let numbers = &self.state.numbers;
@@ -135,7 +126,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some(collision)
     }
 
-    /// Gives a particle its velocity after a collision with the heat bath.
     pub(in crate::engine) fn collide(
         &mut self,
         particle: u32,
@@ -157,7 +147,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.apply(&Change { counted: Some(CountedKind::Thermostat), ..change }, observe)
     }
 
-    /// Replaces the heat bath; `None` removes it.
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         self.join();
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();

@@ -19,7 +19,6 @@ use crate::physics::overlap::Side;
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts the first contact with particles in the adjacent cells, and the next cell transition.
     #[inline]
     pub(in crate::engine) fn predict_in_cell(
         &self,
@@ -36,7 +35,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// Predicts contacts with the surfaces near the particle's cell.
     #[inline]
     fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
@@ -47,7 +45,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with uncaptured candidates.
     fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
         let Scratch { near, is_captured } = scratch;
         if TABLE {

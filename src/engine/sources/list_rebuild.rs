@@ -15,8 +15,6 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Predicts the first contact of a particle with the particles in its list, and the time at which it leaves its
-    /// skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
         // The transition is predicted first. Its slow square root and division then run while the list is loaded from
@@ -60,7 +58,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         me.time + dt.unwrap_or(f64::INFINITY)
     }
 
-    /// Rebuilds the list of a particle that leaves its skin, centred at its present position.
     pub(in crate::engine) fn rebuild_list(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let me = self.streamed(particle, time);
@@ -106,7 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Wraps a particle that has left the box along a periodic axis. Returns whether it had left.
+    /// Wraps a particle that has left the box along a periodic axis.
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) -> bool {
         let mut had_left = false;
         for axis in 0..3 {
@@ -145,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Builds the lists of all particles. Captured pairs must be stored first, because the lists leave them out.
+    /// Captured pairs must be stored first, because the lists leave them out.
     pub(in crate::engine) fn fill_lists(&mut self) {
         let mut scratch = self.take_scratch();
         let Self { neighbours: Neighbours::Lists(verlet), pairs, state, .. } = self else { return };
@@ -189,7 +186,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Whether a particle has no list of its own, because it is static.
     #[inline]
     fn keeps_no_list(pairs: &Pairs, state: &State, particle: u32) -> bool {
         TABLE && pairs.rules.species[usize::from(state.species[particle as usize])].is_static()

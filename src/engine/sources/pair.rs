@@ -14,7 +14,6 @@ use crate::physics::response::{Approach, Outcome};
 use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Moves a particle along its free flight to `time`.
     #[inline]
     pub(in crate::engine) fn stream(&mut self, particle: u32, time: f64) {
         let (position, velocity) = self.state_at(particle, time);
@@ -22,7 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
-    /// Executes the contact of a pair at a discontinuity. Inlined, so that the velocity change stays in registers.
+    /// Inlined, so that the velocity change stays in registers.
     #[inline(always)]
     pub(in crate::engine) fn execute_pair(
         &mut self,
@@ -45,7 +44,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(self.apply(&change, observe))
     }
 
-    /// Returns the outcome of the contact of a pair, and its change of velocities.
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
         // If states are sampled with weights of the energy, the energy step is replaced by its cost under these
@@ -129,7 +127,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Returns the state of the pair with the given ids.
     pub(in crate::engine) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
         self.pair_state(self.number(a), self.number(b)).0
     }

@@ -24,7 +24,6 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 use crate::physics::response::{Approach, respond};
 
-/// A particle of a restrained group.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Member {
     id: ParticleId,
@@ -32,17 +31,14 @@ struct Member {
     share: f64,
 }
 
-/// Particles whose centre of mass is restrained.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Group {
     members: Vec<Member>,
     /// Connections between the members. Positions are unwrapped along them.
     along: Component,
-    /// Inverse of the mass of the group `[1 / mass]`.
     inverse_mass: f64,
 }
 
-/// A restraint that keeps the distance of two groups within a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::engine) struct Restraint {
     groups: [Group; 2],
@@ -58,13 +54,11 @@ pub(in crate::engine) struct Restraint {
 }
 
 impl Restraint {
-    /// Time of the next reflection, counted from the epoch.
     #[inline]
     pub fn next_reflection(&self) -> f64 {
         self.next
     }
 
-    /// Converts times to a new epoch, which is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.next -= shift;
     }
@@ -73,7 +67,6 @@ impl Restraint {
         self.groups.iter().flat_map(|group| &group.members)
     }
 
-    /// Index of the group to which a particle belongs, if any.
     fn group(&self, id: ParticleId) -> Option<usize> {
         let place = self.group_of.binary_search_by_key(&id, |of| of.0).ok()?;
         Some(self.group_of[place].1)
@@ -111,7 +104,6 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.restrain(groups, window));
     }
 
-    /// Changes the window of the restrained distance `[length]`.
     pub(crate) fn set_distance_window(&mut self, window: [f64; 2]) {
         with_engine!(&mut self.engine, engine => {
             engine.join();
@@ -152,7 +144,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_restraint();
     }
 
-    /// Predicts the time at which the restrained distance reaches an end of its window.
     pub(in crate::engine) fn predict_restraint(&mut self) {
         let Some(restraint) = &self.sources.restraint else { return };
         let now = self.clock.now;
@@ -210,7 +201,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         RelativeState { position: first + from_first, velocity }
     }
 
-    /// Executes a reflection of the restrained distance at an end of its window.
     pub(in crate::engine) fn reflect_distance(
         &mut self,
         observe: &mut Observe<'_>,
@@ -235,7 +225,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok((Repredict::Some(members), flow))
     }
 
-    /// Returns the velocity changes of all members in a reflection.
     fn reflection(&self, restraint: &Restraint, apart: &RelativeState) -> Vec<Change> {
         let [of_a, of_b] = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let stretch = stretch(apart.position.norm_squared());

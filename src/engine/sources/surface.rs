@@ -28,7 +28,6 @@ pub(in crate::engine) struct SurfaceRandom {
 }
 
 impl SurfaceRandom {
-    /// Random numbers of the surfaces of a scene, if any surface is thermal.
     pub fn of(scene: &Scene, surfaces: &Surfaces) -> Option<Self> {
         surfaces.are_ever_thermal().then(|| Self {
             stream: Random::new(StatePoint::at_start(scene).seed(scene.seed), Purpose::Surface, scene.first_stream()),
@@ -36,7 +35,6 @@ impl SurfaceRandom {
         })
     }
 
-    /// Returns the random numbers for the next contact of a particle, and counts this contact.
     fn next(&mut self, particle: u32, name: u32) -> &mut Random {
         let count = &mut self.contacts[particle as usize];
         self.stream.seek(name, *count);
@@ -110,14 +108,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the free flight of a particle, with the data that surfaces need for predictions.
     #[inline]
     pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
         let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
         Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
     }
 
-    /// Executes a contact with a surface.
     pub(in crate::engine) fn execute_surface(
         &mut self,
         i: u32,
@@ -166,7 +162,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Touching { moment, position, velocity, ..at }
     }
 
-    /// Reflects a particle from a surface.
     #[inline]
     fn reflect(&mut self, i: u32, at: &Touching, vn: f64, restitution: f64) -> Change {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
@@ -225,7 +220,6 @@ impl Touching {
         self.moment.as_ref().map_or(*direction, |moment| moment.pose.direction(direction))
     }
 
-    /// Returns the acceleration of the particle in the frame of the surface.
     #[inline]
     fn acceleration(&self, velocity: &Vector, acceleration: Vector) -> Vector {
         let seen = |moment: &Moment| moment.acceleration_seen(&self.place, velocity, &acceleration);

@@ -24,7 +24,6 @@ pub(crate) struct Face {
 }
 
 impl Face {
-    /// The corner from which positions relative to an edge are measured.
     #[inline]
     fn end(&self, side: usize) -> &Vector {
         &self.corners[(side + usize::from(self.from_second[side])) % 3]
@@ -84,7 +83,6 @@ impl Surface for Face {
         feature::face(&height, flight.radius, &self.extents(flight))
     }
 
-    /// Tests whether the sphere never reaches the plane of the face. If it may, tests a sphere around the face.
     fn is_never_met(&self, flight: &Flight<'_>, mut doubt: Doubt) -> bool {
         doubt.position += Doubt::of(self.terms(flight.position), 0.0).position;
         let sign = self.side(flight.position);

@@ -65,7 +65,6 @@ pub(super) fn for_each_within(space: &Space, shape: &SurfaceShape, mut visit: im
 }
 
 impl Shape {
-    /// The shape, translated.
     fn moved(&self, by: &Vector) -> Self {
         match *self {
             Self::Wall(wall) => Self::Wall(wall),
@@ -87,7 +86,6 @@ impl Shape {
     }
 }
 
-/// Calls `visit` with the features of a shape.
 fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     let round = |centre: Vector, axis: Option<Vector>, length: f64, radius: f64, is_inside: bool| {
         Shape::Round(Round { centre, axis, length, radius, is_inside })

@@ -20,7 +20,7 @@ use std::ops::Range;
 /// at a later time.
 const MOST_STEPS: u32 = 1_000;
 
-/// Maximum number of intervals in one search. The search is then interrupted and continued at a later time.
+/// Maximum number of intervals in one search.
 const MOST_INTERVALS: u32 = 200;
 
 /// Longest interval of a search, as a fraction of the period of the motion. In longer intervals, the bounds of
@@ -28,7 +28,6 @@ const MOST_INTERVALS: u32 = 200;
 const SHARE: f64 = 0.125;
 
 thread_local! {
-    /// Number of steps of all searches in this thread.
     static STEPS: Cell<u64> = const { Cell::new(0) };
 }
 
@@ -38,19 +37,16 @@ pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are a range of all features, in their initial position. They have a tree of their
-/// own.
+/// A moving surface. Its features are a range of all features, in their initial position.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
     pub features: Range<usize>,
-    /// Unbounded features.
     pub unlimited: Range<usize>,
     /// The tree of the bounded features.
     pub tree: Option<Tree>,
 }
 
-/// Outcome of a search for contacts with a moving surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
     /// The first contact: the index of the feature, and the time from now `[time]`.
@@ -126,7 +122,6 @@ impl Moving {
         });
     }
 
-    /// Calls `visit` for the features that may reach into a box, and for all unbounded features.
     fn for_each_in(&self, all: &[Placed], within: &[Vector; 2], mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(all).skip(self.unlimited.start).take(self.unlimited.len()) {
             visit(index, placed);
@@ -177,8 +172,7 @@ impl Moving {
         found
     }
 
-    /// Divides the search into intervals, and tests only the few features near the flight in each interval. Counts the
-    /// steps.
+    /// Divides the search into intervals, and tests only the few features near the flight in each interval.
     fn search_in_intervals(
         &self,
         all: &[Placed],
@@ -225,7 +219,7 @@ impl Moving {
 }
 
 impl Passage<'_> {
-    /// Position and velocity of the particle at a later time. `after` is the time from now.
+    /// `after` is the time from now.
     fn state(&self, after: f64) -> (Vector, Vector) {
         let Flight { position, velocity, acceleration, .. } = *self.flight;
         (stream_position(position, velocity, acceleration, after), velocity + acceleration * after)

@@ -9,9 +9,7 @@ use never::Doubt;
 /// A plane `n . x = at`, with the unit normal `n`. Particles are on the side where `n . x` is larger.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plane {
-    /// The unit normal `n`, towards the particles.
     normal: Vector,
-    /// Distance of the plane from the origin along the normal `[length]`.
     at: f64,
 }
 

@@ -9,7 +9,6 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// The set of points at a given distance from a point or a line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Round {
     /// The point, or one end of the line `[length]`.
@@ -36,7 +35,6 @@ impl Round {
         if self.is_inside { Side::Negative } else { Side::Positive }
     }
 
-    /// The component of a vector perpendicular to the line.
     #[inline]
     fn across(&self, vector: &Vector) -> Vector {
         self.axis.map_or(*vector, |axis| across(&axis, vector))

@@ -28,14 +28,12 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// Whether the surface never moves.
     #[inline]
     pub fn is_at_rest(&self) -> bool {
         self.moving == AT_REST
     }
 }
 
-/// Marker for a surface that never moves.
 const AT_REST: u32 = u32::MAX;
 
 /// Largest number of triangles in all meshes together. The number of all triangles, edges, corners and periodic images
@@ -51,12 +49,10 @@ pub(crate) const FIRST_SURFACE: u32 = 6;
 struct Origin {
     space: Space,
     temperatures: [[Option<f64>; 2]; 3],
-    /// Simulated time at the start of the scene.
     start_time: f64,
     surfaces: Vec<SceneSurface>,
     /// Species of each row of the interaction table.
     species: Vec<SpeciesId>,
-    /// For each surface of the scene, whether it is present now.
     is_present: Vec<bool>,
 }
 
@@ -159,7 +155,6 @@ impl Surfaces {
         Self::of_parts((&scene.space, &scene.wall_temperatures, scene.start_time), &scene.surfaces, species, stage)
     }
 
-    /// Creates the surfaces that are present in a stage, from the parts of a scene.
     pub fn of_parts(
         (space, temperatures, start_time): (&Space, &[[Option<f64>; 2]; 3], f64),
         surfaces: &[SceneSurface],
@@ -190,17 +185,14 @@ impl Surfaces {
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
-    /// Whether contacts with any of the present surfaces lose energy.
     pub fn dissipate(&self) -> bool {
         self.all.iter().any(|placed| matches!(placed.law, Law::Reflecting { restitution } if restitution < 1.0))
     }
 
-    /// Simulated time at the start of the scene.
     pub fn start_time(&self) -> f64 {
         self.origin.start_time
     }
 
-    /// Surfaces of the scene, without the walls.
     pub fn of_scene(&self) -> &[SceneSurface] {
         &self.origin.surfaces
     }
@@ -211,7 +203,6 @@ impl Surfaces {
         &self.all
     }
 
-    /// The surface or feature at an index.
     #[inline]
     pub fn get(&self, index: u32) -> Option<&Placed> {
         self.all.get(index as usize)
@@ -223,7 +214,6 @@ impl Surfaces {
         of_scene.and_then(|number| self.origin.surfaces.get(number as usize)).map_or("", |surface| &surface.name)
     }
 
-    /// Whether there are no walls and no other surfaces.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
@@ -241,7 +231,6 @@ impl Surfaces {
         self.moving.get(placed.moving as usize).map(|moving| moving.timeline.at(time))
     }
 
-    /// Calls `visit(pose, feature)` for the features of moving surfaces that the species of a table row meets.
     pub fn for_each_moving(&self, row: u16, time: f64, mut visit: impl FnMut(&Pose, &Placed)) {
         for moving in self.moving.iter() {
             let pose = moving.timeline.at(time).pose;
@@ -281,7 +270,6 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, surface)` for the unbounded surfaces that the species of a table row meets.
     #[inline]
     pub fn for_each_unlimited(&self, row: u16, mut visit: impl FnMut(u32, &Placed)) {
         for (index, placed) in (0..).zip(&self.all[..self.unlimited]) {
@@ -326,7 +314,6 @@ impl Surfaces {
         }
     }
 
-    /// Whether the species of a table row meets a surface.
     #[inline]
     fn meet(&self, placed: &Placed, row: u16) -> bool {
         let of_scene = placed.number.checked_sub(FIRST_SURFACE);
@@ -335,7 +322,6 @@ impl Surfaces {
     }
 }
 
-/// Sorts the features of a surface into unbounded and bounded features.
 fn sort(
     (space, surface, number, moving): (&Space, &SceneSurface, u32, u32),
     unlimited: &mut Vec<Placed>,
@@ -351,7 +337,6 @@ fn sort(
     });
 }
 
-/// Returns the walls of a box. Walls with a temperature are thermal.
 fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
     let mut walls = Vec::new();
     for (axis, boundary) in (0_u8..).zip(&space.boundary) {

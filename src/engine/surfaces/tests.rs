@@ -17,7 +17,6 @@ mod meshes;
 mod moving;
 mod periodic;
 
-/// Grains of three masses in the middle of an open region, optionally with gravity.
 fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -57,7 +56,6 @@ fn cage(law: SurfaceLaw) -> Vec<SurfaceDraft> {
     directions.map(plane).enumerate().map(name).collect()
 }
 
-/// Runs for a number of events and checks each contact with a surface.
 fn run<const FALLING: bool>(
     engine: &mut Engine<FALLING, true>,
     events: u64,

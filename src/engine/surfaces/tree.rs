@@ -8,7 +8,6 @@ use super::{Placed, Surface};
 use crate::Vector;
 use crate::base::numbers::id;
 
-/// Largest number of features in a leaf.
 const LEAF: usize = 4;
 
 /// A node of the tree. Its box contains the features of a leaf, or the boxes of the nodes below it.
@@ -24,7 +23,7 @@ struct Node {
     count: u32,
 }
 
-/// A tree of bounding boxes. Each node is stored before the nodes below it.
+/// Each node is stored before the nodes below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
@@ -43,7 +42,6 @@ impl Tree {
         tree
     }
 
-    /// Appends the nodes of a group of features, and sorts these features.
     fn add(&mut self, features: &mut [Placed]) {
         let Some((first, rest)) = features.split_first() else { return };
         let [lower, upper] =
@@ -81,7 +79,6 @@ impl Tree {
         self.nodes.first().map_or(0.0, |root| (root.upper - root.lower).norm())
     }
 
-    /// Calls `visit` with the index of each feature that may reach into a box.
     #[inline]
     pub fn for_each(&self, [lower, upper]: &[Vector; 2], mut visit: impl FnMut(u32)) {
         let meets = |start: &Vector, end: &Vector| (0..3).all(|k| start[k] <= upper[k] && end[k] >= lower[k]);

@@ -6,19 +6,16 @@ use crate::engine::neighbours::grid::Grid;
 use crate::physics::detection::{never, plane};
 use never::Doubt;
 
-/// A wall of the box.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wall {
     /// Axis normal to the wall: 0, 1 or 2.
     pub axis: u8,
-    /// Whether the wall is at the upper end of the axis.
     pub is_upper: bool,
     /// Coordinate of the wall along the axis `[length]`.
     pub at: f64,
 }
 
 impl Wall {
-    /// Number of this wall among the six possible walls of a box.
     pub fn number(&self) -> u32 {
         2 * u32::from(self.axis) + u32::from(self.is_upper)
     }

@@ -23,8 +23,7 @@ pub(super) struct Lists<const D: usize> {
 }
 
 impl<const D: usize> Lists<D> {
-    /// Lists bodies in all cells that they extend into. Cells have about the given width. They are wider if there would
-    /// be too many entries.
+    /// Cells have about the given width. They are wider if there would be too many entries.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);
@@ -111,7 +110,6 @@ fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
     [trunc_to_usize(place(*from)), trunc_to_usize(place(*to)).saturating_add(1).min(size)]
 }
 
-/// Returns an iterator over bodies with their indices.
 pub(super) fn numbered<T>(bodies: &[T]) -> impl Iterator<Item = (u32, &T)> {
     bodies.iter().enumerate().map(|(place, body)| (id(place), body))
 }

@@ -8,14 +8,12 @@ use std::thread;
 /// A team of threads that draws one image.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Team<'a> {
-    /// Number of threads.
     pub threads: usize,
     /// A flag that stops all threads when it is set. The image is then unfinished.
     pub is_stopped: Option<&'a AtomicBool>,
 }
 
 impl Team<'_> {
-    /// A team of all cores.
     pub fn whole() -> Self {
         Self { threads: cores(), is_stopped: None }
     }
@@ -25,7 +23,6 @@ impl Team<'_> {
     }
 }
 
-/// Number of cores available to this process.
 pub(in crate::view) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
@@ -36,7 +33,6 @@ pub(super) fn rows_per_band(rows: usize) -> usize {
     rows.div_ceil(64).clamp(1, 8)
 }
 
-/// Calls `work` once for each part, unless the team is stopped.
 pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Send, work: impl Fn(P) + Sync) {
     let parts = Mutex::new(parts);
     let worker = || {

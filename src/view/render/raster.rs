@@ -7,7 +7,6 @@ use crate::base::numbers::trunc_to_usize;
 /// Samples per pixel along each axis. Each pixel is the mean of `SAMPLES * SAMPLES` samples.
 pub(super) const SAMPLES: usize = 3;
 
-/// No surface.
 pub(super) const NOTHING: u32 = u32::MAX;
 
 /// The rays through the centres of the samples.
@@ -55,11 +54,9 @@ struct Stamp<'a> {
     rows: [usize; 2],
 }
 
-/// Shapes to draw, with the samples that they may cover.
 pub(super) struct Stamps<'a>(Vec<Stamp<'a>>);
 
 impl<'a> Stamps<'a> {
-    /// Returns the shapes that are visible.
     pub fn of(balls: &'a [Ball], rods: &'a [Rod], camera: &Camera, rays: &Rays) -> Self {
         let size = [rays.columns.len(), rays.rows.len()];
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
@@ -68,7 +65,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// Draws a few rows of samples. If `before` is given, only what lies in front of that layer is drawn.
+    /// If `before` is given, only what lies in front of that layer is drawn.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -87,7 +84,7 @@ impl Layer {
 }
 
 impl<'a> Stamp<'a> {
-    /// Returns a shape with its rectangle of samples. `None` if nothing of the shape is visible.
+    /// `None` if nothing of the shape is visible.
     fn of(shape: Shape<'a>, body: u32, camera: &Camera, size: [usize; 2]) -> Option<Self> {
         let bounds = match shape {
             Shape::Ball(ball) => camera.rectangle(&ball.centre, ball.radius)?,
@@ -106,7 +103,6 @@ impl<'a> Stamp<'a> {
     }
 }
 
-/// Some rows of a layer, into which bodies are drawn.
 struct Band<'a> {
     first: usize,
     width: usize,
@@ -163,7 +159,6 @@ impl Rays {
         }
     }
 
-    /// Returns the window coordinates of a sample.
     pub fn window(&self, row: usize, column: usize) -> [f32; 2] {
         [self.columns[column], self.rows[row]]
     }

@@ -39,7 +39,6 @@ const HAZE: f32 = 0.2;
 /// of the body.
 const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
-/// Everything needed to compute the colour of a sample.
 pub(super) struct Scenery<'a> {
     pub bodies: &'a Bodies,
     pub camera: &'a Camera,
@@ -54,7 +53,6 @@ pub(super) struct Scenery<'a> {
     pub edges: Vec<Edge>,
 }
 
-/// Everything that the samples in a band of rows see.
 struct Band<'a> {
     /// Opaque surfaces.
     solid: Layer,
@@ -86,7 +84,6 @@ fn covered(opacity: f32, density: f32) -> f32 {
 }
 
 impl Scenery<'_> {
-    /// Returns the colour of each pixel, which is the mean of its samples.
     pub fn colours(&self, team: &Team) -> Vec<Colour> {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let mut pixels = vec![Colour::zeros(); width * height];
@@ -101,7 +98,6 @@ impl Scenery<'_> {
         pixels
     }
 
-    /// Draws a band of rows of pixels.
     fn band(&self, pixels: &mut [Colour], rows: Range<usize>, solid: &Stamps, veil: Option<&Stamps>) {
         let samples = [rows.start * SAMPLES, rows.end * SAMPLES];
         let solid = Layer::of(solid, &self.rays, samples, Keep::Nearest, None);
@@ -174,7 +170,6 @@ impl Band<'_> {
         sum / (SAMPLES * SAMPLES) as f32
     }
 
-    /// Whether all samples of a pixel see the same body.
     fn is_uniform(&self, row: usize, column: usize) -> bool {
         let first = self.solid.place(row, column);
         let starts = [first, first + self.solid.width, first + 2 * self.solid.width];
@@ -242,7 +237,6 @@ impl Band<'_> {
         }
     }
 
-    /// Returns the colour of one side of a static surface, and its density.
     fn film(&self, film: &Film, ray: (Point, Point)) -> (Colour, f32) {
         let view = -ray.1.normalize();
         let position = ray.0 + ray.1 * film.depth;
@@ -252,7 +246,6 @@ impl Band<'_> {
         (self.scenery.shade(&surface, &view, &film.ball.colour, received), density(&normal, &view))
     }
 
-    /// Draws translucent triangles over the colour behind them.
     fn draw_sheets(&self, behind: Colour, sheets: &[Fragment], ray: (Point, Point), memory: &mut Memory) -> Colour {
         let all = &self.scenery.bodies.sheets;
         let mut colour = behind;

@@ -23,7 +23,6 @@ struct Triangle {
     columns: [usize; 2],
 }
 
-/// Translucent triangles that may be visible, with their vertices.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sheets {
     points: Vec<Point>,
@@ -192,7 +191,6 @@ pub(super) struct Fragments {
 }
 
 impl Fragments {
-    /// Finds the triangles in front of the opaque bodies, for some rows of samples.
     pub fn of(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2]) -> Self {
         let count = (rows[1] - rows[0]) * solid.width;
         let mut starts = vec![0; count + 1];
@@ -221,7 +219,6 @@ impl Fragments {
         Self { starts, all }
     }
 
-    /// Returns the fragments on the ray of a sample.
     pub fn at(&self, place: usize) -> &[Fragment] {
         let ends = (self.starts.get(place), self.starts.get(place + 1));
         let (Some(start), Some(end)) = ends else { return &[] };

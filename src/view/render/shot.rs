@@ -8,7 +8,6 @@ use super::{ColourBy, Image, Style, image, paint, refuse_numbers, refuse_style, 
 use crate::trajectory::Frame;
 use crate::view::{Surfaces, ViewError};
 
-/// The colour scale of speeds for one or more frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view) struct SpeedScale {
     /// Speed at the upper end of the scale `[length / time]`.
@@ -18,7 +17,6 @@ pub(in crate::view) struct SpeedScale {
 }
 
 impl SpeedScale {
-    /// Returns the colour scale for a frame. The style may set its upper end.
     pub fn of(frame: &Frame, style: &Style) -> Self {
         let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
         let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
@@ -26,12 +24,10 @@ impl SpeedScale {
         Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
     }
 
-    /// Returns a scale that covers the frames of this scale and of another one.
     pub fn joined(&self, other: &Self) -> Self {
         Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
     }
 
-    /// Whether some particles are faster than the upper end of the scale.
     pub fn is_exceeded(&self) -> bool {
         self.highest > self.fastest
     }
@@ -70,8 +66,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame. The camera is at an azimuth `[degrees]` and has the given coordinates in the middle of the image.
-    /// The time is written below. If the team is stopped, the image is unfinished.
+    /// The camera is at an azimuth `[degrees]` and has the given coordinates in the middle of the image. The time is
+    /// written below. If the team is stopped, the image is unfinished.
     ///
     /// # Errors
     /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.

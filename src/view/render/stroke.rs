@@ -17,7 +17,6 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws the line over the pixels of an image of this `width`.
     pub fn draw(&self, pixels: &mut [Colour], width: usize) {
         let rows = 0..pixels.len() / width.max(1);
         self.cover(width, rows, |column, row, _, opacity| {
@@ -59,7 +58,6 @@ impl Stroke {
     }
 }
 
-/// Width, colour and opacity of edges.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pen {
     /// Width of the line in pixels.
@@ -79,7 +77,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// Returns an edge with its stroke. `None` if the edge is behind the camera.
+    /// `None` if the edge is behind the camera.
     pub fn of(camera: &Camera, ends: [Point; 2], pen: Pen) -> Option<Self> {
         let [a, b] = in_front(ends)?;
         let Pen { width, colour, opacity, is_behind } = pen;
@@ -109,7 +107,6 @@ impl Edge {
     }
 }
 
-/// Draws edges over some rows of an image. Nearer bodies hide them.
 pub(super) fn draw_edges(
     pixels: &mut [Colour],
     solid: &Layer,
@@ -125,7 +122,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// Draws edges of one colour over some rows of an image. The image is not darker where edges meet.
+/// The image is not darker where edges meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,
@@ -143,7 +140,6 @@ pub(super) fn draw_outline(
     }
 }
 
-/// Returns the part of a line in front of the camera. `None` if there is no such part.
 fn in_front(ends: [Point; 2]) -> Option<[Point; 2]> {
     let [a, b] = ends;
     let cut = |from: Point, to: Point| from + (to - from) * ((NEAREST - from.z) / (to.z - from.z));

@@ -103,13 +103,11 @@ impl Default for Style {
 }
 
 impl Style {
-    /// Returns the style with the gravity of the scene beside a trajectory, unless the style has its own gravity.
     pub(in crate::view) fn beside(&self, trajectory: &Path) -> Self {
         Self { gravity: self.gravity.or_else(|| gravity_beside(trajectory)), ..self.clone() }
     }
 }
 
-/// Rejects an invalid style.
 pub(in crate::view) fn refuse_style(style: &Style) -> Result<(), ViewError> {
     let (width, height) = (style.width, style.height);
     if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {

@@ -50,7 +50,6 @@ pub(super) fn level() -> Style {
     }
 }
 
-/// Returns the pixel at a fraction of the width and the height.
 pub(super) fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
     let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
     image.pixels()[row * image.width() as usize + column]
@@ -68,7 +67,6 @@ pub(super) fn is_background(pixel: [u8; 4]) -> bool {
     pixel[..3] == colour::BACKGROUND
 }
 
-/// Number of pixels that are not background.
 fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
@@ -334,7 +332,6 @@ fn image_is_cropped_to_the_particles_under_gravity() {
     assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }
 
-/// Ordinary coordinates, with some exact zeros, coincidences and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![4 => -2.0..12.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e-300), 1 => Just(1e9)]
 }

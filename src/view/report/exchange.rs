@@ -91,12 +91,10 @@ fn is_swapped(summary: &ExchangeSummary) -> bool {
     summary.results.ensemble != ExchangeEnsemble::Multicanonical
 }
 
-/// Returns the word for what replicas are swapped between: window or temperature.
 fn place_of(summary: &ExchangeSummary) -> &'static str {
     if summary.umbrella.is_some() { "window" } else { "temperature" }
 }
 
-/// Lists reasons why the exchange may not be in equilibrium.
 fn warnings(warnings: &[String]) -> String {
     if warnings.is_empty() {
         return String::new();
@@ -145,8 +143,6 @@ fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// Returns a table with row heads in the first column. On a narrow page, each of the other cells shows the head of its
-/// column.
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let classes = std::iter::once("").chain(std::iter::repeat("n"));
     let row = |cells: &Vec<String>| {
@@ -159,12 +155,10 @@ fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     html::table("exchange", caption, classes.zip(heads.iter().map(|head| escape(head))), &rows)
 }
 
-/// Returns the content of a cell with a mean and its error. Empty without a mean.
 fn mean(measured: Option<Estimate>) -> String {
     measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
 }
 
-/// Returns the temperature or the window of a result, as text.
 fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
@@ -203,12 +197,9 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         )
 }
 
-/// Sentences on which replicas contribute to the averages at a temperature: one for exchanges with swaps, one for
-/// reweighting.
 const OVER_REPLICAS: &str = "Averages of a temperature or a window are over all replicas, while they were there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
-/// Returns a sentence on the maximum of the heat capacity. Empty if there is no maximum.
 fn peak(summary: &ExchangeSummary) -> String {
     summary.heat_capacity_peak.map_or_else(String::new, |peak| {
         let [height, at] = [peak.heat_capacity_per_particle, peak.temperature].map(|it| mean(Some(it)));
@@ -234,7 +225,6 @@ fn swaps(summary: &ExchangeSummary) -> String {
         )
 }
 
-/// Returns the table of the round trips of the replicas.
 fn trips(summary: &ExchangeSummary) -> String {
     let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
     let rows: Vec<Vec<String>> = summary.results.round_trips.iter().zip(1..).map(trips).collect();
@@ -265,7 +255,6 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
 
-/// Returns figures of the functions measured by instruments, coloured by temperature.
 fn functions(summary: &ExchangeSummary, is_logarithmic: bool) -> Vec<String> {
     let parameter = Parameter { title: quantity("temperature", "energy"), is_logarithmic };
     let member = |at: &TemperatureResult| Member {

@@ -10,7 +10,6 @@ use crate::base::text::digits;
 /// Largest number of curves with distinguishable colours. Of a larger family, only every n-th curve is drawn.
 const MOST_CURVES: usize = 24;
 
-/// The parameter of a family: the quantity that varies from curve to curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Parameter {
     /// Name of the quantity, with its unit.

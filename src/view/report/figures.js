@@ -134,7 +134,6 @@ class Figure {
     return `${Figure.sign(value.toFixed(decimals))} ± ${error.toFixed(decimals)}`;
   }
 
-  /** Saves the plot with its title and legend, in its present colours. */
   save() {
     this.leave();
     const name = this.title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, '_').replace(/^_+|_+$/g, '') || 'plot';

@@ -30,7 +30,6 @@ pub(super) fn section(results: &Results<'_>) -> String {
     section
 }
 
-/// Returns a figure with a title, a plot and a caption.
 pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
@@ -40,7 +39,7 @@ fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// Returns a figure of curves with their legend. `None` if there are no points to draw.
+/// `None` if there are no points to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -242,7 +241,6 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     curves_figure(&unit(&capitalised(title)), &curves, &text)
 }
 
-/// Returns a text with a capital first letter.
 pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

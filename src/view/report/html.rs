@@ -56,7 +56,7 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
-/// Returns a complete HTML document with a content security policy (CSP). The body must already be escaped.
+/// The body must already be escaped.
 pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -160,7 +160,6 @@ fn raised(c: char) -> Option<char> {
     })
 }
 
-/// Formats a power of ten: `10⁻⁵`.
 pub(super) fn power_of_ten(exponent: i32) -> String {
     unit(&format!("10^{exponent}"))
 }
@@ -175,7 +174,6 @@ pub(super) fn number(text: &str) -> String {
     }
 }
 
-/// Formats all numbers in a text by [`number`].
 pub(super) fn numbers(text: &str) -> String {
     let shown = |word: &str| {
         let (start, end) =

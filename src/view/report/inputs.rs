@@ -20,7 +20,6 @@ use crate::model::run_plan::MEASUREMENT;
 use crate::view::ViewError;
 use crate::view::surfaces::{self, Surfaces};
 
-/// Contents of the files that a page shows.
 #[derive(Debug)]
 pub(super) struct Inputs {
     pub summary: Summary,
@@ -31,7 +30,6 @@ pub(super) struct Inputs {
     /// Results of the measured stages, in the order of the summary.
     pub stages: Vec<StageInputs>,
     pub recording: Option<Recording>,
-    /// Notes on files that are missing or damaged.
     pub notes: Vec<String>,
 }
 
@@ -59,7 +57,6 @@ pub(super) struct Results<'a> {
 }
 
 impl Inputs {
-    /// Returns the results of the last measurement.
     pub fn last(&self) -> Results<'_> {
         let summary = &self.summary;
         Results {
@@ -75,7 +72,6 @@ impl Inputs {
         }
     }
 
-    /// Returns the results of the measured stages, which precede the last measurement.
     pub fn of_stages(&self) -> impl Iterator<Item = Results<'_>> {
         self.summary.stages.iter().zip(&self.stages).map(|(summary, stage)| Results {
             stage: Some(&summary.name),
@@ -91,7 +87,7 @@ impl Inputs {
     }
 }
 
-/// Reads a run folder. A trajectory of more than `most_bytes` is left out.
+/// A trajectory of more than `most_bytes` is left out.
 pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
         return Err(ViewError::NotFolder(run.to_owned()));
@@ -167,7 +163,6 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     (text, scene)
 }
 
-/// Reads the surfaces of the run folder, as far as they fit into the page.
 fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
     let mut room = MOST_TRIANGLES;
     let mut meshes = Vec::new();
@@ -190,7 +185,6 @@ fn surfaces(run: &Path, notes: &mut Vec<String>) -> Surfaces {
     noted("surfaces", notes, || surfaces.map_err(|error| error.to_string())).unwrap_or_default()
 }
 
-/// Reads the rows of one stage from `thermo.csv`.
 fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) -> Option<Vec<Trace>> {
     noted("thermo.csv", notes, || {
         let file = open(&run.join("thermo.csv"))?;

@@ -26,7 +26,6 @@ const PROGRAM: [&str; 4] = [
     include_str!("player/player.js"),
 ];
 
-/// The shaders, with the names that the scripts use for them.
 pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),
@@ -41,7 +40,7 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// HTML of the controls. The script fills in what depends on the data.
+/// The script fills in what depends on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
 /// Frames are collected into text elements of about this size `[bytes]`. A few large elements open faster than many
@@ -86,7 +85,6 @@ fn data(section: &mut String, id: &str, bytes: &[u8]) {
     section.push_str("</script>\n");
 }
 
-/// Describes which frames and particles the player shows, and which it leaves out.
 fn about(recording: &Recording) -> String {
     let head = &recording.head;
     let (shown, all) = (head.frames.len(), head.frames_in_file);

@@ -38,8 +38,7 @@ fn px(x: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// Starts the SVG of a plot. `foot` is the lower end of the plot area or of the strip below it. `label` is for screen
-/// readers.
+/// `foot` is the lower end of the plot area or of the strip below it. `label` is for screen readers.
 fn open(label: &str, foot: f64) -> String {
     format!(
         "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
@@ -48,8 +47,7 @@ fn open(label: &str, foot: f64) -> String {
     )
 }
 
-/// Draws the axes with grid, ticks and titles. The plot area ends at `right`. The labels of the horizontal axis are
-/// below `foot`.
+/// The plot area ends at `right`. The labels of the horizontal axis are below `foot`.
 fn frame(svg: &mut String, [x, y]: [&Axis; 2], titles: [&str; 2], right: f64, foot: f64) {
     for (place, is_labelled) in x.marks() {
         let at = px(x.place(place));
@@ -81,8 +79,7 @@ fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     }
 }
 
-/// Draws the axes of the strip of deviations. The vertical axis is in standard errors and has three labels: zero and
-/// plus or minus `labelled`.
+/// The vertical axis is in standard errors and has three labels: zero and plus or minus `labelled`.
 fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
     let [top, bottom] = STRIP;
     for (place, is_labelled) in x.marks() {

@@ -37,16 +37,13 @@ pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 /// Largest size of all frames together `[bytes]`. In base64 this is 40 MB.
 const MOST_BYTES: usize = 29_000_000;
 
-/// Largest number of frames of a recording.
 const MOST_FRAMES: usize = 2_000;
 
 /// Radius of a bond, relative to the smaller of its two ends.
 const BOND_RADIUS: f64 = 0.36;
 
-/// A trajectory for the player.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
-    /// Description of the constants and the frames.
     pub head: Head,
     /// Constants of all frames, in little-endian order: radii (f32, moving particles first), positions of static
     /// particles (f32), indices of bonded particles (u32), radii of bonds (f32) and species (u8).
@@ -88,7 +85,6 @@ pub(super) struct Head {
     /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y
     /// `[length / time]`.
     pub slide: f64,
-    /// Number of frames in the file.
     pub frames_in_file: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surfaces: Option<SurfaceHead>,
@@ -111,13 +107,10 @@ pub(super) struct ChannelHead {
     /// Ends of the colour scale.
     pub low: f64,
     pub high: f64,
-    /// Whether some values exceed `high`.
     pub is_exceeded: bool,
-    /// Whether the scalar is a count.
     pub is_count: bool,
 }
 
-/// Description of a frame: its time, its box, and the ranges of its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct FrameHead {
@@ -145,7 +138,7 @@ pub(super) struct FrameHead {
 }
 
 impl Recording {
-    /// Adds surfaces. The camera frames each surface, unless it is much larger than the rest of the scene.
+    /// The camera frames each surface, unless it is much larger than the rest of the scene.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
         for frame in &mut self.head.frames {
@@ -161,7 +154,7 @@ impl Recording {
     }
 }
 
-/// Reads a trajectory. The scene provides gravity and the ranges of wells. `Err` says why there is nothing to play.
+/// The scene provides gravity and the ranges of wells. `Err` says why there is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
@@ -249,7 +242,6 @@ impl Recorder {
         }
     }
 
-    /// Drops every second frame.
     fn thin(&mut self) {
         let mut kept: Vec<(Encoded, Option<Flights>)> = Vec::with_capacity(self.most_frames);
         for (index, (encoded, flights)) in self.kept.drain(..).enumerate() {
@@ -303,7 +295,7 @@ impl Recorder {
     }
 }
 
-/// Joins the free flights of two successive intervals. `None` stands for an empty interval.
+/// `None` stands for an empty interval.
 fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     match (first, second) {
         (Some(first), Some(second)) => Some(first.then(&second)),

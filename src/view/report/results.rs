@@ -11,7 +11,7 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// Describes how an observable is measured. Empty for an unknown observable, which a later version may have added.
+/// Empty for an unknown observable, which a later version may have added.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
@@ -38,10 +38,8 @@ const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the ev
 const ON_WALL: &str = "momentum that the wall gives, per time and per area that centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies minus what it removes, per time and area";
 
-/// Largest number of rows in the table of event rates.
 const MOST_RATES: usize = 50;
 
-/// A row of the table of means.
 struct Row<'a> {
     title: String,
     unit: String,
@@ -73,11 +71,9 @@ pub(super) fn section(results: &Results<'_>) -> String {
     )
 }
 
-/// Returns a paragraph with the sources of the published values.
 fn sources(results: &Results<'_>) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
     for value in results.published {
-        // Values from the same source are listed once.
         if known.iter().all(|(_, source)| *source != value.source) {
             known.push((&value.label, &value.source));
         }
@@ -153,13 +149,11 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     rows.chain(measured).collect()
 }
 
-/// Returns the table rows of quantities with the same method. The method is shown once.
 fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = String> + 'a {
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// Returns a row of the table. The cell of the method spans `span` rows; 0 means that the cell of an earlier row covers
-/// it.
+/// The cell of the method spans `span` rows; 0 means that the cell of an earlier row covers it.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
@@ -185,7 +179,7 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     )
 }
 
-/// Formats a mean with its error. The error determines the number of digits.
+/// The error determines the number of digits.
 pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     const NONE: &str = "<em>insufficient data</em>";
     let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -201,7 +195,6 @@ fn with_signs(text: &str) -> String {
     escape(&parts.join(" ± "))
 }
 
-/// Formats the mean of an observable with its error, or says that it is conserved.
 pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String {
     let plain = || value(Some(observable.mean), observable.standard_error);
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))

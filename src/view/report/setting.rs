@@ -89,7 +89,7 @@ fn of_system(list: &mut Pairs, system: &System, when: &str) {
     }
 }
 
-/// Adds the facts about a scene. `factor` is the growth of the diameters before the measurement.
+/// `factor` is the growth of the diameters before the measurement.
 fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     let mut scene = scene.clone();
     let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
@@ -121,7 +121,6 @@ fn grouped(count: u64) -> String {
     text
 }
 
-/// HTML list of names with their values.
 #[derive(Default)]
 struct Pairs(String);
 
@@ -130,7 +129,6 @@ impl Pairs {
         self.0.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(&numbers(value))));
     }
 
-    /// Adds a name with one value, or with a list of values.
     fn items(&mut self, name: &str, values: &[String]) {
         if let [value] = values {
             return self.text(name, value);

@@ -10,7 +10,7 @@ use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
 use crate::base::text;
 
-/// Returns the section of the page. `None` if the run has no measured stages before its last measurement.
+/// `None` if the run has no measured stages before its last measurement.
 pub(super) fn section(inputs: &Inputs) -> Option<String> {
     let stages: Vec<Results<'_>> = inputs.of_stages().collect();
     if stages.is_empty() {
@@ -21,7 +21,6 @@ pub(super) fn section(inputs: &Inputs) -> Option<String> {
     Some(comparison(&all) + &plots::plots(&all) + &parts)
 }
 
-/// Returns a table of the means of all measurements, with one row for each measurement.
 fn comparison(all: &[Results<'_>]) -> String {
     let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
     let columns: Vec<(&str, &str)> = OBSERVABLES.iter().copied().filter(|(name, _)| is_there(name)).collect();
@@ -52,7 +51,6 @@ fn comparison(all: &[Results<'_>]) -> String {
     table("results", "Means over each measured stage and their standard errors", heads, &lines)
 }
 
-/// Returns the part of the page about one stage.
 fn part(stage: &Results<'_>) -> String {
     let name = stage.stage.unwrap_or_default();
     let reasons = match stage.equilibrated.verdict {
@@ -73,7 +71,6 @@ fn part(stage: &Results<'_>) -> String {
     )
 }
 
-/// Returns the HTML anchor of the part about a stage.
 fn anchor(stage: &str) -> String {
     format!("stage-{stage}")
 }

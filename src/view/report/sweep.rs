@@ -52,7 +52,6 @@ pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Pag
     Page { html: shell(&name, &heading, "", &sections), notes: Vec::new() }
 }
 
-/// Returns the settings of a state point, with short names of their keys.
 fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
     let point = group.places.first().and_then(|place| sweep.points().get(*place));
     let values = point.into_iter().flat_map(Point::state_point).map(|(_, value)| value.as_str());

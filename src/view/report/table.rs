@@ -46,7 +46,7 @@ impl Trace {
         Self { name, unit, rows_per_span: 1, spans: Vec::new(), open: Span::default() }
     }
 
-    /// Adds a row. `y` is `None` for an empty cell.
+    /// `y` is `None` for an empty cell.
     pub fn push(&mut self, x: f64, y: Option<f64>) {
         let point = y.map(|y| [x, y]);
         self.open = self.open.joined(Span { rows: 1, lowest: point, highest: point });
@@ -59,7 +59,7 @@ impl Trace {
         }
     }
 
-    /// Returns the points to plot. `None` is a gap.
+    /// `None` is a gap.
     pub fn points(&self) -> Vec<Option<[f64; 2]>> {
         let mut points = Vec::new();
         for span in self.spans.iter().chain((self.open.rows > 0).then_some(&self.open)) {
@@ -73,7 +73,6 @@ impl Trace {
         points
     }
 
-    /// Whether neighbouring rows were merged into one point.
     pub fn is_thinned(&self) -> bool {
         self.rows_per_span > 1
     }

@@ -60,7 +60,6 @@ until_events = 500
 thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
 "#;
 
-/// Runs the scene in a temporary run folder.
 fn run_folder() -> tempfile::TempDir {
     folder_of(SCENE)
 }
@@ -173,7 +172,6 @@ fn characters(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the SVG text of each plot on a page.
 fn plots(html: &str) -> Vec<&str> {
     html.split("<svg class=\"plot\"").skip(1).map(|rest| rest.split("\n").next().unwrap()).collect()
 }

@@ -35,7 +35,6 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
     }
 }
 
-/// Checks the lists repeatedly during a run.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
     let mut engine = Engine::<FALLING, TABLE>::new(scene);
     for part in 1..=10 {
@@ -92,8 +91,8 @@ fn lists_stay_complete_in_a_small_box_far_from_the_origin() {
     }
 }
 
-/// Two species in a cube. The second species consists of hard spheres with the given mass and diameter. `own` is the
-/// potential between particles of the first species, and `mixed` is the potential between the species.
+/// The second species consists of hard spheres with the given mass and diameter. `own` is the potential between
+/// particles of the first species, and `mixed` is the potential between the species.
 fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
     SceneBuilder::new("mixture")
         .space(Space::periodic_cube(size))

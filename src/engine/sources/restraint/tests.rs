@@ -116,7 +116,6 @@ fn restrained_distance_stays_in_its_window() {
     }
 }
 
-/// Tests the engine for hard spheres of one species, which has no interaction table.
 #[test]
 fn distance_of_two_fluid_spheres_is_restrained() {
     let scene = SceneBuilder::new("fluid")
@@ -146,8 +145,6 @@ fn distance_of_two_fluid_spheres_is_restrained() {
     assert!((simulation.energy().kinetic / free.0 - 1.0).abs() < 1e-12 && free.1.is_none());
 }
 
-/// Tests a line, a plane, and particles that fall between walls. A simulation and its copy must continue with the same
-/// bits.
 #[test]
 fn distances_are_restrained_in_one_two_and_three_dimensions() {
     let wall = Boundary::walls(1.0);

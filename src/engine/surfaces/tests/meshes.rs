@@ -41,7 +41,6 @@ pub(super) fn mesh(name: &str, mesh: TriangleMesh) -> SurfaceDraft {
     SurfaceDraft::new(name, SurfaceShape::Mesh(mesh))
 }
 
-/// Returns all contacts with surfaces or walls during a run, in order.
 pub(super) fn contacts(scene: Scene, events: u64) -> Vec<Event> {
     let mut found = Vec::new();
     let mut simulation = Simulation::without_plan(scene);
@@ -168,7 +167,6 @@ fn nothing_leaves<const FALLING: bool>(
     assert!((change + counts.dissipated.total()).abs() < 1e-9 * start.kinetic.max(start.potential.abs()), "{change}");
 }
 
-/// Whether a position is inside the vase of the test.
 fn in_vase(place: &Vector) -> bool {
     let radius = (place.x - 10.0).hypot(place.y - 10.0);
     let profile = [[4.0, 3.0], [4.1, 3.0], [7.0, 4.5], [10.0, 2.2], [13.0, 3.9], [15.5, 0.0]];

@@ -10,7 +10,6 @@ use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
-/// Edge length of the box.
 const EDGE: f64 = 7.0;
 
 /// A gas around a rod along x and two balls, all close to the sides of a periodic box.

@@ -5,7 +5,6 @@ use super::super::colour::Colour;
 /// Largest number of bodies remembered per pixel. The colours of further bodies are computed again for each sample.
 const MOST: usize = 12;
 
-/// What a sample sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
     Nothing,
@@ -14,7 +13,6 @@ pub(super) enum Seen {
     Sheet(u32),
 }
 
-/// Colours and opacities.
 #[derive(Debug)]
 pub(super) struct Memory {
     seen: [Seen; MOST],
@@ -29,7 +27,6 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Returns the colour and the opacity of a body. They are computed only when the body is first seen.
     pub fn recall(&mut self, seen: Seen, find: impl FnOnce() -> (Colour, f32)) -> (Colour, f32) {
         if let Some(place) = self.seen[..self.count].iter().position(|known| *known == seen) {
             return self.known[place];

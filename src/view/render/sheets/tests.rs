@@ -38,10 +38,8 @@ fn opacity_decides_how_much_shows_through_a_surface() {
     assert!(is_reddish(middle(&front)) && middle(&front) != middle(&none));
     assert!(!is_reddish(middle(&image(&square(0.0, 1), 1.0))));
     assert_eq!(image(&square(0.0, 1), 0.0), none);
-    // The surface is behind the ball. The ball hides its middle, and the rest is visible.
     let behind = image(&square(10.0, 1), 1.0);
     assert!(is_red(middle(&behind)) && !is_background(pixel(&behind, 0.5, 0.2)));
-    // Turning the triangles over does not change the image.
     let mut turned = square(0.0, 1);
     turned.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
     assert_eq!(image(&turned, 0.35), front);
@@ -165,7 +163,6 @@ fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
     assert_ne!(veiled(2.0), alone);
 }
 
-/// Ordinary coordinates, with some exact zeros and extreme values.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![6 => -5.0..15.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e30), 1 => Just(1e-300)]
 }

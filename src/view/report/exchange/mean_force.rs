@@ -9,8 +9,6 @@ use crate::view::report::figures::curves_figure;
 use crate::view::report::html::escape;
 use crate::view::report::plot::{Curves, Line, Point as Dot};
 
-/// Returns a sentence on the distance and on the minimum of the potential of mean force. Empty if the exchange has no
-/// windows.
 pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     let Some(umbrella) = &summary.umbrella else { return String::new() };
     let temperature = summary.results.temperatures.first().map_or_else(String::new, |at| given(at.temperature));
@@ -21,7 +19,6 @@ pub(super) fn sentence(summary: &ExchangeSummary) -> String {
     format!("<p>Windows of {}, at the temperature {temperature}.{lowest}</p>\n", escape(&distance_between(umbrella)))
 }
 
-/// Returns the plots of curves along the distance, of the acceptance, and of the replica paths.
 pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let potential = along(
         summary,
@@ -42,7 +39,6 @@ pub(super) fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> 
     [potential, free_energy, acceptance(summary), paths].into_iter().flatten().collect()
 }
 
-/// Plots a function of the distance.
 fn along(
     summary: &ExchangeSummary,
     [label, title]: [&str; 2],

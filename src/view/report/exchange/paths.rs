@@ -29,7 +29,7 @@ pub(super) fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_
     paths_at(summary, places, ("temperature [energy]", is_logarithmic), height)
 }
 
-/// Plots the paths of some replicas. `height` returns the vertical position of a temperature or window.
+/// `height` returns the vertical position of a temperature or window.
 pub(super) fn paths_at(
     summary: &ExchangeSummary,
     places: &[(f64, Vec<usize>)],

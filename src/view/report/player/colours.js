@@ -21,10 +21,6 @@ function scaleColours() {
   });
 }
 
-/**
- * Returns the colours of the species in table order: palette colours for moving species, grey for static
- * ones.
- */
 function speciesColours(species, fixed) {
   let next = 0;
   return species.map(({ isStatic }) => (isStatic ? fixed : PALETTE[next++ % PALETTE.length]));
@@ -36,7 +32,6 @@ const short = (x) => String(Number(x.toPrecision(4)));
 /** Writes exponents as superscripts, as on the rest of the page. */
 const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
 
-/** Decodes base64 text into bytes. */
 function decoded(text) {
   if (Uint8Array.fromBase64) {
     return Uint8Array.fromBase64(text);

@@ -122,7 +122,6 @@ class Between {
   }
 }
 
-/** Wraps positions into a periodic box. */
 function wrap(positions, { lower, size }, periodic, displacement) {
   for (let k = 0; k < positions.length; k += 3) {
     for (const axis of [1, 0, 2]) {

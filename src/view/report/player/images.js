@@ -51,14 +51,13 @@ function imagesOf({ positions, count, radii }, { lower, size }, periodic, displa
   return { owners, places };
 }
 
-/** Draws the periodic images of the moving particles of a renderer. */
 class Images {
   constructor(renderer) {
     this.renderer = renderer;
     this.table = renderer.spheres(0);
   }
 
-  /** Loads a state. The renderer must have loaded its own table of the state before. */
+  /** The renderer must have loaded its own table of the state before. */
   load({ positions, box, displacement = 0 }) {
     const { renderer, renderer: { moving, particles: { radii, periodic } } } = this;
     const { owners, places } = imagesOf({ positions, radii, count: moving.count }, box, periodic, displacement);

@@ -21,10 +21,7 @@ function viewMatrix(eye, right, above, back) {
   ];
 }
 
-/**
- * Returns the perspective projection between two distances. `slope` is the tangent of half the field-of-view
- * angle.
- */
+/** `slope` is the tangent of half the field-of-view angle. */
 function perspective(slope, aspect, near, far) {
   return [
     1 / (slope * aspect), 0, 0, 0,

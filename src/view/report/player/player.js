@@ -4,7 +4,6 @@ const MOST_BETWEEN = 100000;
 /** Time above which a picture counts as slow `[ms]`. */
 const SLOW = 100;
 
-/** The controls of the player and their actions. */
 class Player {
   constructor(recording) {
     this.recording = recording;
@@ -26,7 +25,6 @@ class Player {
     this.show(0);
   }
 
-  /** Returns the largest distance of any object from the centre. */
   reach() {
     let reach = this.camera.extent;
     for (const { field: [lower, size] } of this.recording.head.frames) {
@@ -118,7 +116,6 @@ class Player {
     event.preventDefault();
   }
 
-  /** Enters or leaves full-screen mode. */
   fill() {
     const done = document.fullscreenElement ? document.exitFullscreen() : this.player.requestFullscreen();
     done.catch(() => this.noteFull());
@@ -144,7 +141,6 @@ class Player {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** Updates the colours and their legend. */
   paint() {
     const { species, channels } = this.recording.head;
     const palette = speciesColours(species, this.scheme.fixed);
@@ -205,7 +201,6 @@ class Player {
     this.redraw();
   }
 
-  /** Updates the note on how many particles are in free flight until the next frame. */
   noteFlights() {
     const { index, recording: { length, head: { moving } } } = this;
     const isShown = element("between").checked && length > 1;
@@ -270,7 +265,6 @@ class Player {
     }
   }
 
-  /** Schedules a redraw in the next animation frame. */
   redraw() {
     if (!this.isDue) {
       this.isDue = true;
@@ -299,7 +293,6 @@ class Player {
     this.draw(now);
   }
 
-  /** Switches shadows off on slow graphics, unless the user chose them. */
   dropShadows() {
     this.slowPictures = (this.slowPictures ?? 0) + 1;
     if (this.slowPictures > 2 && !this.hasChosenShadows) {

@@ -61,7 +61,7 @@ function steer(canvas, camera, changed) {
   }, { passive: false });
 }
 
-/** Moves a camera by a key. Returns whether the key has a function. */
+/** Returns whether the key has a function. */
 function steerByKey(event, camera) {
   const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
   if (turn && (event.shiftKey || turn[0] === 0)) {

@@ -42,8 +42,8 @@ function poseBetween(from, to, s) {
 }
 
 /**
- * Returns the poses of all surfaces. An empty list means that all surfaces are at rest. A surface that is
- * absent from one of the frames keeps its state of the earlier frame.
+ * An empty list means that all surfaces are at rest. A surface that is absent from one of the frames keeps
+ * its state of the earlier frame.
  */
 function posesBetween(from, to, s) {
   if (from.length === 0 && to.length === 0) {

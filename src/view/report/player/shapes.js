@@ -1,6 +1,5 @@
 // Geometry of bonds and of the edges of the box.
 
-/** Number of sides of a bond. */
 const SIDES = 14;
 
 /**

@@ -59,10 +59,7 @@ class Surfaces {
     this.place([]);
   }
 
-  /**
-   * Places the surfaces according to the poses of a frame. Surfaces that are absent from the frame are
-   * omitted.
-   */
+  /** Surfaces that are absent from the frame are omitted. */
   place(poses) {
     const key = JSON.stringify(poses);
     if (this.placed === key) {

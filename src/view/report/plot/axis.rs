@@ -49,18 +49,15 @@ impl Axis {
         Self { low, high: self.high + margin, ..self }
     }
 
-    /// Returns the axis with its ends at other positions.
     pub fn between(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
 
-    /// Whether a value has a position on the axis. On a logarithmic axis, it must be positive.
     pub fn has_place(&self, value: f64) -> bool {
         value.is_finite() && (!self.is_logarithmic || value > 0.0)
     }
 
-    /// Returns the position of a value relative to the axis: 0 at the lower end, 1 at the upper end. Values beyond the
-    /// ends have positions below 0 or above 1.
+    /// Returns the position of a value relative to the axis: 0 at the lower end, 1 at the upper end.
     pub fn fraction(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
         (value - self.low) / (self.high - self.low)
@@ -138,7 +135,6 @@ impl Axis {
         marks.into_iter().find(|marks| marks.iter().filter(|mark| mark.1).count() >= FEWEST)
     }
 
-    /// Returns the label of the tick at a value.
     pub fn label(&self, value: f64) -> String {
         if self.is_logarithmic && self.decades().is_some() {
             let text = format!("{value:e}");
@@ -168,7 +164,6 @@ impl Axis {
     }
 }
 
-/// Returns the multiples of a step between two ends.
 fn multiples(step: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil();
     // An axis never has more than a hundred steps.

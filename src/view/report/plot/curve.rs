@@ -20,7 +20,6 @@ pub(super) const LARGEST_RATIO: f64 = 316.3;
 /// logarithmic axis, the limit is this number of decades. Error bars are not limited.
 const WIDEST_BAND: f64 = 2.0;
 
-/// A measured value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view::report) struct Point {
     pub x: f64,
@@ -29,7 +28,6 @@ pub(in crate::view::report) struct Point {
     pub error: f64,
 }
 
-/// How a line of a plot is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::view::report) enum LineStyle {
     /// Measured values, drawn as points with error bars or as a line with a band.
@@ -62,7 +60,6 @@ pub(in crate::view::report) struct Level {
     pub error: f64,
 }
 
-/// A plot of curves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Curves {
     /// Label for screen readers.
@@ -129,7 +126,6 @@ impl Curves {
         lines.map(|(number, (class, line))| (number, class, line)).collect()
     }
 
-    /// Returns the style class of each line, which defines its colour.
     pub(super) fn classes(&self) -> Vec<String> {
         let (mut measured, mut published) = (0, 0);
         let class = |line: &Line| {
@@ -207,7 +203,6 @@ impl Curves {
     }
 }
 
-/// Whether a measured line is drawn as points with error bars.
 fn has_bars(line: &Line) -> bool {
     line.style == LineStyle::Measured && line.points.iter().flatten().count() <= MOST_BARS
 }
@@ -215,7 +210,6 @@ fn has_bars(line: &Line) -> bool {
 /// Number of line colours in the style sheet.
 pub(super) const COLOURS: usize = 8;
 
-/// Returns the smallest and the largest finite value.
 pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(None, |range, value| {
         let [low, high] = range.unwrap_or([value, value]);
@@ -223,7 +217,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// Draws a line. `number` selects its marker, or is `None` if lines need no markers to be told apart.
+/// `number` selects its marker, or is `None` if lines need no markers to be told apart.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -259,8 +253,7 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     }
 }
 
-/// Draws the error bar of a point. A bar that extends below the plot area ends at the lower side of the area, without a
-/// cap.
+/// A bar that extends below the plot area ends at the lower side of the area, without a cap.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     if point.error > 0.0 {
         let [low, high] = [point.y - point.error, point.y + point.error];
@@ -297,7 +290,6 @@ mod tests {
         Curves { lines: vec![line(points)], ..Curves::default() }
     }
 
-    /// Returns the axes of a plot as JSON.
     fn ends(curves: &Curves) -> serde_json::Value {
         let [_, values] = curves.drawing().unwrap();
         serde_json::from_str::<serde_json::Value>(&values).unwrap()["axes"].clone()

@@ -34,7 +34,7 @@ pub(in crate::view::report) fn deviations(
     measured.iter().map(|point| point.as_ref().and_then(deviation)).collect()
 }
 
-/// Draws the strip with the deviations of all lines. The range of two standard errors is shaded.
+/// The range of two standard errors is shaded.
 pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
     let points = |line: &Line| -> Vec<Point> {
         line.deviations.iter().flatten().copied().filter(|point| x.has_place(point.x)).collect()

@@ -11,7 +11,6 @@ const TONES: usize = 16;
 pub(super) const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
-/// Colour key of a family of curves.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Key {
     /// The quantity that varies from curve to curve, with its unit.

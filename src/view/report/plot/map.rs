@@ -23,7 +23,6 @@ pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 /// large.
 const MOST_SHOWN: usize = 5_000;
 
-/// A plot of a quantity on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Map {
     /// Label for screen readers.

@@ -14,7 +14,7 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Number of the first marker that consists of lines without area. The circle is marker 0.
+/// Number of the first marker that consists of lines without area.
 const FIRST_OPEN: usize = 5;
 
 /// Returns the marker of a line, by its index, at a position `[pixels]`.
@@ -27,7 +27,6 @@ pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     }
 }
 
-/// Returns an arrow at the edge of the strip, which marks a point beyond the edge.
 pub(super) fn arrow([x, y]: [f64; 2], is_upward: bool) -> String {
     let shape = if is_upward { "l4 6h-8z" } else { "l4 -6h-8z" };
     format!("<path class=\"mark\" d=\"M{} {}{shape}\"/>", px(x), px(y))

@@ -67,7 +67,7 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     text(&curves.titles, &[x, y], lines.collect())
 }
 
-/// Returns the values of a map as JSON, with their standard errors. An unknown error is 0.
+/// An unknown error is 0.
 pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
     let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
     let has_errors = cells.iter().any(|cell| cell[3] > 0.0);
@@ -87,7 +87,6 @@ fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
     serde_json::to_string(&values).unwrap_or_default()
 }
 
-/// Rounds a number to five digits.
 fn short(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }

@@ -12,10 +12,8 @@ use crate::view::render::legend;
 /// Largest number of scalars that the player takes from the trajectory. Each scalar makes the page larger.
 const MOST_GIVEN: usize = 4;
 
-/// Kind of a scalar.
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
-    /// Speed `|v|`.
     Speed,
     /// Coordinate along an axis, multiplied by a sign.
     Height(usize, f64),
@@ -67,7 +65,7 @@ impl Channels {
         (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
-    /// Appends the scalars of a frame as bytes. Returns the values that the bytes 0 and 255 stand for, for each scalar.
+    /// Returns the values that the bytes 0 and 255 stand for, for each scalar.
     pub fn encode(
         &mut self,
         frame: &Frame,
@@ -98,7 +96,6 @@ impl Channels {
         self.0.iter_mut().map(encode).collect()
     }
 
-    /// Returns the descriptions of the scalars with the final ends of their colour scales.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
             // Without moving particles, both ends of a scale may be infinite.
@@ -118,7 +115,7 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     moving.map(|(place, _)| value(place)).collect()
 }
 
-/// Appends values as bytes. Returns the values that the bytes 0 and 255 stand for. Counts up to 255 are exact.
+/// Returns the values that the bytes 0 and 255 stand for. Counts up to 255 are exact.
 fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));

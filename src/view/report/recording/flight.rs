@@ -18,7 +18,6 @@ const ROUNDING: f64 = 1e-9;
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
-/// Time and moving particles of a frame.
 #[derive(Debug, Clone, PartialEq)]
 struct Moment {
     time: f64,
@@ -34,7 +33,6 @@ impl Moment {
     }
 }
 
-/// Free flights of all moving particles between two frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flights {
     /// Index in [`FlightFinder::falls`] of the accelerations during the flights.
@@ -57,7 +55,6 @@ impl Flights {
         self
     }
 
-    /// Returns the number of particles in free flight.
     pub fn count(&self) -> usize {
         self.ways.iter().filter(|way| **way > 0).count()
     }
@@ -70,7 +67,6 @@ impl Flights {
     }
 }
 
-/// Finds the free flights between successive frames.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
     /// Accelerations of each species. The first list is for the scene, and the others are for stages with their own
@@ -96,7 +92,7 @@ impl FlightFinder {
         Self { falls, slide: rate * frame.size.y, last: None }
     }
 
-    /// Returns the free flights from the previous frame to this one. `None` for the first frame.
+    /// `None` for the first frame.
     pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
         let now = Moment::of(frame);
         let last = self.last.replace(now)?;

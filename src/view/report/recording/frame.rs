@@ -14,7 +14,6 @@ const BEYOND: u16 = u16::MAX;
 /// Largest margin of the field on each side of the box, in units of the edge length.
 const REACH: f64 = 3.0;
 
-/// Bytes of a frame, and their description.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Encoded {
     pub head: FrameHead,

@@ -19,8 +19,8 @@ pub(super) struct WellNeighbours {
 }
 
 impl WellNeighbours {
-    /// Returns the ranges for a scene. `None` if no potential of the scene has finite steps, or if the species of the
-    /// frame differ from those of the scene.
+    /// `None` if no potential of the scene has finite steps, or if the species of the frame differ from those of the
+    /// scene.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {

@@ -12,7 +12,6 @@ pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 /// Number of steps along each axis of the box around all surfaces.
 const STEPS: f64 = 65_535.0;
 
-/// Layout of the bytes of all surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(in crate::view) struct SurfaceHead {
@@ -26,7 +25,6 @@ pub(in crate::view) struct SurfaceHead {
     pub size: [f64; 3],
 }
 
-/// Surfaces in the form that the player reads.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
@@ -37,7 +35,6 @@ pub(in crate::view) struct SurfaceData {
 }
 
 impl SurfaceData {
-    /// Encodes surfaces. `None` if there are no surfaces.
     pub fn of(surfaces: &Surfaces) -> Option<Self> {
         let skins = &surfaces.skins;
         let lower = skins.iter().map(|skin| skin.bounds[0]).reduce(|a, b| a.inf(&b))?;

@@ -55,7 +55,6 @@ pub(in crate::view::report) fn is_long(temperatures: impl Iterator<Item = f64>) 
     extent(temperatures).is_some_and(|[least, most]| most > LONG * least)
 }
 
-/// A quantity that the stages of a run measure.
 struct Known {
     name: String,
     title: String,

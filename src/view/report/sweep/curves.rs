@@ -19,7 +19,7 @@ struct Family {
     members: Vec<Member>,
 }
 
-/// Returns the section on the measured functions. Empty if there are no functions to compare.
+/// Empty if there are no functions to compare.
 pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> String {
     let parameter = Parameter { title: along.title(), is_logarithmic: along.is_logarithmic };
     let files = "in the folder of each run";

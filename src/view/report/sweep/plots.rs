@@ -26,12 +26,10 @@ pub(super) struct Horizontal {
 }
 
 impl Horizontal {
-    /// Returns the display name of the varied number.
     pub fn title(&self) -> String {
         symbols(&self.entry.name().replace('_', " "))
     }
 
-    /// Returns the value of the varied number at a state point.
     pub fn of(&self, sweep: &Sweep, group: &Group) -> Option<f64> {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
@@ -54,7 +52,6 @@ struct Series<'r> {
     points: Vec<(f64, &'r StageMeans)>,
 }
 
-/// Title and scale of the horizontal axis of a plot.
 struct Along {
     title: String,
     is_logarithmic: bool,
@@ -85,7 +82,6 @@ fn distinct<T: Ord>(mut all: Vec<T>) -> usize {
     all.len()
 }
 
-/// Groups the state points into series along the horizontal axis.
 fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
     let mut all: Vec<Series<'r>> = Vec::new();
     for group in &results.groups {
@@ -170,7 +166,6 @@ fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<
     (figures, constants)
 }
 
-/// Returns the mean of a quantity if it is the same at all points, within round-off.
 fn constant(results: &Results, at: usize) -> Option<f64> {
     let means = || results.means().filter_map(|(_, means)| means.values[at].map(|value| value.mean));
     let [least, most] = extent(means())?;
@@ -234,7 +229,6 @@ fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String,
     all
 }
 
-/// Whether two published curves are equal within round-off.
 fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
     one.len() == other.len()

@@ -24,7 +24,6 @@ fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
     times.iter().map(at).collect()
 }
 
-/// Writes frames in the trajectory format and reads the recording from this text.
 fn recorded(frames: &[Frame], scene: &Scene) -> Recording {
     let mut text = Vec::new();
     frames.iter().for_each(|frame| write_frame(&mut text, frame).unwrap());
