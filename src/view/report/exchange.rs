@@ -205,7 +205,8 @@ fn temperatures(summary: &ExchangeSummary) -> String {
 
 /// Sentences on which replicas contribute to the averages at a temperature: one for exchanges with swaps, one for
 /// reweighting.
-const OVER_REPLICAS: &str = "Averages of a temperature or a window are over all replicas, while they were there.";
+const OVER_REPLICAS: &str =
+    "Averages at a temperature or in a window include each replica for the time that it was there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 /// Returns a sentence on the maximum of the heat capacity. Empty if there is no maximum.
