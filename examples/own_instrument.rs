@@ -75,6 +75,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(speed) = most_probable(&finished) {
         println!("most particles have speeds of about {speed}");
     }
-    println!("the curve: runs/speeds/measurements/speeds.csv, and on the page of carom report runs/speeds");
+    println!("the curve is in runs/speeds/measurements/speeds.csv; carom report runs/speeds plots it");
     Ok(())
 }

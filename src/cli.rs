@@ -183,7 +183,7 @@ fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
     if scene.exchange().is_none() {
         return Ok(());
     }
-    let message = format!("the scene {} has [exchange], several replicas", scene.name());
+    let message = format!("the scene {} has [exchange], which describes several replicas", scene.name());
     Err(Failure::bad_input(message, Some(help)))
 }
 
@@ -265,9 +265,9 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     let folder = run.display();
     let help = match of_several(run) {
         Some(Several::Exchange) => {
-            format!("name the frames of one temperature or window, such as {folder}/trajectory-1.xyz")
+            format!("choose the frames of one temperature or window, such as {folder}/trajectory-1.xyz")
         }
-        Some(Several::Sweep) => format!("name one of its runs: {folder}/RUN"),
+        Some(Several::Sweep) => format!("choose one of its runs: {folder}/RUN"),
         None => {
             "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial".to_owned()
         }
@@ -305,7 +305,7 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
 /// Rejects output that is larger than permitted without `--force`. Returns the permitted size `[bytes]`.
 fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
     allowed(bytes, path).map_err(|too_large| {
-        let help = format!("choose {instead}, or another disk with --out, or --force");
+        let help = format!("choose {instead} or another disk with --out, or write it all with --force");
         Failure::bad_input(format!("the {what} {too_large}"), Some(&help))
     })
 }
@@ -330,7 +330,7 @@ fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::failed(format!("cannot write to the standard output: {error}"), None))
+            Err(Failure::failed(format!("cannot write to standard output: {error}"), None))
         }
         _ => Ok(()),
     }

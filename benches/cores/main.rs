@@ -218,7 +218,7 @@ fn report(rows: &[Row]) -> Outcome<String> {
             100.0 * undone
         )?;
     }
-    text.push_str("\n| system | cores | speed in that of one thread | steps per necessary step | mean domain in the slowest | comparison and exchange in the slowest |\n|---|---|---|---|---|---|\n");
+    text.push_str("\n| system | cores | speed relative to one thread | steps per necessary step | mean domain / slowest domain | comparison and exchange / slowest domain |\n|---|---|---|---|---|---|\n");
     for Row { name, cores, .. } in rows {
         for Estimate { cores, speedup, steps, balance, others } in cores {
             writeln!(

@@ -16,7 +16,7 @@ pub fn draw(path: &str, systems: &[(&str, &[Estimate])]) -> Outcome {
         .y_label_area_size(52)
         .build_cartesian_2d((1.0..64.0).log_scale().base(2.0), (1.0..64.0).log_scale().base(2.0))?;
     let mut mesh = chart.configure_mesh();
-    mesh.x_desc("cores, one domain each").y_desc("speed, in that of one thread").light_line_style(WHITE).draw()?;
+    mesh.x_desc("cores, one domain each").y_desc("speed relative to one thread").light_line_style(WHITE).draw()?;
     let ideal = [1.0, 64.0].map(|cores| (cores, cores));
     chart
         .draw_series(LineSeries::new(ideal, BLACK.mix(0.4)))?

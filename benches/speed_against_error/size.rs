@@ -65,7 +65,7 @@ pub fn measure() -> Outcome {
 
 /// Measures one size in a child process, and prints the row of the table.
 pub fn measure_one(arguments: &[String]) -> Outcome {
-    let [size, packing_fraction] = arguments else { return Err("a size and a packing fraction".into()) };
+    let [size, packing_fraction] = arguments else { return Err("expected a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
     let stopwatch = Stopwatch::start();
     let scene = SceneBuilder::new("size")

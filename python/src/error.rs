@@ -119,7 +119,7 @@ pub fn output(error: &OutputError) -> PyErr {
 
 /// The error for observing functions that differ from the functions at the start of the run.
 fn instrument(error: &InstrumentError) -> PyErr {
-    cured("SimulationError", &error.to_string(), Some("give observe what the run began with: the same names"))
+    cured("SimulationError", &error.to_string(), Some("pass observe with the same names as at the start of the run"))
 }
 
 pub fn saved(error: &SavedError) -> PyErr {
@@ -146,7 +146,7 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
         NeedsRun::Equilibration => "the scene has an equilibration".to_owned(),
         NeedsRun::Rescaling => "the scene has a thermostat that scales velocities".to_owned(),
         NeedsRun::Barostat => "the scene has a barostat that changes the volume".to_owned(),
-        NeedsRun::Exchange => "the scene has replicas at several temperatures".to_owned(),
+        NeedsRun::Exchange => "the scene has [exchange] with several replicas".to_owned(),
         _ => error.to_string(),
     };
     let cure = match error {
@@ -154,10 +154,10 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
         NeedsRun::Rescaling => "use carom.run, or Simulation(scene, plan=False) and its rescale",
         NeedsRun::Barostat => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
         _ => {
-            "use carom.run; or Simulation.prepared(scene), which is where its measurement begins; or Simulation(scene, plan=False) for the dynamics alone"
+            "use carom.run; or Simulation.prepared(scene), which starts at the measurement; or Simulation(scene, plan=False) for the dynamics alone"
         }
     };
-    let text = format!("{what}: carom.run follows it, and a simulation does not\n  help: {cure}");
+    let text = format!("{what}, which a simulation does not carry out\n  help: {cure}");
     exception("SceneError", &text, &[("problem", Some(what)), ("cure", Some(cure.to_owned()))])
 }
 
@@ -171,7 +171,7 @@ pub fn run(error: &RunError<OutputError>) -> PyErr {
 
 /// The exception for a simulation that ended before the measurement.
 pub fn unprepared(ending: &Ending) -> PyErr {
-    let why = ending.trouble().unwrap_or_else(|| "nothing will happen any more before the measurement".to_owned());
+    let why = ending.trouble().unwrap_or_else(|| "no events are left, and the measurement has not begun".to_owned());
     let cure = match ending {
         Ending::Arrested(arrest) => Some(arrest.cure()),
         Ending::Broken(_) => Some(InvariantBroken::CURE),

@@ -132,7 +132,7 @@ pub fn run(
     let threads = threads_of(threads)?;
     let observation = Observation::new(observe, every)?;
     if scene.model.exchange().is_some() {
-        let message = "the scene has [exchange], replicas at several temperatures";
+        let message = "the scene has [exchange], which describes several replicas";
         return Err(error::cured("SceneError", message, Some("use carom.exchange, or leave [exchange] out")));
     }
     let mut watch = Watch::new(callback);

@@ -58,7 +58,7 @@ impl Scene {
     fn toml_of(dictionary: &Bound<'_, PyAny>) -> PyResult<String> {
         match value_of(dictionary, "the scene")? {
             Value::Table(table) => toml::to_string(&table)
-                .map_err(|error| PyValueError::new_err(format!("the scene is not TOML: {error}"))),
+                .map_err(|error| PyValueError::new_err(format!("the scene cannot be written as TOML: {error}"))),
             _ => Err(PyTypeError::new_err("expected a dictionary with the keys of a scene file")),
         }
     }
@@ -219,8 +219,8 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
     if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();
-        let cure = if is_set { "give a list, which has an order" } else { "leave out keys without a value" };
-        let message = format!("{place}: a value of the type {kind} cannot stand in a scene; {cure}");
+        let cure = if is_set { "use a list, because a set has no order" } else { "leave out keys without a value" };
+        let message = format!("{place}: a scene cannot contain a value of type {kind}; {cure}");
         return Err(PyTypeError::new_err(message));
     }
     let Ok(items) = value.try_iter() else {

@@ -51,7 +51,7 @@ impl Simulation {
     fn state(&self) -> PyResult<MutexGuard<'_, State>> {
         self.0.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => error::busy("the simulation"),
-            TryLockError::Poisoned(_) => error::cured("SimulationError", "the simulation has failed before", None),
+            TryLockError::Poisoned(_) => error::cured("SimulationError", "the simulation failed earlier", None),
         })
     }
 
@@ -229,8 +229,7 @@ impl Simulation {
         let until = until(time, events)?;
         let mut state = self.state()?;
         if !state.pending.is_empty() {
-            let message =
-                "a signal interrupted events(), and not all events were returned: continue with events() first";
+            let message = "a signal interrupted events() before all events were returned: continue with events() first";
             return Err(PyValueError::new_err(message));
         }
         let engine = &mut state.engine;

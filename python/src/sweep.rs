@@ -71,8 +71,8 @@ impl Sweep {
         py.detach(|| {
             let scene = self.0.check().map_err(|error| error::sweep(&error))?;
             if scene.exchange().is_some() {
-                let message = "the scene has [exchange], and a sweep varies runs";
-                let cure = "call carom.exchange in a loop, each with an out of its own";
+                let message = "a sweep cannot run a scene with [exchange]";
+                let cure = "call carom.exchange in a loop, with another out for each call";
                 return Err(error::cured("SweepError", message, Some(cure)));
             }
             most_bytes("the sweep", self.0.expected_bytes(&scene), &folder, force).map(|_| ())

@@ -59,7 +59,7 @@ def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
 
     run = carom.run(mixture, tmp_path / "run", until_events=2000)
     # A box in MDAnalysis is periodic along all axes. Distances with it reach through the walls, so there is a warning.
-    with pytest.warns(carom.CaromWarning, match="not along z"):
+    with pytest.warns(carom.CaromWarning, match="not periodic along z"):
         universe = run.to_mdanalysis()
     assert universe.trajectory.n_frames == len(run.frames) > 3
     assert set(universe.atoms.types) == {"A", "B"} and np.isclose(universe.atoms.masses[0], 1.3)

@@ -120,7 +120,7 @@ def test_common_mistakes_get_helpful_errors(fluid: dict) -> None:
     with pytest.raises(carom.FolderError, match="file.py is a file"):
         carom.open("file.py")
     Path("fluid.toml").write_text(carom.Scene(fluid).to_toml())
-    with pytest.raises(carom.FolderError, match="carom.run runs it"):
+    with pytest.raises(carom.FolderError, match="run it with carom.run"):
         carom.open("fluid.toml")
     with pytest.raises(carom.SceneError, match='z = "flat"'):
         carom.Scene({**fluid, "fill": [], "space": {"size": [4.0, 4.0, 0.0]}})

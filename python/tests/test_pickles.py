@@ -63,7 +63,7 @@ def test_pickle_of_a_temporary_run_does_not_keep_its_folder(fluid: dict) -> None
     gc.collect()
     assert sent.observables["temperature"].mean == 1.0 and list(sent.curves) == ["radial_distribution"]
     for read in (lambda: sent.thermo, lambda: sent.parameters, lambda: sent.events, lambda: sent.report):
-        with pytest.raises(carom.FolderError, match="give carom.run an out"):
+        with pytest.raises(carom.FolderError, match="pass out to carom.run"):
             read()
 
 

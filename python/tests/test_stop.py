@@ -25,7 +25,7 @@ def test_stop_function_cannot_advance_its_simulation(fluid: dict) -> None:
     def stop(event: np.void) -> bool:
         nonlocal refused
         for call in calls:
-            with pytest.raises(RuntimeError, match="return True there"):
+            with pytest.raises(RuntimeError, match="return True and continue after the call"):
                 call()
             refused += 1
         return False

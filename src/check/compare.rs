@@ -73,20 +73,20 @@ pub enum CompareError {
 impl CompareError {
     /// Advice to the user, shown with the error.
     pub const CURE: &'static str =
-        "name a folder with more room in the environment variable TMPDIR, or leave the files out with --no-files";
+        "set the environment variable TMPDIR to a folder with more space, or leave the files out with --no-files";
 }
 
 const CHECKSUM: &str = "only its checksum";
-const REPLAYED: &str = "it was the input of the replay";
+const REPLAYED: &str = "the input of the replay";
 const CHECKPOINT: &str = "only its checksum, because it contains wall times";
-const NEWER: &str = "another build of Carom wrote it";
+const NEWER: &str = "written by another build of Carom";
 const OWN: &str = "the run had registered instruments, which a replay lacks";
 const LIST: &str = "the list of the files";
 const MADE: &str = "made from the other files";
-const FOREIGN: &str = "not written by the run of the scene";
+const FOREIGN: &str = "not written by the replay";
 const SUMMARY: &str = "everything except version, engine and speed";
 const REPORT: &str = "everything except the lines about engine and speed";
-const OTHER_SCENE: &str = "the scene is not that of the run";
+const OTHER_SCENE: &str = "the scene differs from the scene of the run";
 const FREE_TEXT: &str = "a text that the program did not write";
 
 /// What the checkpoints in the run folder tell about the run.

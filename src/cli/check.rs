@@ -46,7 +46,7 @@ impl Check {
         text.push_str(if warnings.is_empty() {
             "The scene is valid.\n"
         } else {
-            "The scene is valid, but see above.\n"
+            "The scene is valid, with the warnings above.\n"
         });
         super::print_report(&text)
     }
@@ -94,7 +94,7 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         (None, None) => "number of events: cannot be estimated".to_owned(),
     };
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
-        work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
+        work.push_str(&format!(", in {} on this computer at the rate of the first events", clock(events / per_second)));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
     description::line("writes", &format!("{rows}{few}, {least} {bytes}"))

@@ -62,7 +62,7 @@ impl Manual {
         };
         let mut text = Vec::new();
         let rendered = Man::new(page).render(&mut text);
-        rendered.map_err(|error| Failure::failed(format!("the page cannot be made: {error}"), None))?;
+        rendered.map_err(|error| Failure::failed(format!("the manual page cannot be made: {error}"), None))?;
         super::print(&String::from_utf8_lossy(&text))
     }
 }

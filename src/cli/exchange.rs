@@ -97,7 +97,7 @@ impl ExchangeCommand {
             let (message, help) = if summary.umbrella.is_some() {
                 (
                     format!("{folder} has the same temperature in all windows"),
-                    "name an exchange with several temperatures",
+                    "choose an exchange with several temperatures",
                 )
             } else if summary.density_of_states.is_empty() {
                 (format!("{folder} has no density of states to derive temperatures from"), NO_DENSITY)
@@ -150,11 +150,11 @@ impl ExchangeCommand {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
             let message = format!("{} is not the folder of a replica exchange", self.path.display());
-            return Err(Failure::bad_input(message, Some("begin one with a scene that has [exchange]")));
+            return Err(Failure::bad_input(message, Some("start an exchange with a scene that has [exchange]")));
         }
         if !self.changes.are_none() || self.out.is_some() {
-            let help = format!("for another exchange of its scene: carom exchange {}, with --out", file.display());
-            let message = "an exchange continues unchanged: --seed, --set, --from and --out are for scenes";
+            let help = format!("for another exchange of its scene, run carom exchange {} with --out", file.display());
+            let message = "an exchange continues unchanged: --seed, --set, --from and --out are only for scenes";
             return Err(Failure::bad_input(message, Some(&help)));
         }
         let unreadable =

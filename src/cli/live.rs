@@ -96,6 +96,6 @@ fn places() -> Vec<PathBuf> {
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|error| {
         let message = format!("{} cannot be read: {error}", path.display());
-        Failure::bad_input(message, Some("web/build makes it"))
+        Failure::bad_input(message, Some("build it with web/build"))
     })
 }

@@ -34,7 +34,7 @@ const SCENES: [Choice<&str>; 27] = [
     ),
     (
         "lennard-jones",
-        Some("A Lennard-Jones liquid in steps"),
+        Some("A Lennard-Jones liquid with a stepped potential"),
         include_str!("../../configs/stepped_lennard_jones.toml"),
     ),
     ("hopper", Some("Grains that run out of a hopper of static spheres"), include_str!("../../configs/hopper.toml")),
@@ -50,7 +50,7 @@ const SCENES: [Choice<&str>; 27] = [
     ("ball", Some("A ball that bounces until it rests"), include_str!("../../configs/bouncing_ball.toml")),
     (
         "maxwell",
-        Some("Disks of equal speeds, whose distribution becomes Maxwell's"),
+        Some("Disks of equal speed that relax to Maxwell's distribution"),
         include_str!("../../configs/maxwell.toml"),
     ),
     ("brownian", Some("A large disk among small ones"), include_str!("../../configs/brownian.toml")),
@@ -58,7 +58,7 @@ const SCENES: [Choice<&str>; 27] = [
     ("anneal", Some("A square-well fluid that is cooled in steps"), include_str!("../../configs/anneal.toml")),
     (
         "exchange",
-        Some("A chain as replicas at several temperatures, for carom exchange"),
+        Some("Replicas of a chain at several temperatures, for carom exchange"),
         include_str!("new/exchange.toml"),
     ),
     (
@@ -68,18 +68,18 @@ const SCENES: [Choice<&str>; 27] = [
     ),
     (
         "free-energy",
-        Some("Two large spheres among small ones in windows of their distance, for carom exchange"),
+        Some("Two large spheres among small ones, in windows of the distance between them, for carom exchange"),
         include_str!("../../configs/depletion.toml"),
     ),
     (
         "sweep",
-        Some("Hard spheres whose equation of state carom sweep has: --vary fill.0.packing_fraction=0.1..0.4/4"),
+        Some("The equation of state of hard spheres, for carom sweep with --vary fill.0.packing_fraction=0.1..0.4/4"),
         include_str!("../../configs/equation_of_state.toml"),
     ),
     ("live", Some("Disks with sliders, for carom live"), include_str!("../../configs/maxwell.toml")),
     ("outlet", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
     ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
-    ("piston", Some("A gas below a piston that moves"), include_str!("../../configs/piston.toml")),
+    ("piston", Some("A gas below a moving piston"), include_str!("../../configs/piston.toml")),
     ("drum", Some("Grains in a rotating drum"), include_str!("../../configs/rotating_drum.toml")),
     ("shaker", Some("Grains in a box that vibrates"), include_str!("../../configs/vibrated_box.toml")),
     ("heat-flux", Some("A gas between a warm wall and a cold one"), include_str!("../../configs/heat_flux.toml")),

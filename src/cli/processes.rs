@@ -16,13 +16,13 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());
     if all.len() > Threads::MOST {
-        let message = format!("{} processes were started together, expected {} at most", all.len(), Threads::MOST);
-        return Err(Failure::bad_input(message, Some("start fewer, and give each --threads")));
+        let message = format!("{} processes were started together, expected at most {}", all.len(), Threads::MOST);
+        return Err(Failure::bad_input(message, Some("start fewer processes, and set --threads for each")));
     }
     if all.iter().all(|other| *other == all[0]) {
         return Ok(());
     }
-    let cure = "start all of them with the same arguments, or each one alone, not with mpiexec";
+    let cure = "start all of them with the same arguments, or start each one separately without mpiexec";
     Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
 }
 

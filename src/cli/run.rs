@@ -133,7 +133,7 @@ impl Run {
         let mut scene = self.changes.load(file)?;
         super::refuse_exchange(
             &scene,
-            "run it with `carom exchange`, or leave [exchange] out and give an Andersen thermostat in [run]",
+            "run it with `carom exchange`, or replace [exchange] with an Andersen thermostat in [run]",
         )?;
         if let Some(limit) = self.limit() {
             scene = scene.with_limit(limit)?;
@@ -290,11 +290,11 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     let new = done.folder.display();
     let why = if done.failures.is_empty() { "did not end well" } else { "is not complete" };
     let next = if finished.can_go_on() {
-        format!("`{}` finishes the new one, which then replaces it; ", again(kept))
+        format!("`{}` finishes the new run, which then replaces the old one; ", again(kept))
     } else {
-        format!("To keep the new one, move {new} elsewhere; ")
+        format!("To keep the new run, move {new} elsewhere; ")
     };
-    format!("The run in {run} is unchanged: the new one {why}\n{next}`--force` begins another\n")
+    format!("The run in {run} is unchanged: the new run {why}\n{next}`--force` starts another\n")
 }
 
 /// Returns a failure if the run did not reach its end, or if its audit found faults.

@@ -109,14 +109,14 @@ impl SweepCommand {
             return Ok((sweep, path));
         }
         if !changes.is_empty() {
-            let help = "give the axes with --vary, too, or write what is to be replaced into the file, as set = [\"KEY=VALUE\"]";
+            let help = "add the axes with --vary, or write the changes into the sweep file, as set = [\"KEY=VALUE\"]";
             return Err(Failure::bad_input("--set, --seed and --from need --vary", Some(help)));
         }
         if self.path.is_dir() {
             let file = SweepFolder::file_in(&self.path);
             if !file.exists() {
                 let message = format!("{} is not the folder of a sweep: it has no sweep.toml", self.path.display());
-                return Err(Failure::bad_input(message, Some("begin one with a scene and --vary")));
+                return Err(Failure::bad_input(message, Some("start a sweep with a scene and --vary")));
             }
             let path = self.out.clone().unwrap_or_else(|| self.path.clone());
             return Ok((Sweep::from_file(file)?, path));
@@ -179,7 +179,7 @@ impl SweepCommand {
         }
         if results.repeats() > 0 {
             super::warn(&format!(
-                "{} runs repeat others bit for bit, because nothing in them depends on the seed: the means count equal runs once",
+                "{} runs are bit-for-bit equal to others, because nothing in them depends on the seed: the means count equal runs once",
                 results.repeats()
             ));
         }
@@ -272,7 +272,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
 fn agreements(results: &Results, at: usize) -> Vec<String> {
     let name = results.quantities[at].name.replace('_', " ");
     let line = |it: &Agreement| {
-        let without = it.without_size.map(|sum| format!(" ({} without the size of the systems)", digits(sum)));
+        let without = it.without_size.map(|sum| format!(" ({} without the finite-size correction)", digits(sum)));
         let (sum, without) = (digits(it.chi_square), without.unwrap_or_default());
         format!(
             "{name} compared with {}: chi^2 = {sum} for {} degrees of freedom{without}{}",

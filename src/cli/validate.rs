@@ -79,7 +79,7 @@ impl Validate {
         }
         if points.is_empty() {
             let message = format!("no state point has {:?} in its name", self.filter.as_deref().unwrap_or_default());
-            return Err(Failure::bad_input(message, Some("carom validate --list names them all")));
+            return Err(Failure::bad_input(message, Some("carom validate --list shows all names")));
         }
         Ok(points)
     }
@@ -175,7 +175,7 @@ impl Notes {
 fn verdict(count: usize, bad: usize) -> Result<(), Failure> {
     if bad > 0 {
         let message = format!("{bad} of {count} comparisons do not agree");
-        let help = "another seed separates chance from error: one comparison in 16,000 fails by chance";
+        let help = "run it again with another --seed: one comparison in 16,000 fails by chance";
         return Err(Failure::failed(message, Some(help)));
     }
     super::print(&format!("\nPASSED: {count} of {count}\n"))

@@ -79,7 +79,7 @@ impl Verify {
         let file = Folder::scene_of(&self.run);
         if file.exists() && !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
-            return Err(Failure::bad_input("a run is proven unchanged: --seed and --set are for scenes", Some(&help)));
+            return Err(Failure::bad_input("a run is proven unchanged: --seed and --set need a scene", Some(&help)));
         }
         let (scene, recorded) = load_run(&self.run)?;
         Ok((scene, Some(recorded)))
@@ -145,10 +145,7 @@ fn prove(
     folder: Option<&Path>,
     watch: &mut dyn FnMut(&VerifyStep) -> ControlFlow<()>,
 ) -> Result<Proof, Failure> {
-    super::refuse_exchange(
-        &scene,
-        "leave [exchange] out, and give an Andersen thermostat of one temperature in [run]",
-    )?;
+    super::refuse_exchange(&scene, "replace [exchange] with an Andersen thermostat at one temperature in [run]")?;
     let range = EventRange { from: from.unwrap_or(0), events };
     let refuse_nothing = |events: u64| match from {
         None => Ok(()),
@@ -251,9 +248,11 @@ fn verdict_of_files(files: &Comparison, recorded: Option<&Recorded>) -> Result<(
         env!("CARGO_PKG_VERSION") => {
             "the file was changed after the run, or another build or machine wrote it: run the scene again".to_owned()
         }
-        _ => format!("the run is of Carom {version}, whose files may differ: verify it with that, or run it again"),
+        _ => format!(
+            "the run was made by Carom {version}, whose files may differ: verify it with that version, or run the scene again"
+        ),
     };
-    Err(Failure::failed(format!("{name} is not what the run writes: {difference}{others}"), Some(&help)))
+    Err(Failure::failed(format!("{name} differs from the file of the replay: {difference}{others}"), Some(&help)))
 }
 
 /// Results of a run from its `summary.json`.
@@ -296,7 +295,7 @@ impl Recorded {
         };
         let message =
             format!("scene.toml is not the scene of this run: its {what} is {of_scene}, but {of_run} in summary.json");
-        let help = format!("restore {}, or run it again", self.path.with_file_name("scene.toml").display());
+        let help = format!("restore {}, or run the scene again", self.path.with_file_name("scene.toml").display());
         Err(Failure::bad_input(message, Some(&help)))
     }
 }
@@ -320,7 +319,7 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
     lines.pair("range", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
     lines.pair("", &format!("from t = {} on, a time of {}", digits(*start), digits(*duration)));
     let pairs = match (*first_event, starts_from_run) {
-        (2.., _) => "from the engine's at its start",
+        (2.., _) => "from the engine at the start of the range",
         (_, true) => "from the end of the run that this one starts from",
         (_, false) => "from the distances at the start",
     };
@@ -360,21 +359,23 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
 }
 
 fn words(certificate: &Certificate) -> String {
-    let proven = "PROVEN: no event is missing, spurious or out of order, and each came out right";
+    let proven = "PROVEN: no event is missing, spurious or out of order, and the outcome of each is correct";
     match certificate.end {
         End::Asked => proven.to_owned(),
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
         End::Driven => {
-            "NOTHING PROVEN: a thermostat, a barostat, a growth, a sheared box, a thermal wall or a thermal surface acts".to_owned()
+            "NOTHING PROVEN: the run has a thermostat, a barostat, growth, shear, a thermal wall or a thermal surface"
+                .to_owned()
         }
         End::OpenStages => {
-            "NOTHING PROVEN: the scene does not give the time at which surfaces appear or vanish, or gravity changes".to_owned()
+            "NOTHING PROVEN: the scene does not give the time at which surfaces appear or vanish, or gravity changes"
+                .to_owned()
         }
-        End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
-        End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
+        End::Departed { .. } => "NOT PROVEN: the events above belong to another run".to_owned(),
+        End::Interrupted => "INTERRUPTED: the events above are proven".to_owned(),
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
-            "VIOLATED: the events above are proven, but not that no event follows".to_owned()
+            "VIOLATED: the events above are proven, but another event may follow".to_owned()
         }
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
@@ -395,9 +396,9 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
             );
             let version = recorded.map_or("", |recorded| recorded.summary.version.as_str());
             let help = match version {
-                env!("CARGO_PKG_VERSION") => "restore scene.toml, or run it again".to_owned(),
+                env!("CARGO_PKG_VERSION") => "restore scene.toml, or run the scene again".to_owned(),
                 _ => format!(
-                    "the run is of Carom {version}, whose events may differ: prove it with that, or run it again"
+                    "the run was made by Carom {version}, whose events may differ: prove it with that version, or run the scene again"
                 ),
             };
             Err(Failure::failed(message, Some(&help)))
@@ -421,7 +422,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         }
         End::OpenStages => {
             let help =
-                "give the stage until_time or until_events instead, or the same surfaces and gravity to all stages";
+                "end the stage by until_time or until_events, or use the same surfaces and gravity in all stages";
             let what = "surfaces appear or vanish, or gravity changes, after a stage that ends by its measurements";
             Err(Failure::bad_input(what, Some(help)))
         }

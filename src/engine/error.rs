@@ -162,7 +162,7 @@ impl Arrest {
 #[doc(alias = "corrupted state")]
 #[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
 #[error(
-    "impossible state at time {time} of particle {}{}: expected {expected}",
+    "impossible state of particle {}{} at time {time}: expected {expected}",
     particle.0,
     partner.map_or(String::new(), |id| format!(" and particle {}", id.0))
 )]
@@ -211,7 +211,7 @@ impl fmt::Display for Invariant {
         f.write_str(match self {
             Self::Discontinuity => "a discontinuity of the pair in its state",
             Self::CapturedPair => "a captured pair in the lists of both particles",
-            Self::Surface => "a surface of this number",
+            Self::Surface => "a surface with this number",
             Self::SurfaceRandom => "random numbers of a thermal surface",
             Self::Transition => "another cell behind the face",
             Self::VerletList => "a neighbour list of the particle",
@@ -244,10 +244,13 @@ mod tests {
             time: 1.5,
             expected: Invariant::Discontinuity,
         };
-        let text = "impossible state at time 1.5 of particle 3 and particle 7: expected a discontinuity of the pair in its state";
+        let text = "impossible state of particle 3 and particle 7 at time 1.5: expected a discontinuity of the pair in its state";
         assert_eq!(EngineError::from(broken).to_string(), text);
         let of_one = InvariantBroken { partner: None, expected: Invariant::Surface, ..broken };
-        assert_eq!(of_one.to_string(), "impossible state at time 1.5 of particle 3: expected a surface of this number");
+        assert_eq!(
+            of_one.to_string(),
+            "impossible state of particle 3 at time 1.5: expected a surface with this number"
+        );
     }
 
     /// Square wells, or hard spheres without a `range`, in a wide box whose only wall is at the lower end of x.

@@ -53,7 +53,7 @@ pub enum SetStateError {
     },
     /// Two particles, or a particle and a wall, overlap or are otherwise in an invalid state.
     #[error(
-        "particle {} overlaps with {} by {:e} of the distance that it needs",
+        "particle {} overlaps with {} by {:e} of their smallest allowed distance",
         .0.particle.0,
         .0.partner.map_or("a wall".to_owned(), |partner| format!("particle {}", partner.0)),
         .0.depth

@@ -25,17 +25,17 @@ pub enum NeedsRun {
     Equilibration,
     /// A thermostat that rescales all velocities.
     #[error(
-        "velocities of the scene are scaled by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+        "only a run scales the velocities of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Rescaling,
     /// A barostat that changes the volume.
     #[error(
-        "the volume of the scene is changed by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+        "only a run changes the volume of the scene: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Barostat,
     /// Replicas at several temperatures.
     #[error(
-        "the replicas of the scene are for exchange::Exchange: use that, or Simulation::without_plan for the dynamics alone"
+        "the scene has replicas, which only exchange::Exchange simulates: use that, or Simulation::without_plan for the dynamics alone"
     )]
     Exchange,
 }

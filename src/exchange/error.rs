@@ -62,7 +62,7 @@ pub enum ExchangeError<E> {
     NoOverlap,
     /// A replica has not reached its window after half of the equilibration.
     #[error(
-        "window {}, from {} to {}: the distance has only reached {} in half of the equilibration",
+        "window {}, from {} to {}: after half of the equilibration, the distance is still {}",
         window + 1,
         digits(ends[0]),
         digits(ends[1]),
@@ -92,7 +92,7 @@ impl<E> ExchangeError<E> {
     /// Advice to the user for [`Self::NoOverlap`].
     pub const NO_OVERLAP_CURE: &str = "add temperatures between them, or give a longer equilibration_time";
     /// Advice to the user for [`Self::OutsideOfWindow`].
-    pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time or a shorter interval, windows that the particles can reach, or a start closer to them";
+    pub const OUTSIDE_OF_WINDOW_CURE: &str = "give a longer equilibration_time, a shorter interval, windows that the particles can reach, or a start closer to the windows";
 }
 
 /// Error of the folder of an exchange.

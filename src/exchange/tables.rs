@@ -96,7 +96,7 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
-        return Err(format!("line 1: expected `{heads}` and others"));
+        return Err(format!("line 1: expected a header that begins with `{heads}`"));
     };
     // The rest of the header begins with a comma. Then names of quantities and names of their errors alternate.
     let names: Vec<&str> = others.split(',').skip(1).step_by(2).collect();

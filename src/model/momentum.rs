@@ -199,7 +199,11 @@ mod tests {
         let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, false, true] });
         assert_eq!(conserved(&pair().run(RunPlan { thermostat, ..RunPlan::default() })), [true, true, false]);
         let slit = pair().boundary([walls, periodic, periodic]);
-        assert_eq!(conserved(&slit.wall_temperature(0, 1.0)), [false; 3], "new velocities in all directions");
+        assert_eq!(
+            conserved(&slit.wall_temperature(0, 1.0)),
+            [false; 3],
+            "thermal walls redraw all components of the velocity"
+        );
         let flat = SceneBuilder::new("flat")
             .space(Space {
                 lower: Vector::zeros(),
@@ -268,7 +272,7 @@ mod tests {
         assert_eq!(sliding.influences(), expected);
         assert_eq!(sliding.conserved_axes(), [false; 3]);
         let hard = pair().boundary([Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic]).contact_time(0.1);
-        assert_eq!(conserved(&hard), [false, true, true], "an elastic wall is not altered");
+        assert_eq!(conserved(&hard), [false, true, true], "the TC model does not alter an elastic wall");
     }
 
     #[test]

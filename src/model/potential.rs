@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(well.state_at(1.5_f64.next_down()), 1);
         assert_eq!(well.state_at(0.9), 1, "no pair is captured through a hard core");
         let bond = Potential::bond(1.0, 1.06).unwrap();
-        assert_eq!(bond.state_at(2.0), 1, "no bonded pair is outside of its bond");
+        assert_eq!(bond.state_at(2.0), 1, "a bonded pair is always within the range of its bond");
     }
 
     #[test]

@@ -140,7 +140,7 @@ mod tests {
         distinct.sort_by(f64::total_cmp);
         distinct.dedup();
         assert_eq!(distinct.len(), draws.len());
-        assert_eq!(draw(0, 1), draws[1], "whatever was drawn before");
+        assert_eq!(draw(0, 1), draws[1], "independent of earlier draws");
     }
 
     #[test]

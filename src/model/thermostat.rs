@@ -55,7 +55,7 @@ pub enum ThermostatError {
     NoTemperature,
     /// A simulation does not rescale velocities itself. The caller or a run has to do it.
     #[error(
-        "a simulation has no thermostat that scales velocities: call Simulation::scale_velocities at its times, or use run::Run"
+        "a simulation does not scale velocities by itself: call Simulation::scale_velocities at each interval, or use run::Run"
     )]
     Rescaling,
 }

@@ -216,7 +216,7 @@ mod tests {
     fn tc_model_gives_enough_speed_to_separate_for_a_contact_time() {
         // With speed 0.05 and acceleration 1, the pair is in contact again after one contact time, 0.1.
         assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
-        assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "but never more than it had");
+        assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "the speed never increases");
     }
 
     #[test]
@@ -228,6 +228,6 @@ mod tests {
         let slow = tc_contact(0.0, true, 0.0, 1e-6, 1.0, 0.128);
         assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0 }, "all of a slow motion");
         let rest = tc_contact(0.0, true, 0.0, 0.0, 1.0, 0.128);
-        assert_eq!(rest, Leaving { speed: 0.0, tangential_scale: 1.0 }, "nothing is made of nothing");
+        assert_eq!(rest, Leaving { speed: 0.0, tangential_scale: 1.0 }, "a pair at rest stays at rest");
     }
 }

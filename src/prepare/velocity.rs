@@ -314,7 +314,7 @@ mod tests {
         assert!(scene.particles[..31].iter().all(|p| ((p.velocity - velocity).norm() / 0.5 - 1.0).abs() < 1e-14));
         assert!(
             speeds[31..].iter().any(|speed| (speed - speeds[31]).abs() > 0.1),
-            "a temperature where there is no speed"
+            "the second fill has a temperature, not one speed"
         );
     }
 

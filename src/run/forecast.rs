@@ -124,7 +124,7 @@ fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
         let (periods, latest) = (frequency * duration, frequency * (scene.start_time.abs() + duration));
         if latest > MOST_PERIODS {
             let cause = format!(
-                "surface `{}` has a frequency of {frequency}: after a time of {} its phase has no digits left, so that its motion cannot be simulated",
+                "surface `{}` has a frequency of {frequency}: after a time of {} its phase is lost in round-off, so its motion cannot be simulated",
                 surface.name,
                 scene.start_time.abs() + duration
             );

@@ -97,7 +97,8 @@ fn named<'d>(distributed: &'d [Distributed], name: &str) -> Option<&'d Distribut
 fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError {
     let last = distributed.class(distributed.classes.len() - 1);
     let first = distributed.class(0);
-    let expected = format!("a species with one diameter, because {what}: one of its classes, `{first}` to `{last}`");
+    let expected =
+        format!("a species with one diameter, because {what}: choose one of its classes, `{first}` to `{last}`");
     let value = format!("`{}`, which has a distribution of diameters", distributed.name);
     SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }

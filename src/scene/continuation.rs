@@ -248,7 +248,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
         if count > 0 && !named.contains_key(old.name.as_str()) {
             let known: Vec<&str> = species.iter().map(|species| species.name.as_str()).collect();
             let value = format!("a run with {count} particles of species `{}`", old.name);
-            let expected = format!("no other species than those of the scene: {}", known.join(", "));
+            let expected = format!("only species of the scene: {}", known.join(", "));
             return refuse(at_start(), value, expected);
         }
     }
@@ -282,7 +282,11 @@ fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_
     let mut bonds = Vec::with_capacity(run.bonds.len());
     for bond in &run.bonds {
         let Some(name) = &run.interactions[bond.interaction.0 as usize].name else {
-            return refuse(at_start(), "a run with bonds whose interaction has no name", "bonds by named interactions");
+            return refuse(
+                at_start(),
+                "a run with bonds whose interaction has no name",
+                "bonds whose interactions have names",
+            );
         };
         let [a, b] = bond.pair.map(|id| particles[id.0 as usize].species);
         bonds.push(Bond { interaction: interactions.bond(name, a, b, &at_start())?, ..*bond });

@@ -182,7 +182,7 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
     for (index, ends) in frame.bonds.iter().enumerate() {
         let kind = if origin.bond.is_some() { 0 } else { frame.bond_kinds[index] as usize };
         let Some(name) = names.get(kind) else {
-            return wrong(format!("bond {}-{} is of the kind {kind}, which has no name", ends[0].0, ends[1].0));
+            return wrong(format!("bond {}-{} has the kind {kind}, which has no name", ends[0].0, ends[1].0));
         };
         let mut pair = [0; 2];
         for (end, id) in ends.iter().zip(&mut pair) {

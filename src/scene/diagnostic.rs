@@ -216,7 +216,7 @@ fn not_there(key: &str) -> Option<&'static str> {
             "there are no materials: give `restitution` in each [[interaction]], side and [[surface]]"
         }
         "unit" | "units" => {
-            "numbers have no units: choose those of length, mass and time, and give all numbers in them"
+            "numbers have no units: choose units of length, mass and time, and give all numbers in these units"
         }
         "dt" | "timestep" | "time_step" => "there is no time step: the time of each event is computed",
         _ => return None,

@@ -74,7 +74,7 @@ impl Filling {
             }
             (None, None) if fill.as_many_as_fit => most_that_fit(region.volume(space), &shares, placing, at)?,
             (None, None) => {
-                return Err(missing(at, "count", "or number_density or packing_fraction"));
+                return Err(missing(at, "count", "give it, number_density or packing_fraction"));
             }
         };
         affordable(count, at)?;
@@ -175,11 +175,7 @@ fn most_that_fit(
     let mean: f64 =
         shares.iter().map(|(id, share)| share / total * volume(if is_additive { own(*id) } else { least })).sum();
     if mean <= 0.0 {
-        return Err(missing(
-            at,
-            "count",
-            "because these particles do not exclude each other: any number of them would fit",
-        ));
+        return Err(missing(at, "count", "these particles do not exclude each other, so any number of them would fit"));
     }
     Ok(trunc_to_u64(room / mean).saturating_add(1))
 }
@@ -225,7 +221,7 @@ impl SceneBuilder {
             let at = ConfigPath::root().key("space");
             let is_file = |at: &ConfigPath| at.to_string().starts_with("file");
             let why = if self.groups.iter().any(|placed| is_file(&placed.at)) {
-                "the coordinates of the [[file]] come without a box: give its edges"
+                "the coordinates of the [[file]] have no box: give the edges of the box"
             } else {
                 "it follows only if exactly one [[fill]] gives both a count and a density"
             };

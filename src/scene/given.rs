@@ -235,7 +235,7 @@ until_time = 1.0
         assert!(error(&wrong).to_string().contains("a radius of 0.5, but the species `bead`"), "{}", error(&wrong));
         wrong = given();
         (wrong.frame.bond_names, wrong.frame.bond_kinds, wrong.bond) = (vec!["link".to_owned()], vec![1], None);
-        assert!(error(&wrong).to_string().contains("of the kind 1, which has no name"), "{}", error(&wrong));
+        assert!(error(&wrong).to_string().contains("has the kind 1, which has no name"), "{}", error(&wrong));
     }
 
     #[test]

@@ -153,7 +153,7 @@ impl<'a> Interactions<'a> {
         };
         self.make(index, a.0 as usize, b.0 as usize)?.ok_or_else(|| {
             let expected = "an interaction with a potential";
-            SceneError::new(at.clone(), SceneErrorKind::value(format!("`{name}`, which has none"), expected))
+            SceneError::new(at.clone(), SceneErrorKind::value(format!("`{name}`, which has no potential"), expected))
         })
     }
 

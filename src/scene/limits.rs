@@ -49,7 +49,7 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
     if species > MOST_ROWS || bytes > budget {
         let expected = format!(
-            "at most {MOST_ROWS}, in tables of their pairs that fit into memory: they would take {} GiB, there are {}",
+            "at most {MOST_ROWS}, with tables of their pairs that fit into memory: they would take {} GiB of {}",
             bytes >> 30,
             budget >> 30
         );
@@ -143,7 +143,7 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
 /// Rejects a velocity for a static species.
 pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     if species.is_static() && *velocity != Vector::zeros() {
-        return refuse(at.clone(), format!("{:?}", velocity.as_slice()), "none: a static species stays");
+        return refuse(at.clone(), format!("{:?}", velocity.as_slice()), "none: a static species does not move");
     }
     Ok(())
 }

@@ -45,13 +45,13 @@ fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
 }
 
 fn expected(axis: usize, space: &Space) -> String {
-    format!("{} from {} to {} as the box", AXES[axis], space.lower[axis], space.upper()[axis])
+    format!("{} from {} to {}, inside the box", AXES[axis], space.lower[axis], space.upper()[axis])
 }
 
 /// Rejects shapes without extent, numbers that are not finite, and shapes other than a box in one dimension.
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
-        return refuse(at.key("shape"), "a shape in one dimension", "`box`: a line has stretches only");
+        return refuse(at.key("shape"), "a shape in one dimension", "`box`, which is an interval of the line");
     }
     match region {
         FillRegion::Cone { base, axis, radii, length } => {

@@ -66,7 +66,7 @@ impl Surface {
                 3 => ("three dimensions", "`plane`, `box`, `cylinder`, `cone`, `sphere` or `points`, or one flat axis"),
                 _ => ("one dimension", "`points`, or one flat axis"),
             };
-            return refuse(at.key("surface"), format!("a shape of a plane in {is_in}"), cure);
+            return refuse(at.key("surface"), format!("a two-dimensional shape in {is_in}"), cure);
         };
         let in_plane = |point: &Vector, key: &'static str| on_flat_axes(point, &space.lower, space, &at.key(key));
         match self {
@@ -74,7 +74,7 @@ impl Surface {
                 in_plane(&ends[0], "start")?;
                 in_plane(&ends[1], "end")?;
                 if ends[0] == ends[1] {
-                    return refuse(at.key("end"), "the same as start", "another place");
+                    return refuse(at.key("end"), "the same as start", "a different point");
                 }
             }
             Self::Ring { centre, radius } => {
@@ -105,7 +105,7 @@ fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Resu
         );
     }
     if sides().all(|(_, side)| open.contains(side)) {
-        return refuse(at.key("open"), "all four sides", "at least one side that is there");
+        return refuse(at.key("open"), "all four sides", "at least one side that is not open");
     }
     Ok(())
 }

@@ -262,7 +262,7 @@ impl SpeciesDraft {
     /// Requires a mass for a species that moves, and rejects a mass for a static species.
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self.mass {
-            None if !self.is_static => Err(missing(at, "mass", "every species that moves has one")),
+            None if !self.is_static => Err(missing(at, "mass", "every species that moves needs one")),
             Some(mass) if self.is_static => refuse(at.key("mass"), mass, "no mass: static = true makes it infinite"),
             _ => Ok(()),
         }

@@ -35,7 +35,8 @@ impl SceneBuilder {
     /// [`SceneError`] for the first error: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
-            let expected = "before it, or with `count` for the group: otherwise the id of the particle is unknown";
+            let expected =
+                "a place before it, or `count` in that group: otherwise the ids of the particles are unknown";
             return refuse(
                 at.clone(),
                 "given after a fill or a surface whose number of particles is not given",
@@ -149,7 +150,7 @@ impl SceneBuilder {
     pub(super) fn check_header(&self) -> Result<(), SceneError> {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if self.parts.name.is_empty() || self.parts.name.len() > 100 || !self.parts.name.chars().all(is_good) {
-            let expected = "up to 100 letters, digits, - and _: it becomes a folder";
+            let expected = "up to 100 letters, digits, - and _: it names a folder";
             return refuse(ConfigPath::root().key("name"), format!("{:?}", self.parts.name), expected);
         }
         finite(self.parts.start_time, ConfigPath::root().key("start_time"))?;
@@ -209,7 +210,7 @@ impl SceneBuilder {
                 on_flat_axes(&acceleration, &zero, space, &at)?;
                 species.acceleration = acceleration;
             } else if draft.acceleration.is_some_and(|given| given != zero) {
-                return refuse(at, "given", "none: a static species stays");
+                return refuse(at, "given", "none: a static species does not move");
             }
         }
         Ok(())
@@ -261,7 +262,7 @@ fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
         finite_vector(&region.lower, &at.key("lower"))?;
         finite_vector(&region.upper, &at.key("upper"))?;
         if let Some(k) = (0..3).find(|&k| region.upper[k] < region.lower[k]) {
-            let expected = format!("at least {}, the lower corner's", region.lower[k]);
+            let expected = format!("at least {}, the value of the lower corner", region.lower[k]);
             return refuse(at.key("upper").index(k), region.upper[k], expected);
         }
     }

@@ -39,7 +39,7 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     rows.push(momentum(summary, scene));
     rows.extend(overlaps(summary));
     if events.turning_point > 0 {
-        let how = "grazing, decided by the rule of the paper";
+        let how = "grazing events, decided as in the published algorithm";
         rows.push(Row::told("events at turning points", how, events.turning_point.to_string()));
     }
     if events.tc_altered > 0 {

@@ -125,7 +125,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     } else if scene.table.iter().next().is_none() {
         "particles do not meet each other"
     } else {
-        "pairs remember the steps that they are captured in"
+        "pairs can be captured in potential steps"
     };
     format!("because {motion}, and {pairs}")
 }
@@ -239,7 +239,10 @@ pub fn stage(stage: &StagePlan) -> String {
             GrowthTarget::PackingFraction(fraction) => format!("a packing fraction of {}", digits(fraction)),
             GrowthTarget::CompressibilityFactor(factor) => format!("a compressibility factor of {}", digits(factor)),
         };
-        parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
+        parts.push(format!(
+            "diameters grow by {} of their initial values per unit of time, up to {until}",
+            digits(growth.rate)
+        ));
     }
     parts.extend(stage.gravity.map(|gravity| format!("gravity {}", vector(&gravity))));
     parts.extend(stage.thermostat.as_ref().map(thermostat));
@@ -263,7 +266,7 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
                 ["x", "y", "z"].iter().zip(axes).filter(|(_, is_on)| **is_on).map(|(name, _)| *name).collect();
             let (temperature, rate) = (digits(*temperature), digits(*rate));
             format!(
-                "each particle gets a velocity of temperature {temperature} along {names} {rate} times per time (Andersen)"
+                "each particle gets a new velocity at temperature {temperature} along {names} {rate} times per unit of time (Andersen)"
             )
         }
         Thermostat::Rescaling { temperature, interval } => {

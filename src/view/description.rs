@@ -45,7 +45,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     }
     for gap in scene.gaps() {
         warnings.push(format!(
-            "meshes `{}` and `{}` are joined with a gap of {} that {} passes",
+            "meshes `{}` and `{}` leave a gap of {} at their joint, through which {} can pass",
             gap.surface,
             gap.other,
             digits(gap.width),
@@ -69,7 +69,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         );
     }
     if scene.run().limit == Limit::default() {
-        warnings.push("nothing says how long to measure".to_owned());
+        warnings.push("the measurement has no end: set until_time or until_events".to_owned());
     }
     warnings.extend(unreached(scene));
     warnings.extend(burdens(scene));
@@ -79,7 +79,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time().is_none() {
         warnings.push(
-            "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"
+            "particles that fall and lose energy come to rest through ever more frequent contacts: consider dynamics.contact_time"
                 .to_owned(),
         );
     }
@@ -112,11 +112,11 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let system = SystemDescription::of(scene);
     let pressure = plan.pressure_tensor.is_some() && !system.has_volume();
     let pressure = pressure.then(|| {
-        "measure.pressure_tensor gives rates of events and no pressure: with static particles the volume of the others is unknown".to_owned()
+        "measure.pressure_tensor gives event rates but no pressure: the volume that static particles leave to the others is unknown".to_owned()
     });
     let transport = plan.transport.as_ref().and_then(|_| system.obstacle_to_transport()).map(|obstacle| {
         format!(
-            "measure.transport gives nothing {obstacle}: Einstein-Helfand relations hold in equilibrium, where momentum and energy are conserved, in a periodic box"
+            "measure.transport gives no results {obstacle}: Einstein-Helfand relations hold in equilibrium, where momentum and energy are conserved, in a periodic box"
         )
     });
     pressure.into_iter().chain(transport).collect()
@@ -285,7 +285,7 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     let lost = f64::EPSILON * deepest / kinetic;
     if kinetic > 0.0 && lost > MOST {
         warnings.push(format!(
-            "with potential steps of up to {}, rounding changes kinetic energies by up to {} of their values",
+            "potential steps of up to {} cause relative round-off errors of up to {} in kinetic energies",
             digits(deepest),
             digits(lost)
         ));

@@ -72,7 +72,7 @@ pub enum ViewError {
     Format(PathBuf),
     /// A GIF has too many images per second. Players would slow it down.
     #[error(
-        "a GIF cannot show {0} images per second: its images last for whole hundredths of a second, and players make one of the shortest ten"
+        "a GIF cannot show {0} images per second: an image lasts for whole hundredths of a second, and players show the shortest images ten times longer"
     )]
     FastGif(u32),
     /// An MP4 has an odd width or height. The format stores one colour for each block of two by two pixels.

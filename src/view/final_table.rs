@@ -180,7 +180,7 @@ impl Lines {
         if all.is_empty() {
             return;
         }
-        self.title("events by kind and species, by time");
+        self.title("events by kind and species, per time");
         for rate in all.iter().take(MOST_RATES) {
             self.pair(&rate.title(), &rate.words());
         }

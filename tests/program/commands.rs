@@ -252,17 +252,22 @@ fn check_and_run_warn_about_measurements_without_a_value() {
     let elastic = ["--set", "interaction.0.restitution=1.0"];
     let cases: [(&str, &str, &[&str], Option<&str>); 8] = [
         ("transport", "", &elastic, None),
-        ("transport", "", &["--set", "interaction.0.restitution=0.9"], Some("nothing with contacts that lose energy")),
-        ("transport", "", &["--set", "dynamics.gravity=[0.0, 0.0, -1.0]"], Some("nothing with gravity")),
+        (
+            "transport",
+            "",
+            &["--set", "interaction.0.restitution=0.9"],
+            Some("no results with contacts that lose energy"),
+        ),
+        ("transport", "", &["--set", "dynamics.gravity=[0.0, 0.0, -1.0]"], Some("no results with gravity")),
         (
             "transport",
             "",
             &["--set", "run.thermostat={ kind = 'andersen', temperature = 1.0, rate = 1.0 }"],
-            Some("nothing with a heat bath"),
+            Some("no results with a heat bath"),
         ),
-        ("transport", obstacle, &sparse, Some("nothing in a box with sides or static particles")),
+        ("transport", obstacle, &sparse, Some("no results in a box with sides or static particles")),
         ("pressure_tensor", "", &elastic, None),
-        ("pressure_tensor", obstacle, &sparse, Some("rates of events and no pressure")),
+        ("pressure_tensor", obstacle, &sparse, Some("event rates but no pressure")),
         ("free_paths", obstacle, &sparse, None),
     ];
     for (instrument, more, set, expected) in cases {

@@ -259,12 +259,16 @@ fn the_program_names_the_file_and_the_place_that_was_changed() {
     let output = verify(&[]);
     let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
     assert_eq!(code(&output), 1, "{told}");
-    assert!(told.contains(&format!("thermo.csv is not what the run writes: line {number} is")), "{told}");
+    assert!(told.contains(&format!("thermo.csv differs from the file of the replay: line {number} is")), "{told}");
     assert!(words(&output).contains("PROVEN"), "the events are right: {}", words(&output));
     assert_eq!(code(&verify(&["--no-files"])), 0);
     place.write("runs/scene/thermo.csv", &rows);
     assert_eq!(code(&verify(&[])), 0);
     fs::remove_file(place.path().join("runs/scene/contacts.csv")).unwrap();
     let output = verify(&[]);
-    assert!(errors(&output).contains("contacts.csv is not what the run writes: it is missing"), "{}", errors(&output));
+    assert!(
+        errors(&output).contains("contacts.csv differs from the file of the replay: it is missing"),
+        "{}",
+        errors(&output)
+    );
 }

@@ -122,12 +122,12 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
         return Exchange(path)
     if (path / "summary.json").is_file():
         return Run(path)
-    cure = "give the folder of a run, a sweep or an exchange"
+    cure = "pass the folder of a run, a sweep or an exchange"
     why = f"{path} is not a folder of Carom" if path.is_dir() else f"{path} is a file" if path.exists() else f"there is no folder {path}"
     if path.suffix == ".toml" and path.is_file():
-        cure = "carom.Scene reads a scene, and carom.run runs it"
+        cure = "read a scene with carom.Scene, and run it with carom.run"
     if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):
         why, cure = f"the run in {path} is not finished", "continue it with carom.resume"
     if is_exchange:
-        why, cure = f"the exchange in {path} is not finished", "continue it with carom.exchange, with the same scene and this folder as out"
+        why, cure = f"the exchange in {path} is not finished", "continue it with carom.exchange: pass the same scene, and this folder as out"
     raise FolderError(f"{why}\n  help: {cure}", cure=cure)

@@ -17,7 +17,7 @@ __all__ = ["finite", "flag", "is_number", "path_of", "real", "shown", "threads_o
 def shown(value: Any) -> str:
     """Text of a value for a message: for a long array or list, only the beginning and the type."""
     text = " ".join(repr(value).split())
-    return text if len(text) <= 80 else f"{text[:60]} ... of the type {type(value).__name__}"
+    return text if len(text) <= 80 else f"{text[:60]} ... of type {type(value).__name__}"
 
 
 def is_number(value: Any) -> bool:
@@ -102,7 +102,7 @@ def vectors(name: str, value: ArrayLike, count: int) -> bytes:
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
     if array.shape != (count, 3):
-        raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
+        raise ValueError(f"{name}: expected an array of shape ({count}, 3), found {array.shape}")
     if np.ma.is_masked(value):
         raise ValueError(f"{name}: expected real numbers, found a masked array with masked values")
     return array.astype(np.float64).tobytes()

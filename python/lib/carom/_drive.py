@@ -118,7 +118,7 @@ class Driven:
             raise ValueError(f"thermostat: expected the kind 'andersen', found {found}; velocities are scaled by rescale()")
         unknown = [key for key in thermostat if key not in ("kind", "temperature", "rate", "axes")]
         if unknown or "temperature" not in thermostat:
-            raise ValueError(f"thermostat: expected temperature, rate and axes, found {', '.join(map(str, thermostat))}")
+            raise ValueError(f"thermostat: expected the key temperature, and optionally rate and axes, found {', '.join(map(str, thermostat))}")
         self.set_thermostat(thermostat["temperature"], thermostat.get("rate"), thermostat.get("axes", _AXES))
 
     def set_thermostat(self, temperature: float | None, rate: float | None = None, axes: Iterable[str] = _AXES) -> None:

@@ -17,7 +17,7 @@ _IN_PYTHON = (
     (r"`carom run`", r"`carom.run`"),
     (r"a later end with --until-time", r'a later end with set={"run.until_time": T}'),
     (r"--vary seed=1\.\.3", r'vary={"seed": "1..3"}'),
-    (r"change together are separated by `;`", r"change together are a tuple"),
+    (r"change together are separated by `;`", r"change together form a tuple"),
 )
 
 #: An option of the command-line program. The pattern also matches whole commands, whose options stay unchanged.
@@ -169,7 +169,7 @@ class FolderError(CaromError, OSError):
     ...     carom.open("no/such/run")
     ... except carom.FolderError as error:
     ...     print(error.cure)
-    give the folder of a run, a sweep or an exchange
+    pass the folder of a run, a sweep or an exchange
     """
 
     def __str__(self) -> str:

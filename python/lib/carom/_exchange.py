@@ -300,7 +300,7 @@ class Exchange(InFolder):
         return self._table("density_of_states.csv", "density of states")
 
     def _table(self, name: str, what: str, *, of_windows: bool = False) -> Table:
-        """Reads a table that only exchanges between windows have, or only exchanges between temperatures."""
+        """Reads a table that only one kind of exchange has: between windows, or between temperatures."""
         if (len(self.windows) > 0) != of_windows:
             between = "temperatures" if of_windows else "windows of a distance"
             raise FolderError(f"{self.folder} has no {what}: it is an exchange between {between}")
@@ -385,7 +385,7 @@ class Exchange(InFolder):
         found = _carom.exchange_temperatures(self.folder, asked) if 0.0 < asked < 1.0 else None
         if found is None:
             raise ValueError(
-                f"acceptance: expected a number between 0 and 1, and an exchange with a density of states, found {asked:g}"
+                f"acceptance: expected a number between 0 and 1 and an exchange with a density of states; {asked:g} gives no temperatures here"
             )
         return fixed(np.array(found))
 

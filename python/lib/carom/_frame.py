@@ -120,7 +120,7 @@ class Frame:
         True
         """
         if self.images is None:
-            raise ValueError("the file of this frame does not record how often each particle has left the box")
+            raise ValueError("positions cannot be unwrapped: the file of this frame has no image numbers")
         unwrapped = self.positions + self.images * self.size
         unwrapped[:, 0] += self.images[:, 1] * self.displacement
         return fixed(unwrapped)
@@ -250,7 +250,7 @@ class Frame:
 
         is_flat = self.size == 0.0
         if is_flat.any() and not (is_flat[2] and not is_flat[:2].any()):
-            raise ValueError("freud supports boxes in three dimensions, or in two along x and y")
+            raise ValueError("freud supports only three-dimensional boxes, and two-dimensional boxes along x and y")
         x, y, z = self.size
         box = Box(Lx=x, Ly=y, Lz=z, xy=self.displacement / y, is2D=bool(is_flat[2]))
         box.periodic = tuple(bool(axis) for axis in self.periodic)

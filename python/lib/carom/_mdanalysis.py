@@ -71,8 +71,8 @@ def _boxes(frames: list[Frame]) -> NDArray[np.float32] | None:
         return None
     if through:
         message = (
-            f"a box of MDAnalysis is periodic along all axes, and this one is not along {' and '.join(through)}: "
-            "distances with the box reach through these sides; those with box=None are direct"
+            f"MDAnalysis treats every box as periodic along all axes, but this one is not periodic along {' and '.join(through)}: "
+            "distances with the box may cross these sides; use box=None for direct distances"
         )
         warnings.warn(message, CaromWarning, stacklevel=4)
     return np.array([_lengths_and_angles(frame.cell) for frame in frames], dtype=np.float32)

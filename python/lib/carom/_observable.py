@@ -170,7 +170,7 @@ def _exponent(number: float) -> int:
 
 
 def _observable(value: Any, unit: str = "1") -> Observable | None:
-    """Converts a number to an observable without error. Other types than observables give ``None``."""
+    """Returns an observable unchanged, a number as an observable without error, and ``None`` for other types."""
     if isinstance(value, Observable):
         return value
     return Observable(float(value), 0.0, unit, True, True) if is_number(value) else None
@@ -178,16 +178,16 @@ def _observable(value: Any, unit: str = "1") -> Observable | None:
 
 def _common(one: Observable, other: Observable) -> str:
     if _units.powers(one.unit) != _units.powers(other.unit):
-        raise ValueError(f"expected observables of the same unit, found {shown(one.unit)} and {shown(other.unit)}")
+        raise ValueError(f"expected observables with the same unit, found {shown(one.unit)} and {shown(other.unit)}")
     return one.unit
 
 
 def _power(base: Observable, power: Observable) -> Observable:
     if _units.powers(power.unit) or (power.error != 0.0 and _units.powers(base.unit)):
-        raise ValueError(f"a power must have no unit; if it has an error, its base must have no unit, too; found {base!r} to {power!r}")
+        raise ValueError(f"a power must have no unit; if it has an error, its base must have no unit, too; found {base!r} to the power {power!r}")
     exact = float(power.mean).is_integer() and power.error == 0.0
     if base.mean < 0.0 and not exact:
-        raise ValueError(f"a fractional power needs a base of at least 0, found {base!r} to {power!r}")
+        raise ValueError(f"a fractional power needs a base of at least 0, found {base!r} to the power {power!r}")
     mean = base.mean**power.mean
     slope = power.mean * base.mean ** (power.mean - 1.0) if power.mean else 0.0
     by_power = mean * math.log(base.mean) if power.error != 0.0 else 0.0
@@ -195,7 +195,7 @@ def _power(base: Observable, power: Observable) -> Observable:
 
 
 def _result(mean: float, unit: str, *terms: tuple[float, Observable]) -> Observable:
-    """Result of a function of observables, given its mean and its derivative by each observable."""
+    """Result of a function of observables, given its mean and its derivative with respect to each observable."""
     verdicts = [it.is_stationary for _, it in terms]
     is_stationary = False if False in verdicts else None if None in verdicts else True
     sources: dict[str, tuple[float, float | None]] = {}
@@ -217,7 +217,7 @@ def _with(terms: Mapping[str, tuple[float, float | None]], observable: Observabl
 
 
 def source(*what: Any) -> str:
-    """Name of a measured value: a digest of the data that identify this value uniquely."""
+    """Identifier of a measured value: a digest of the data that determine it."""
     return hashlib.sha256(json.dumps(what, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 

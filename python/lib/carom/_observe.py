@@ -20,7 +20,7 @@ def observed(observe: Functions | None, every: float | None) -> tuple[list[tuple
     """Returns the functions and the time between two calls, in the form that the compiled part expects."""
     if not observe:
         if every is not None:
-            raise ValueError("every: is the time between two calls of the functions in observe, which has none")
+            raise ValueError("every: has no effect without functions in observe: add functions, or leave every out")
         return [], 1.0
     if not isinstance(observe, Mapping):
         raise TypeError(f"observe: expected a dictionary of functions, found {shown(observe)}")
@@ -31,7 +31,7 @@ def observed(observe: Functions | None, every: float | None) -> tuple[list[tuple
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_-]{1,50}", name):
             raise ValueError(f"observe: expected names of up to 50 letters, digits, - and _, found {shown(name)}")
         if name in taken:
-            raise ValueError(f"observe: {name} is what every run measures: choose another name")
+            raise ValueError(f"observe: {name} is the name of a built-in observable: choose another name")
         if not callable(function):
             raise TypeError(f"observe: expected a function of a frame for {name}, found {shown(function)}")
     return [(name, _called(name, function)) for name, function in observe.items()], finite("every", every)

@@ -378,7 +378,7 @@ def _range(frames: Any) -> tuple[int, int | None]:
         only = whole("frames", frames)
         return only, only
     if len(frames) != 2:
-        raise ValueError(f"frames: expected one number, or those of the first and the last frame, found {len(frames)} numbers")
+        raise ValueError(f"frames: expected one number, or the numbers of the first and the last frame, found {len(frames)} numbers")
     first = 0 if frames[0] is None else whole("frames", frames[0])
     last = None if frames[1] is None else whole("frames", frames[1])
     if last is not None and last < first:
@@ -391,7 +391,7 @@ def _size(size: Any) -> tuple[int, int]:
         raise ValueError(f"size: expected pixels across and down, such as (1600, 1200), found {size!r}")
     width, height = (whole("size", it, 1) for it in size)
     if max(width, height) >= 2**32:
-        raise ValueError(f"size: expected numbers of pixels, found {width} and {height}")
+        raise ValueError(f"size: expected a width and a height below 2^32 pixels, found {width} and {height}")
     return width, height
 
 

@@ -78,7 +78,7 @@ def given_of_frame(frame: Frame, bond: str | None) -> _carom.Given:
     _rows("frame: velocities", frame.velocities, (3,), count)
     for name in ("ids", "species", "radii"):
         if np.shape(getattr(frame, name)) != (count,):
-            raise ValueError(f"frame: expected {name} of the shape ({count},), found {np.shape(getattr(frame, name))}")
+            raise ValueError(f"frame: expected {name} of shape ({count},), found {np.shape(getattr(frame, name))}")
     return _given("frame", frame, _bond(bond), (True, True, False))
 
 
@@ -194,7 +194,7 @@ def given_of_mdanalysis(atoms: Any, species: Any, bond: str | None, names: Names
         raise TypeError(f"atoms: expected a Universe or an AtomGroup of MDAnalysis, found {type(atoms).__name__}")
     count, step = len(group), group.universe.trajectory.ts
     if species is None and not hasattr(group, "types"):
-        raise ValueError("the universe has no types of its atoms: give species")
+        raise ValueError("the universe has no atom types: pass species")
     species_names, numbers = _species("species", group.types if species is None else species, count, names)
     box = None if step.dimensions is None else np.asarray(step.dimensions, dtype=np.float64)
     has_box = box is not None and bool((box[:3] > 0.0).any())
@@ -308,7 +308,7 @@ def _rows(name: str, value: Any, columns: tuple[int, ...], count: int | None = N
     rows = "n" if count is None else str(count)
     if array.ndim != 2 or array.shape[1] not in columns or (count is not None and len(array) != count):
         shapes = " or ".join(f"({rows}, {number})" for number in columns)
-        raise ValueError(f"{name}: expected an array of the shape {shapes}, found {array.shape}")
+        raise ValueError(f"{name}: expected an array of shape {shapes}, found {array.shape}")
     if np.ma.is_masked(value):
         raise ValueError(f"{name}: expected real numbers, found a masked array with masked values")
     return array
@@ -331,9 +331,9 @@ def _pairs(name: str, value: Any, count: int) -> NDArray[np.int64]:
     if array.dtype.kind not in "iu":
         raise TypeError(f"{name}: expected whole numbers, found an array of {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 2:
-        raise ValueError(f"{name}: expected an array of the shape (m, 2), found {array.shape}")
+        raise ValueError(f"{name}: expected an array of shape (m, 2), found {array.shape}")
     if array.min() < 0 or array.max() >= count:
-        raise ValueError(f"{name}: expected rows of particles, from 0 to {count - 1}, found {array.min()} to {array.max()}")
+        raise ValueError(f"{name}: expected particle indices from 0 to {count - 1}, found {array.min()} to {array.max()}")
     return array.astype(np.int64)
 
 
@@ -343,14 +343,14 @@ def _species(name: str, value: ArrayLike, count: int, names: Names) -> tuple[lis
         return [value], np.zeros(count, dtype=np.int64)
     array = _array(name, value)
     if array.shape != (count,):
-        raise ValueError(f"{name}: expected one name, or a name for each of {count} particles, found an array of the shape {array.shape}")
+        raise ValueError(f"{name}: expected one name, or a name for each of {count} particles, found an array of shape {array.shape}")
     if array.dtype.kind in "iu":
         known = names()
         if not known:
-            raise ValueError(f"{name}: species are given as numbers, but the source has no list of species")
+            raise ValueError(f"{name}: species are numbers, but the source has no list of species names: use names")
         wrong = np.flatnonzero((array < 0) | (array >= len(known)))
         if len(wrong):
-            raise ValueError(f"{name}: particle {wrong[0]} has the number {array[wrong[0]]}, expected one from 0 to {len(known) - 1}")
+            raise ValueError(f"{name}: particle {wrong[0]} has the species number {array[wrong[0]]}, expected one from 0 to {len(known) - 1}")
         return known, array.astype(np.int64)
     if count and (array.dtype.kind not in "UO" or not isinstance(array[0], str)):
         raise TypeError(f"{name}: expected names or numbers of species, found an array of {array.dtype}")
@@ -374,7 +374,7 @@ def _numbered(name: str, array: NDArray[Any]) -> tuple[list[str], NDArray[np.int
         numbers = np.array([places[it] for it in every], dtype=np.int64)
     wrong = [it for it in found if not isinstance(it, str)]
     if wrong:
-        raise TypeError(f"{name}: expected names of species, found {wrong[0]!r} among them")
+        raise TypeError(f"{name}: expected names of species, found {wrong[0]!r}")
     return [str(it) for it in found], numbers
 
 
@@ -390,7 +390,7 @@ def _mass_of_each(name: str, masses: Any, species: NDArray[np.int64], names: lis
         if not len(its) or not its[0] > 0.0:
             continue
         if (its != its[0]).any():
-            raise ValueError(f"{name}: the particles of species `{of_name}` have masses from {its.min()} to {its.max()}, expected one mass")
+            raise ValueError(f"{name}: the particles of species `{of_name}` have masses from {its.min()} to {its.max()}, expected the same mass for all")
         of_each[number] = its[0]
     return of_each
 

@@ -199,7 +199,7 @@ def _ended(run: Run, trouble: str | None, functions: list[tuple[str, Any]], ever
     if trouble is None:
         uncalled = [name for name, _ in functions if name not in run.observables]
         if uncalled:
-            message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: give a smaller every, or run for longer"
+            message = f"observe: {', '.join(uncalled)} has no value, because the measurement is shorter than every = {every:g}: choose a smaller every, or run for longer"
             warnings.warn(message, CaromWarning, stacklevel=3)
         return run
     # The files of the run outlive the exception only if the user has named the folder.
@@ -342,9 +342,9 @@ class Run(Outputs, InFolder, Results):
 
     def _open(self) -> Path:
         if self._is_closed:
-            raise ValueError("the run is closed, and its temporary folder is gone: give carom.run an out to keep the files")
+            raise ValueError("the run is closed, and its temporary folder was removed: pass out to carom.run to keep the files")
         if not self._folder.is_dir():
-            cure = "give carom.run an out: a temporary folder is removed together with its run"
+            cure = "pass out to carom.run: a temporary folder is removed together with its run"
             raise FolderError(f"the folder {self._folder} of the run is gone\n  help: {cure}", cure=cure)
         return self._folder
 

@@ -604,12 +604,12 @@ def _parts(source: SceneLike, pairs: list[tuple[str, str]]) -> tuple[str, Path, 
         raise TypeError(f"expected the path of a scene file, a dictionary or a Scene, found {kind}")
     path = Path(source)
     if isinstance(source, str) and "\n" in source:
-        raise TypeError("expected a path, found text of several lines: use carom.Scene.from_toml for that")
+        raise TypeError("expected the path of a scene file, found several lines of text: pass the text of a scene to carom.Scene.from_toml")
     try:
         return path.read_text(encoding="utf-8"), path, pairs, None
     except (OSError, UnicodeDecodeError) as error:
         cure = None
         if isinstance(source, str) and source in _carom.examples():
-            cure = f"carom.example({source!r}) is the scene of this name that comes with the package"
+            cure = f"use carom.example({source!r}) for the example scene of this name"
         help = f"\n  help: {cure}" if cure else ""
         raise SceneError(f"cannot read {path}: {error}{help}", problem=str(error), cure=cure) from error

@@ -209,7 +209,7 @@ class Simulation(State, Driven):
     def _refuse_while_asking(self) -> None:
         if self._is_asking:
             raise RuntimeError(
-                "the simulation is advancing, and has called this `stop` function: return True and continue after the call, or advance a copy"
+                "a `stop` function cannot advance its own simulation: return True and continue after the call, or advance a copy"
             )
 
     def _until(self, duration: Any, events: Any, until: Any) -> tuple[float, int]:
@@ -291,7 +291,7 @@ class Simulation(State, Driven):
         time, count = self._until(duration, events, until)
         if stop is None:
             if kinds is not None:
-                raise ValueError("kinds: selects the events for which `stop` is called, but there is no `stop`")
+                raise ValueError("kinds: selects the events that are passed to `stop`, but there is no `stop`")
             with Progress(flag("progress", progress), self._scene.name) as bar:
                 return self._core.advance(time, count, bar.callback)
         if not callable(stop):
@@ -740,7 +740,7 @@ class Simulation(State, Driven):
         except SimulationError:
             now = "that has failed"
         except RuntimeError:
-            now = "that another thread advances"
+            now = "advancing in another thread"
         return f"<Simulation of {scene.name} {now}: {len(scene)} particles>"
 
     def _repr_html_(self) -> str:

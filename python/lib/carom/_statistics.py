@@ -68,7 +68,7 @@ def mean_and_error(series: ArrayLike, unit: str = "1") -> Observable:
     if array.dtype.kind not in "fiu":
         raise TypeError(f"series: expected real numbers, found an array of {array.dtype}")
     if array.ndim != 1 or not len(array):
-        raise ValueError(f"series: expected an array of the shape (m,) with at least one value, found {array.shape}")
+        raise ValueError(f"series: expected an array of shape (m,) with at least one value, found {array.shape}")
     if np.ma.is_masked(series) or not np.isfinite(array).all():
         at = int(np.argmin(np.isfinite(np.ma.filled(np.ma.asarray(series, dtype=float), np.nan))))
         raise ValueError(f"series: the value at index {at} is not finite: remove it, or start after it")

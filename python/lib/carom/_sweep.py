@@ -153,7 +153,7 @@ def sweep(
 
 
 def _text(key: str, value: Any) -> str:
-    """A value of an axis in the syntax of the program."""
+    """A value of an axis, in the syntax of the command line."""
     if isinstance(value, str):
         plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
         # A text such as "1e5" stays a text: without quotes it would be a number.
@@ -161,13 +161,13 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
         number = float(value)
         if not np.isfinite(number):
-            raise ValueError(f"vary: {key} has the value {number}, expected finite numbers")
+            raise ValueError(f"vary: {key} has the value {number}, expected a finite number")
         return f"{number:.{_DIGITS}g}"
     return _carom.Scene.value_of(value, key)
 
 
 def _axis(keys: Any, values: Any) -> str:
-    """An axis in the syntax of the program."""
+    """An axis, in the syntax of the command line."""
     if isinstance(keys, str):
         if isinstance(values, str):
             return f"{keys}={values}"
@@ -183,19 +183,19 @@ def _axis(keys: Any, values: Any) -> str:
     if not rows:
         raise ValueError(f"vary: {', '.join(keys)} have no values")
     if any(len(row) != len(keys) for row in rows):
-        raise ValueError(f"vary: {', '.join(keys)} change together: expected a tuple with one value for each of them in every entry")
+        raise ValueError(f"vary: {', '.join(keys)} change together: expected a list of tuples, each with one value for each key")
     columns = zip(keys, zip(*rows))
     return "; ".join(f"{key}=" + ",".join(_text(key, value) for value in column) for key, column in columns)
 
 
 def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> None:
-    """Rejects measurements that complete runs lack, because complete runs are not repeated."""
+    """Rejects functions whose values a complete run lacks, because complete runs are not repeated."""
     if not observe:
         return
     for name, numbers in _numbers(core, folder):
         missing = [each for each in observe if each not in numbers]
         if missing:
-            cure = "give another out, or remove the folder of that run"
+            cure = "choose another out, or remove the folder of that run"
             raise SweepError(f"{folder / name} was run without {', '.join(missing)} in observe\n  help: {cure}", cure=cure)
 
 
@@ -221,10 +221,10 @@ def _submit(
     name: str,
 ) -> None:
     if not hasattr(executor, "submit"):
-        cure = "for Dask give client.get_executor()" if hasattr(executor, "get_executor") else "such as ProcessPoolExecutor()"
+        cure = "such as client.get_executor() of a Dask client" if hasattr(executor, "get_executor") else "such as ProcessPoolExecutor()"
         raise TypeError(f"executor: expected a concurrent.futures.Executor, {cure}")
     if not isinstance(executor, Executor):
-        raise TypeError("executor: expected a concurrent.futures.Executor; for Dask give client.get_executor()")
+        raise TypeError("executor: expected a concurrent.futures.Executor; for Dask, pass client.get_executor()")
     standing = core.standing(folder)
     missing = [point for point, state, _ in standing if state != "done"]
     over = len(standing) - len(missing)
@@ -258,7 +258,7 @@ def _finished(core: _carom.Sweep, folder: Path, functions: _Observed) -> Sweep:
             empty = sum(numbers.get(each) is None for _, numbers in runs)
             if empty:
                 of = f"{empty} of {len(runs)} runs"
-                message = f"observe: {each} has no value in {of}, whose measurements are shorter than every = {every:g}: give a smaller every, or run for longer"
+                message = f"observe: {each} has no value in {of}, whose measurements are shorter than every = {every:g}: choose a smaller every, or run for longer"
                 warnings.warn(message, CaromWarning, stacklevel=3)
     if result.failures:
         lines = [f"{name}: {why}" for name, why in result.failures.items()]

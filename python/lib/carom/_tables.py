@@ -287,7 +287,7 @@ class Curve:
         'r [length]'
         """
         if len(self.variables) != 1:
-            raise ValueError(f"{self.name} is a grid of {', '.join(self.variables)}: draw .values, such as with imshow")
+            raise ValueError(f"{self.name} is a grid of {', '.join(self.variables)}: plot .values, for example with imshow")
         try:
             import matplotlib.pyplot as pyplot
         except ImportError as error:

@@ -72,7 +72,7 @@ class Trajectory(Sequence[Frame]):
             return [self[place] for place in range(*at.indices(len(self)))]
         place = operator.index(at)
         if not -len(self) <= place < len(self):
-            raise IndexError(f"frame {place} of {len(self)}")
+            raise IndexError(f"frame {place} does not exist: the trajectory has {len(self)} frames")
         return Frame._of(self._core.frame(place % len(self)))
 
     @cached_property

@@ -188,10 +188,11 @@ impl Instrument for BondOrder {
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
         // The number of particles with neighbours differs between samples, so it cannot be a common divisor.
-        let normalisation =
-            Normalisation::of("fraction of the particles with neighbours that are in the bin, over all samples")
-                .by("samples", "1", self.curve.most())
-                .by("bin_width", "1", 1.0 / self.bins as f64);
+        let normalisation = Normalisation::of(
+            "fraction of particles in the bin, among the particles with neighbours, over all samples",
+        )
+        .by("samples", "1", self.curve.most())
+        .by("bin_width", "1", 1.0 / self.bins as f64);
         let method = format!(
             "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
         );
@@ -203,9 +204,9 @@ impl Instrument for BondOrder {
         for (index, degree) in DEGREES.iter().enumerate() {
             let (first, name) = (self.first(index), format!("{symbol}{degree}"));
             let one = format!("{name} = {global} over the {neighbours}");
-            let method = format!("mean over the particles that have neighbours of {one} of each");
+            let method = format!("{one}, averaged over the particles that have neighbours");
             number(&name, &format!("Bond order {name}"), first, &method);
-            let method = format!("{one}, of all particles at once");
+            let method = format!("{one}, with one mean for all particles");
             number(&format!("{name}_global"), &format!("Global bond order {name}"), first + 1, &method);
             curve = curve
                 .series(&format!("p({name})"), "1", &self.curve.estimates(self.bins(index)))

@@ -213,7 +213,7 @@ impl Instrument for Flow {
         let column = |of: usize| -> Vec<Option<Estimate>> {
             rows.iter().map(|row| Some(Estimate { mean: row.passed[of], standard_error: None })).collect()
         };
-        let sum = Normalisation::of("what passed since the start of the measurement");
+        let sum = Normalisation::of("number or mass that passed since the start of the measurement");
         measured.curves.push(
             Curve::new(&format!("flow_{name}"), &title, COUNT)
                 .variable("t", "time", rows.iter().map(|row| row.time).collect())
@@ -225,7 +225,8 @@ impl Instrument for Flow {
     }
 }
 
-const COUNT: &str = "Passages in the direction of the flow minus those against it since the start of the measurement.";
+const COUNT: &str =
+    "Passages in the direction of the flow minus passages against it, since the start of the measurement.";
 const RATE: &str = "Passages after the first one, divided by the time from the first to the last one. The error comes from the rates in pieces of the \
     curve between them.";
 const RATE_IN_WINDOW: &str =

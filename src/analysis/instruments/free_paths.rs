@@ -184,7 +184,7 @@ fn curve(name: &str, [variable, unit]: [&str; 2], ended: &EndedFlights, method: 
     let flights = ended.histogram.count as f64;
     let mean = ended.histogram.mean().filter(|mean| *mean > 0.0);
     let exponential = |mean: f64| Published {
-        label: "exponential of the same mean".to_owned(),
+        label: "exponential distribution with the same mean".to_owned(),
         source: EXPONENTIAL.to_owned(),
         y: centres.iter().map(|x| libm::exp(-x / mean) / mean).collect(),
         x: centres.clone(),

@@ -25,7 +25,7 @@ pub struct NearPair {
 pub enum NearPairsError {
     /// The distance is not positive, or so long that two images of a particle could be within it.
     #[error(
-        "pairs within a distance of {distance}, expected a positive one, up to half of the shortest period: {largest}"
+        "the distance of near pairs is {distance}, expected a positive number up to half of the shortest period, {largest}"
     )]
     Distance {
         /// The distance `[length]`.

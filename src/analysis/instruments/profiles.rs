@@ -149,7 +149,7 @@ impl Instrument for Profile {
             if system.shear_rate == 0.0 {
                 ""
             } else {
-                ", both v and u in it relative to the mean flow at the position of the particle"
+                ", with v and u in this sum relative to the mean flow at the position of the particle"
             }
         );
         let mut curve = Curve::new(&format!("profile_{}", self.name), &format!("Profile {}", self.name), &method);

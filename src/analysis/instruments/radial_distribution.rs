@@ -197,15 +197,15 @@ impl RadialDistribution {
             _ => "2 dr",
         };
         let room = if system.space.is_fully_periodic() {
-            format!("their number times {shell} / V, integrated over the bin")
+            format!("which is the number of pairs times {shell} / V, integrated over the bin")
         } else {
             format!(
-                "what points spread evenly over the box have, less half a diameter at walls: their number times {shell} / V \
+                "for points spread evenly over the box, less half a diameter at walls: the number of pairs times {shell} / V \
                  with the part of the shell that is inside; meshes and the density's own profile are not corrected for"
             )
         };
         format!(
-            "g(r) = n(r) / n_ideal(r): pairs in a bin of {} over the number that is expected without correlations, {room}; \
+            "g(r) = n(r) / n_ideal(r): pairs in a bin of {} divided by the number expected without correlations, {room}; \
              N (N - 1) / 2 pairs of one species, N_A N_B of two{}",
             digits(self.cutoff / self.bins as f64),
             shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!("; {why}"))

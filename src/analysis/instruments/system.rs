@@ -173,7 +173,7 @@ impl SystemDescription {
     /// Reason why Einstein-Helfand relations do not hold; `None` if they do.
     pub(crate) fn obstacle_to_transport(&self) -> Option<&'static str> {
         let obstacles = [
-            (self.moving.len() < 2, "of fewer than two particles that move"),
+            (self.moving.len() < 2, "with fewer than two moving particles"),
             (self.is_accelerated, "with gravity"),
             (!self.is_homogeneous, "in a box with sides or static particles"),
             (!self.is_elastic, "with contacts that lose energy"),

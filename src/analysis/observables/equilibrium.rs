@@ -97,7 +97,7 @@ impl Equilibrium {
         } else if !unknown.is_empty() {
             (Answer::Unknown, vec![format!("too short to tell for {}", unknown.join(", "))])
         } else if !fluctuates {
-            (Answer::Unknown, vec!["nothing that fluctuates was measured".to_owned()])
+            (Answer::Unknown, vec!["no fluctuating quantity was measured".to_owned()])
         } else if events_per_particle < FEWEST_EVENTS {
             let few = digits(rounded(events_per_particle));
             let reason = format!("too short to tell: {few} events per particle, and {FEWEST_EVENTS} are needed");
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
         let expected = "unknown (too short to tell for temperature, pressure)";
         assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
-        assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
+        assert_eq!(text(&[("temperature", constant)]), "unknown (no fluctuating quantity was measured)");
         assert_eq!(Equilibrium::of(&[], &conditions).verdict, Answer::Unknown);
     }
 

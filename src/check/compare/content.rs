@@ -43,10 +43,10 @@ impl fmt::Display for Difference {
             Self::Missing => f.write_str("it is missing"),
             Self::Damaged(why) => f.write_str(why),
             Self::Line { number, found, expected } => {
-                write!(f, "line {number} is {}, in the replay {}", line(found), line(expected))
+                write!(f, "line {number} is {}, but {} in the replay", line(found), line(expected))
             }
             Self::Byte { offset, found, expected } => {
-                write!(f, "byte {offset} is {}, in the replay {}", byte(found), byte(expected))
+                write!(f, "byte {offset} is {}, but {} in the replay", byte(found), byte(expected))
             }
         }
     }

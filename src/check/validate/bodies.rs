@@ -19,7 +19,7 @@ const BOUNCES: Source = Source {
 };
 const BAMME: Source = Source {
     short: "exact, by hand",
-    full: "three elastic spheres of Bamme and Sbalzarini, A Mathematical Definition of Particle Methods, section 3, by hand",
+    full: "three elastic spheres, calculated by hand: Bamme and Sbalzarini, A Mathematical Definition of Particle Methods, section 3",
 };
 const SWINGS: Source =
     Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };

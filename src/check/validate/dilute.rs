@@ -16,7 +16,7 @@ pub(super) const QUANTITIES: &[&str] = &["second virial"];
 
 const EXACT: Source = Source {
     short: "exact",
-    full: "virial series: B_2 of a square well in closed form, less B_3, an integral over three of them",
+    full: "virial series: B_2 of a square well in closed form, after subtraction of the B_3 term, an integral over three particles",
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {

@@ -21,17 +21,18 @@ const CONTACTS: Source = Source {
 };
 const SPEEDY_FLUID: Source = Source {
     short: "Speedy 1987",
-    full: "fit to simulations of some 500 spheres of Speedy, Mol. Phys. 62, 509 (1987), in a box of this size",
+    full: "fit to simulations of about 500 spheres by Speedy, Mol. Phys. 62, 509 (1987), in a box of this size",
 };
 const SPEEDY_CRYSTAL: Source =
-    Source { short: "Speedy 1998", full: "fit to simulations of Speedy, J. Phys.: Condens. Matter 10, 4387 (1998)" };
+    Source { short: "Speedy 1998", full: "fit to simulations by Speedy, J. Phys.: Condens. Matter 10, 4387 (1998)" };
 const HENDERSON: Source = Source {
     short: "Henderson 1975",
     full: "equation of state of hard disks by Henderson, Mol. Phys. 30, 971 (1975), with two further terms",
 };
 
-const YEH_HUMMER: &str = "half of the spheres in the fitted simulations or twice as many, by Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
-const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the crystal as a whole may be anywhere";
+const YEH_HUMMER: &str = "finite-size correction if the fitted simulations had half or twice as many spheres: Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
+const CRYSTAL_MODES: &str =
+    "first order in 1/N: the crystal as a whole moves freely, so only N - 1 of N particles vibrate";
 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];

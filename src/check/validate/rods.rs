@@ -27,7 +27,7 @@ const TONKS: Source = Source {
 };
 const EXCHANGE: Source = Source {
     short: "exact, rods",
-    full: "equal rods exchange velocities: each two meet |v_i - v_j| t / (L - N sigma) times, rounded up or down",
+    full: "equal rods exchange velocities: each pair meets |v_i - v_j| t / (L - N sigma) times, rounded up or down",
 };
 const ROUNDED: &str = "one contact for each pair of rods";
 

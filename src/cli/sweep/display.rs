@@ -80,7 +80,7 @@ impl Display {
             Fate::Done => "done".to_owned(),
             Fate::Kept => return,
             Fate::Failed(why) => format!("failed: {why}"),
-            Fate::Elsewhere => "under way in another process".to_owned(),
+            Fate::Elsewhere => "running in another process".to_owned(),
             _ => "interrupted".to_owned(),
         };
         let text = format!("[{over}/{}] {}: {words}", self.total, sweep.points()[place].folder());

@@ -150,7 +150,7 @@ impl Drop for Trajectory {
 }
 
 fn lost(path: &Path) -> OutputError {
-    OutputError::write(path)(io::Error::other("a frame was not written to its end"))
+    OutputError::write(path)(io::Error::other("a frame could not be written completely"))
 }
 
 fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {

@@ -165,7 +165,7 @@ mod tests {
                 let sum: Vector = areas.iter().sum();
                 let covered: f64 = areas.iter().map(Vector::norm).sum();
                 assert!((covered - 2.0 * 64.0).abs() < 1e-11, "{covered}");
-                assert!((sum.norm() - covered).abs() < 1e-11, "all have one orientation");
+                assert!((sum.norm() - covered).abs() < 1e-11, "all triangles have the same orientation");
                 let normal = Vector::new(0.48, 0.6, -0.64).cross(&Vector::new(0.8, 0.0, 0.6));
                 assert_eq!(sum.dot(&normal) > 0.0, turn == 0);
             }

@@ -58,12 +58,14 @@ impl Finding {
             Self::Open(_) => {
                 "fill the holes, or merge vertices that should coincide; leave it if the surface is meant to be open"
             }
-            Self::Crowded(_) => "separate the bodies that touch along an edge, or unite them, and delete faces inside",
+            Self::Crowded(_) => "separate or unite bodies that touch along an edge, and delete faces inside the bodies",
             Self::NotOriented(_) => "recalculate the normals of the mesh, so that all point outwards",
             Self::Degenerate(_) => "dissolve faces without area, or merge vertices by distance",
             Self::Duplicates(_) => "delete one of the faces",
             Self::SelfIntersections(_) => "unite overlapping bodies with a boolean operation, or move them apart",
-            Self::NotSearched => "remesh the surface with triangles of similar edges, and check it again",
+            Self::NotSearched => {
+                "remesh the surface with triangles whose edges have similar lengths, and check it again"
+            }
         }
     }
 }

@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(positive(&f(8.0, 3.0, 1.0)), None);
         assert_eq!(positive(&f(8.0, 0.0, 1.0)), None);
         assert_eq!(positive(&f(-0.5, 0.0, 0.0)), None);
-        assert_eq!(positive(&f(-0.5, 1.0, 1.0)), None, "an overlap that improves is left alone");
+        assert_eq!(positive(&f(-0.5, 1.0, 1.0)), None, "an overlap that decreases causes no event");
     }
 
     #[test]
@@ -113,7 +113,11 @@ mod tests {
     fn figure_3c_a_pair_outside_that_recedes_interacts_now() {
         assert_eq!(negative(&f(0.0, 1.0, 1.0)), Some(0.0));
         assert_eq!(negative(&f(0.25, 1.0, 1.0)), Some(0.0));
-        assert_eq!(negative(&f(0.1, -1.0, 1.0)).map(|t| t > 1.0), Some(true), "improving: left alone until it leaves");
+        assert_eq!(
+            negative(&f(0.1, -1.0, 1.0)).map(|t| t > 1.0),
+            Some(true),
+            "a pair that moves inwards has no event until it leaves again"
+        );
     }
 
     #[test]

@@ -100,7 +100,10 @@ mod tests {
         let first = velocities(&simulation);
         assert!((simulation.energy().kinetic - 3.0 * 107.0).abs() < 1e-9 && simulation.energy().momentum.norm() < 1e-9);
         let alike: f64 = first.iter().zip(&start).map(|(a, b)| a.dot(b)).sum();
-        assert!(alike.abs() < 0.2 * 3.0 * 108.0 * 2.0_f64.sqrt() / 1.3, "not those of the start with the same seed");
+        assert!(
+            alike.abs() < 0.2 * 3.0 * 108.0 * 2.0_f64.sqrt() / 1.3,
+            "the new velocities differ from those of the start, which has the same seed"
+        );
         simulation.thermalize(2.0, 2).unwrap();
         assert_ne!(velocities(&simulation), first);
         simulation.rescale(0.5).unwrap();

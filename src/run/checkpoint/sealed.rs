@@ -143,7 +143,7 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
     let begins = if whole { HEAD } else { MAGIC.min(numbers::index(length)) };
     input.read_exact(&mut head[..begins])?;
     if head[..MAGIC] != *kind.magic() {
-        return Ok(Err("it does not start like one"));
+        return Ok(Err("its first bytes are wrong"));
     }
     if !whole {
         return Ok(Err("its end is missing"));

@@ -220,7 +220,7 @@ impl<'a> Placing<'a> {
             return refuse(at.key("speed"), "given as well", "either it or temperature");
         }
         match species.into_iter().find(|kind| self.species[kind.0 as usize].is_static()) {
-            Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species stays"),
+            Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species does not move"),
             _ => Ok(()),
         }
     }

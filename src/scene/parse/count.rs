@@ -28,11 +28,11 @@ pub(super) fn parse_count(
             return refuse(
                 at.key(key),
                 "given without a path",
-                "`path` as well, the file of a mesh, or no key that only meshes have",
+                "`path`, the file of a mesh, as well; or no key that only meshes have",
             );
         }
         let corner = |given: Option<[f64; 3]>, key| {
-            given.map(vector).ok_or_else(|| missing(at, key, "or path, the file of a closed mesh".to_owned()))
+            given.map(vector).ok_or_else(|| missing(at, key, "give it, or path, the file of a closed mesh".to_owned()))
         };
         let region = Region { lower: corner(file.lower, "lower")?, upper: corner(file.upper, "upper")? };
         return Ok((CountRegion { name: file.name, space: CountSpace::Box(region) }, None));

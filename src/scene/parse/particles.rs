@@ -48,7 +48,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         (Some(_), Some(_)) => return contradiction("composition", "species"),
         (Some(species), None) => vec![(species, 1.0)],
         (None, Some(composition)) => composition.into_iter().collect(),
-        (None, None) => return Err(missing(at, "species", "or composition, for a mixture")),
+        (None, None) => return Err(missing(at, "species", "give it, or composition for a mixture")),
     };
     let amount = match (file.number_density, file.packing_fraction) {
         (Some(_), Some(_)) => return contradiction("packing_fraction", "number_density"),

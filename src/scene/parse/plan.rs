@@ -24,7 +24,7 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
     };
     let at = ConfigPath::root().key("run");
     if run.until_time.is_none() && run.until_events.is_none() {
-        return Err(missing(&at, "until_time", "or until_events, or both"));
+        return Err(missing(&at, "until_time", "give it, until_events, or both"));
     }
     let limit = Limit { time: run.equilibration_time, events: run.equilibration_events };
     let equilibration = parse_equilibration(run.equilibration.as_deref(), limit, &at)?;
@@ -65,7 +65,7 @@ fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Res
 fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneError> {
     let limit = Limit { time: stage.until_time, events: stage.until_events };
     if limit == Limit::default() && stage.grow.is_none() {
-        return Err(missing(at, "until_time", "or until_events, or grow, so that the stage ends"));
+        return Err(missing(at, "until_time", "give it, until_events or grow, so that the stage ends"));
     }
     let before = Limit { time: stage.equilibration_time, events: stage.equilibration_events };
     let equilibration = parse_equilibration(stage.equilibration.as_deref(), before, at)?;
@@ -95,7 +95,9 @@ fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError
     let until = match (file.packing_fraction, file.compressibility_factor) {
         (Some(fraction), None) => GrowthTarget::PackingFraction(fraction),
         (None, Some(factor)) => GrowthTarget::CompressibilityFactor(factor),
-        (None, None) => return Err(missing(at, "packing_fraction", "or compressibility_factor, where it ends")),
+        (None, None) => {
+            return Err(missing(at, "packing_fraction", "give it or compressibility_factor, so that the growth ends"));
+        }
         (Some(_), Some(_)) => {
             return refuse(at.key("compressibility_factor"), "given as well", "either it or packing_fraction");
         }

@@ -96,7 +96,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
         },
         "cylinder" if file.length.is_none() => {
             if file.tolerance.is_some() {
-                return refuse(at.key("tolerance"), "given", "a length as well: a cylinder without ends is round");
+                return refuse(at.key("tolerance"), "given", "a length as well: an infinite cylinder is exactly round");
             }
             SurfaceShape::Cylinder {
                 point: keys.vector("base")?,
@@ -167,7 +167,7 @@ fn turned(
     let tolerance = positive(file.tolerance.unwrap_or(TOLERANCE * largest), at.key("tolerance"))?;
     match revolution(&base, &axis, profile, tolerance) {
         Some(mesh) if !mesh.triangles.is_empty() => Ok(SurfaceShape::Mesh(mesh)),
-        Some(_) => refuse(key, "a profile without a line", "two different points, of which one is off the axis"),
+        Some(_) => refuse(key, "a profile without a line", "two different points, at least one of them off the axis"),
         None => refuse(at.key("tolerance"), tolerance, "a coarser one: a circle would have more than 4096 sides"),
     }
 }
@@ -247,7 +247,7 @@ fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) ->
     match report.findings().first() {
         Some(finding) => refused(finding.to_string(), finding.cure()),
         None if report.orientation() != Some(Orientation::Outwards) => {
-            refused("the normals of the mesh point inwards".to_owned(), "turn them, so that all point outwards")
+            refused("the normals of the mesh point inwards".to_owned(), "flip them, so that all point outwards")
         }
         None => Ok(()),
     }

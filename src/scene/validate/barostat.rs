@@ -105,7 +105,7 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
         (
             scene.contact_time.is_some(),
             "with the TC model",
-            "none together with dynamics.contact_time: contacts have to be elastic",
+            "none together with dynamics.contact_time: contacts must be elastic",
         ),
         (
             !scene.has_elastic_pairs(),
@@ -115,7 +115,7 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
         (
             scene.allow_invalid_start,
             "with allow_invalid_start",
-            "a start without overlaps: moves to volumes with overlaps are refused",
+            "a start without overlaps: volume moves are rejected as long as particles overlap",
         ),
     ];
     all.into_iter().find(|(is_so, ..)| *is_so).map(|(_, what, expected)| (what, expected))
@@ -132,7 +132,7 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
         return refuse(
             at.clone(),
             names,
-            "bonds of single pairs, [[bond]] or [[chain]]: molecules are moved as a whole",
+            "bonds between single pairs, from [[bond]] or [[chain]]: each molecule moves as a whole",
         );
     }
     let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
@@ -152,7 +152,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
         return refuse(
             phase.at.key("barostat"),
             "given together with grow",
-            "either of them: volume moves take constant diameters",
+            "only one of them: volume moves need constant diameters",
         );
     }
     let expected =

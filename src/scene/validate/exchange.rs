@@ -93,7 +93,7 @@ impl SceneParts {
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
-            let expected = "none together with [exchange]: prepare the particles with `carom run`, and start from the end of that run, start.from";
+            let expected = "none together with [exchange]: prepare the particles with `carom run`, and start from the end of that run with start.from";
             return refuse(ConfigPath::entry("stage", 0), "given", expected);
         }
         if self.run.thermostat.is_some() {
@@ -120,18 +120,19 @@ impl SceneParts {
         ] {
             if is_given {
                 let expected =
-                    "none together with [exchange], which has a row for each attempt to swap, and trajectories";
+                    "none together with [exchange], which writes a row for each attempt to swap, and trajectories";
                 return refuse(at.key(key), "given", expected);
             }
         }
         if let Some(format) = output.formats.first().map(|format| Format::name(*format)) {
-            let expected =
-                format!("none together with [exchange]: `carom convert DIR/trajectory-1.xyz --to {format}` does it");
+            let expected = format!(
+                "none together with [exchange]: convert later with `carom convert DIR/trajectory-1.xyz --to {format}`"
+            );
             return refuse(at.key("formats"), "given", expected);
         }
         if self.allow_invalid_start {
             let expected = "false with [exchange], which averages over valid states: let `carom run` separate the particles, and start from \
-                            the end of that run, start.from";
+                            the end of that run with start.from";
             return refuse(root.key("allow_invalid_start"), "true", expected);
         }
         Ok(())
@@ -231,8 +232,9 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("exchange").key("temperatures");
     let count = temperatures.len();
     if !(2..=MOST_TEMPERATURES).contains(&count) {
-        let expected =
-            format!("2 to {MOST_TEMPERATURES}, ascending or descending: replicas at neighbouring ones are swapped");
+        let expected = format!(
+            "2 to {MOST_TEMPERATURES} temperatures, ascending or descending: replicas at neighbouring ones are swapped"
+        );
         return refuse(at, format!("a list of {count}"), expected);
     }
     for (index, temperature) in temperatures.iter().enumerate() {
@@ -244,7 +246,7 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
         let (before, here) = (temperatures[index], temperatures[index + 1]);
         let order = if is_ascending { "above" } else { "below" };
         let expected = if before == here {
-            "another temperature than the one before".to_owned()
+            "a temperature other than the one before".to_owned()
         } else {
             format!("a temperature {order} the one before, {}: temperatures must ascend or descend", shortest(before))
         };

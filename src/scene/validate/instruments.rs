@@ -21,8 +21,8 @@ pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError
         return refuse("pressure_tensor", "given in an open box", expected);
     }
     if plan.structure_factor.is_some() && !scene.space.boundary.contains(&Boundary::Periodic) {
-        let expected = "no structure_factor, or an axis that is periodic: its wave vectors are those of the periods";
-        return refuse("structure_factor", "given in a box without periods", expected);
+        let expected = "no structure_factor, or a periodic axis: its period determines the wave vectors";
+        return refuse("structure_factor", "given in a box without a periodic axis", expected);
     }
     if plan.chains.is_some() && scene.bonds.is_empty() {
         return refuse("chains", "given without bonds", "no chains, or particles with bonds: a [[chain]] or [[bond]]");

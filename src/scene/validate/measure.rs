@@ -64,7 +64,9 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
     for (index, flow) in plan.flows.iter().enumerate() {
         let at = at.key("flow").index(index);
         match (&flow.axis, flow.normal) {
-            (None, None) => return Err(missing(&at, "axis", "or normal, the direction perpendicular to the plane")),
+            (None, None) => {
+                return Err(missing(&at, "axis", "give it, or normal, the direction perpendicular to the plane"));
+            }
             (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either it or an axis"),
             (Some(word), None) if !AXES.contains(&word.as_str()) => {
                 return Err(unknown(&at.key("axis"), "axis", word, AXES));
@@ -80,7 +82,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
         if let Some([from, to]) = flow.window
             && !(from >= 0.0 && from < to && to.is_finite())
         {
-            let expected = "start and end of a time after the start of the measurement, such as [2.0, 10.0]";
+            let expected = "two times after the start of the measurement, the earlier first, such as [2.0, 10.0]";
             return refuse(at.key("window"), format!("[{from}, {to}]"), expected);
         }
         if let Some(outlet) = flow.outlet {
@@ -100,7 +102,7 @@ fn check_outlet(outlet: Outlet, has_species: bool, space: &Space, at: &ConfigPat
         return refuse(
             at.key("species"),
             "given with an outlet",
-            "either of them: Beverloo's law is for all grains together",
+            "only one of them: Beverloo's law holds for all grains together",
         );
     }
     match outlet {
@@ -137,7 +139,7 @@ fn check_box(
         Some(k) => refuse(
             at.key(if upper.is_some() { "upper" } else { "lower" }).index(k),
             upper_corner[k],
-            format!("an upper corner that is not below {}, the lower one's", lower_corner[k]),
+            format!("an upper corner of at least {}, the value of the lower corner", lower_corner[k]),
         ),
         None => Ok(()),
     }
@@ -157,7 +159,7 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
             }
             Boundary::Flat => {}
             _ if extent <= 0.0 => {
-                let expected = format!("an upper corner above {}, the lower one's", lower[axis]);
+                let expected = format!("an upper corner above {}, the value of the lower corner", lower[axis]);
                 return refuse(side(axis), upper[axis], expected);
             }
             Boundary::Periodic if extent > space.size[axis] * (1.0 + 1e-9) => {

@@ -76,7 +76,7 @@ impl SceneParts {
         for (index, stage) in self.run.stages.iter().enumerate() {
             let at = ConfigPath::entry("stage", index);
             if [EQUILIBRATION, MEASUREMENT].contains(&stage.name.as_str()) {
-                let expected = "another name: the run has a stage of its own with this one";
+                let expected = "another name: every run has a stage of this name";
                 return refuse(at.key("name"), format!("{:?}", stage.name), expected);
             }
             check_limit(stage.limit, at.key("until_time"), at.key("until_events"))?;
@@ -103,7 +103,7 @@ impl SceneParts {
             return refuse(at.key("grow"), "given in a measured stage", expected);
         }
         if stage.limit == Limit::default() {
-            return Err(missing(&at, "until_time", "or until_events, so that the stage ends"));
+            return Err(missing(&at, "until_time", "give it or until_events, so that the stage ends"));
         }
         let name = &stage.name;
         if !is_file_name(name) {
@@ -137,7 +137,7 @@ impl SceneParts {
         if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {
             let at = ConfigPath::entry("stage", index).key("grow");
             if !(is_alone && interactions.are_hard_spheres() && self.shear_rate.is_none()) {
-                let expected = "no growth, or only hard spheres without bonds, in a periodic box without gravity, static particles and shear";
+                let expected = "no growth, or only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
                 return refuse(at, "given", expected);
             }
         }
@@ -147,7 +147,7 @@ impl SceneParts {
         let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
         if rate == 0.0 || !is_alone || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
             let expected = format!(
-                "no shear, or a rate other than 0 in a periodic box of at least 4 ranges ({}) along each axis, without gravity and static particles",
+                "no shear, or a rate other than 0 in a periodic box of at least 4 ranges ({}) along each axis, without gravity or static particles",
                 4.0 * longest
             );
             return refuse(at, rate, expected);
@@ -166,9 +166,11 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
         ThermostatError::Number { name, value } => positive(value, at.key(name)).map(drop),
         ThermostatError::NoAxis => refuse(at.key("axes"), "[]", "at least one axis"),
         ThermostatError::FlatAxes => refuse(at.key("axes"), "only flat ones", "an axis along which particles move"),
-        ThermostatError::NothingMoves => {
-            refuse(at.key("kind"), "\"andersen\" in a scene in which nothing moves", "none, or particles that move")
-        }
+        ThermostatError::NothingMoves => refuse(
+            at.key("kind"),
+            "\"andersen\" in a scene in which nothing moves",
+            "no thermostat, or particles that move",
+        ),
         ThermostatError::NoTemperature | ThermostatError::Rescaling => {
             let expected =
                 "\"andersen\": scaling velocities needs a temperature: two or more moving particles, without gravity";
@@ -190,7 +192,7 @@ pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
             Some(index) => (ConfigPath::entry("stage", index), "gravity"),
             None => (ConfigPath::root().key("run"), "gravity"),
         };
-        let expected = format!("no gravity of a stage: `{}` has an acceleration of its own", other.name);
+        let expected = format!("no gravity in a stage: `{}` has an acceleration of its own", other.name);
         return refuse(index.key(key), "given", expected);
     }
     for gravity in scene.run.stages.iter_mut().map(|stage| &mut stage.gravity).chain([&mut scene.run.gravity]) {
@@ -264,7 +266,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
                 );
             }
             GrowthTarget::PackingFraction(target) if target > densest(scene) => {
-                let expected = format!("at most {:.4}, the density of the densest packing", densest(scene));
+                let expected = format!("at most {:.4}, the packing fraction of the densest packing", densest(scene));
                 return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
@@ -273,7 +275,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
         };
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
         if 2.0 * range > shortest {
-            let expected = format!("a box of at least two diameters, which grow up to {range:.4}, or more particles");
+            let expected = format!("a box of at least two diameters, which grow to {range:.4}, or more particles");
             return refuse(ConfigPath::root().key("space").key("size"), shortest, expected);
         }
         if matches!(growth.until, GrowthTarget::PackingFraction(_)) {

@@ -100,7 +100,7 @@ impl SceneBuilder {
         let (mut time, stages) = (self.parts.start_time, &self.parts.run.stages);
         for stage in stages.iter().take_while(|stage| stage.name != name) {
             let Some(duration) = stage.duration() else {
-                let value = format!("\"{name}\" begins when \"{}\" has ended", stage.name);
+                let value = format!("\"{name}\", which begins when \"{}\" has ended", stage.name);
                 return refuse(at.clone(), value, "earlier stages that end only by `until_time`");
             };
             time += duration;
@@ -148,7 +148,7 @@ fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> 
             finite_vector(&ends[1], &at.key("end"))?;
             not_negative(*radius, at.key("radius"))?;
             if *radius == 0.0 && ends[0] == ends[1] {
-                return refuse(at.key("end"), "the same as start", "another place, or a radius");
+                return refuse(at.key("end"), "the same as start", "a different point, or a positive radius");
             }
             Ok(())
         }
@@ -169,16 +169,18 @@ fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     }
     for (index, vertex) in mesh.vertices.iter().enumerate() {
         finite_vector(vertex, &at).map_err(|_| {
-            let value = format!("vertex {} of the mesh is at {:?}", index + 1, vertex.as_slice());
+            let value = format!("a mesh with vertex {} at {:?}", index + 1, vertex.as_slice());
             SceneError::new(at.clone(), crate::scene::SceneErrorKind::value(value, "coordinates from -1e50 to 1e50"))
         })?;
     }
     let count = mesh.vertices.len();
     let missing = |triangle: &[u32; 3]| triangle.iter().find(|vertex| **vertex as usize >= count).copied();
     match mesh.triangles.iter().enumerate().find_map(|(index, triangle)| Some((index, missing(triangle)?))) {
-        Some((index, vertex)) => {
-            refuse(at, format!("vertex {vertex} in triangle {}", index + 1), format!("a number below {count}"))
-        }
+        Some((index, vertex)) => refuse(
+            at,
+            format!("a mesh with vertex {vertex} in triangle {}", index + 1),
+            format!("a number below {count}"),
+        ),
         None => Ok(()),
     }
 }
@@ -210,7 +212,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
                         if !is_along && (centre[k] - radius < lower || centre[k] + radius > upper) {
                             return refused(
                                 "side",
-                                "inside of a surface that extends beyond the box",
+                                "the inside of a surface that extends beyond the box",
                                 "one within the box",
                             );
                         }
@@ -266,7 +268,11 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
         SurfaceShape::Sphere { centre, .. } => off(centre, "centre"),
         SurfaceShape::Cylinder { axis: along, .. } => {
             let across = (0..3).any(|other| other != k && along[other] != 0.0);
-            if across { refuse(at.key("axis"), "across it", format!("along {axis}, which is flat")) } else { Ok(()) }
+            if across {
+                refuse(at.key("axis"), "across it", format!("an axis along {axis}, which is flat"))
+            } else {
+                Ok(())
+            }
         }
         SurfaceShape::Capsule { ends, .. } => off(&ends[0], "start").and_then(|()| off(&ends[1], "end")),
         SurfaceShape::Mesh(_) => {
@@ -300,7 +306,7 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
                 );
             }
             _ if radius < LEAST_RADIUS * largest_coordinate => {
-                let value = format!("coordinates up to {largest_coordinate}");
+                let value = format!("a surface with coordinates up to {largest_coordinate}");
                 let expected = format!(
                     "a surface closer to the origin: round-off at these coordinates exceeds `{name}` of diameter {}",
                     species.diameter

@@ -109,12 +109,12 @@ pub enum WriteError {
     SpeciesName(String),
     /// The name or the values of a scalar cannot be stored in a column.
     #[error(
-        "scalar `{0}` cannot be written: expected a word that no other column has as its name, and a finite number for each particle"
+        "scalar `{0}` cannot be written: expected a name of one word that no other column has, and a finite number for each particle"
     )]
     Scalar(String),
     /// Only some bonds have a known interaction, or the name of an interaction is not one word.
     #[error(
-        "the bonds cannot be written: expected an interaction for each bond or for none, and names of one word without quotes or backslashes"
+        "the bonds cannot be written: expected an interaction for all bonds or for none, and names of one word without quotes or backslashes"
     )]
     Bonds,
     /// The images of only some particles are given.

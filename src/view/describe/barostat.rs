@@ -9,9 +9,9 @@ pub fn barostat(barostat: &Barostat) -> String {
     let (pressure, interval) = (digits(barostat.pressure), digits(barostat.interval));
     let amplitude = match barostat.amplitude {
         Some(amplitude) => format!("by up to {}", digits(amplitude)),
-        None => "adjusted outside of measurements to accept about 40 % of the moves".to_owned(),
+        None => "by an amount that is adjusted outside of measurements to accept about 40 % of the moves".to_owned(),
     };
-    format!("the volume is moved every {interval} at a pressure of {pressure}, its logarithm {amplitude}")
+    format!("the volume is moved every {interval} at a pressure of {pressure}: ln V changes {amplitude}")
 }
 
 /// Describes the volume moves of a measurement: their number, how many were accepted, and their size.

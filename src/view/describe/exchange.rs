@@ -43,5 +43,5 @@ pub fn distance_between(plan: &UmbrellaPlan) -> String {
         [one] => format!("particle {}", one.0),
         several => format!("the centre of {} particles", several.len()),
     };
-    format!("the distance of {} and {}", name(&plan.between[0]), name(&plan.between[1]))
+    format!("the distance between {} and {}", name(&plan.between[0]), name(&plan.between[1]))
 }

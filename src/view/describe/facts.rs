@@ -60,11 +60,14 @@ fn surface(surface: &StaticSurface) -> String {
 }
 
 fn contact_time(time: f64) -> String {
-    format!("contacts of a particle that had another one less than a time of {} before are elastic", digits(time))
+    format!(
+        "a contact is elastic if one of its particles had another contact less than a time of {} before",
+        digits(time)
+    )
 }
 
 fn shear(rate: f64) -> String {
-    format!("along x across y, at a rate of {}", digits(rate))
+    format!("velocity along x, gradient along y, rate {}", digits(rate))
 }
 
 /// Describes how `auto` chooses the number of threads.

@@ -20,7 +20,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let state = state(&summary.equilibrated);
     let rows: String = audit::rows(summary, scene).iter().map(line).collect();
     let heads = [("", "what"), ("n", "value"), ("n", "limit"), ("", "verdict")];
-    let table = table("audit", "Audit of the whole run, its equilibration included", heads, &rows);
+    let table = table("audit", "Audit of the whole run, including its equilibration", heads, &rows);
     format!("{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n{table}</details>\n")
 }
 

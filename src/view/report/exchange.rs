@@ -197,7 +197,8 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         )
 }
 
-const OVER_REPLICAS: &str = "Averages of a temperature or a window are over all replicas, while they were there.";
+const OVER_REPLICAS: &str =
+    "Averages at a temperature or in a window include each replica for the time that it was there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 fn peak(summary: &ExchangeSummary) -> String {

@@ -81,7 +81,7 @@ fn figure(
     let variable = curve.variables.first()?;
     let titles = [quantity(&variable.name, &variable.unit), quantity(&series.name, &series.unit)];
     let title = if is_alone { curve.title.clone() } else { format!("{}: {}", curve.title, symbols(name)) };
-    let some = if stride > 1 { format!("One of {stride} curves is drawn. ") } else { String::new() };
+    let some = if stride > 1 { format!("One curve in {stride} is drawn. ") } else { String::new() };
     let text = format!(
         "{some}Bands and bars: standard errors. {}{} The numbers are in <code>measurements/{}.csv</code> {files}.",
         escape(&symbols(curve.method.trim().trim_end_matches('.'))),
@@ -190,6 +190,6 @@ mod tests {
             assert!(two[0].contains(expected), "{expected}");
         }
         let many: Vec<f64> = (0..100).map(f64::from).collect();
-        assert!(figures(&many)[0].contains("One of 5 curves is drawn."));
+        assert!(figures(&many)[0].contains("One curve in 5 is drawn."));
     }
 }

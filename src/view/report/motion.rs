@@ -111,7 +111,7 @@ fn about(recording: &Recording) -> String {
     let beyond = head.frames.iter().map(|frame| frame.beyond).max().unwrap_or(0);
     if beyond > 0 {
         text.push_str(&format!(
-            "Up to {beyond} particles have left the box by more than three of its edges and are not drawn. "
+            "Up to {beyond} particles are more than three box lengths outside the box and are not drawn. "
         ));
     }
     text

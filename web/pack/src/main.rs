@@ -18,7 +18,7 @@ mod build;
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [module, out] = arguments.as_slice() else {
-        return Err("expected the module and the file to write".into());
+        return Err("expected two arguments: the module and the file to write".into());
     };
     let module = fs::read(module)?;
     let sources = build::fingerprint(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))?;

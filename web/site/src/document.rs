@@ -127,7 +127,7 @@ impl Library {
         if broken.is_empty() {
             Ok(library)
         } else {
-            Err(io::Error::other(format!("links that lead nowhere: {}", broken.join(", "))))
+            Err(io::Error::other(format!("broken links: {}", broken.join(", "))))
         }
     }
 
@@ -190,7 +190,7 @@ impl Library {
             )
         });
         let body = format!("<h1>Documents</h1>\n<ul class=\"site-index\">{}</ul>", items.collect::<String>());
-        let about = "The documents of Carom: scenes, what is measured, formats, accuracy, speed, the library.";
+        let about = "The documentation of Carom: scenes, measurements, file formats, accuracy, speed and the library.";
         site.write(address, Page { address, title: "Documents", about, aside: String::new(), body }.html().as_bytes())
     }
 }

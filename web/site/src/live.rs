@@ -91,7 +91,7 @@ pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>
 
 /// Writes the page with the editor for new scenes.
 pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
-    let (address, about) = ("editor.html", "Write a scene and see it run: a link carries it.");
+    let (address, about) = ("editor.html", "Write a scene, see it run, and share it as a link.");
     let frames = Frames { address, style: BESIDE, has_navigation: true, below: String::new() };
     let start = scenes.iter().find(|scene| scene.name == GAS);
     if let Some(page) = start.and_then(|scene| frames.around(site, scene)) {

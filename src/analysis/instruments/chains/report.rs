@@ -31,7 +31,7 @@ impl Chains {
         let method = "mean square distance of two bonded particles, <r_ij^2>";
         number("mean_square_bond_length", "Mean square bond length", "length^2", 1, method);
         let method =
-            "probability density of the distance of two bonded particles, between the ends of their potentials";
+            "probability density of the distance of two bonded particles, over the range of their bond potentials";
         measured.curves.push(with_density(
             Curve::new("bond_length", "Distribution of bond lengths", method),
             "b",

@@ -28,7 +28,7 @@ pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured
         let einstein = einstein(diffusion, system, group);
         measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, system)));
         let name = format!("diffusion_coefficient_green_kubo{suffix}");
-        let title = format!("Diffusion coefficient{of}, Green and Kubo");
+        let title = format!("Diffusion coefficient{of}, Green-Kubo");
         let green_kubo = green_kubo(diffusion, group).filter(|_| !followed(system).is_enclosed);
         measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, system)));
     }
@@ -146,7 +146,7 @@ const PRODUCT: Quantity =
 const SUMMED: Quantity = Quantity {
     symbol: "D(t)",
     unit: "length^2 / time",
-    of_one: "the integral of v(0) . v(t) by cubics",
+    of_one: "the integral of v(0) . v(t) by cubic interpolation",
     is_by_axis: true,
 };
 
@@ -163,7 +163,7 @@ fn with_series(
         let name = group.checked_sub(1).and_then(|index| species(diffusion, system, index));
         let origins = elements(group).into_iter().map(|element| average.count(element)).collect();
         let (particles, free_part) = (diffusion.tracers.count_of(group), diffusion.tracers.free_part_of(group));
-        let free = if free_part.is_none() { ", each over its 1 - m / M" } else { "" };
+        let free = if free_part.is_none() { ", each divided by its 1 - m / M" } else { "" };
         let sum = format!("{} over all origins and particles{free}", quantity.of_one);
         let mut normalisation =
             Normalisation::of(&sum).by_each("origins", "1", origins).by("particles", "1", particles);
@@ -184,7 +184,8 @@ const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, of unw
     relative to the centre of mass, and divided by 1 - m / M.";
 const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momentum is conserved relative to the centre of mass, and \
     divided by 1 - m / M, so that it is D T / m at t = 0.";
-const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by cubics, D the number of axes.";
+const RUNNING: &str =
+    "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by cubic interpolation, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
     stay where they are. The error is the largest of the scatter of origins, of axes and of particles, together with what flows in a periodic box would \
@@ -194,6 +195,6 @@ const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over a
     by mode-coupling theory. Not corrected for the size of the box.";
 const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";
 const ENCLOSED: &str =
-    "There are walls along all axes: the mean squared displacement is bounded, and there is no coefficient.";
+    "All axes have walls: the mean squared displacement is bounded, and there is no diffusion coefficient.";
 const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
     unless Andersen collisions change it; the axes count without x.";

@@ -106,7 +106,7 @@ impl Speeds {
         let frame = if system.shear_rate != 0.0 {
             "relative to the mean flow at the position of the particle"
         } else if system.moving.len() > 1 && system.conserved_axes.contains(&true) {
-            "relative to the centre of mass, as far as its velocity is conserved"
+            "relative to the centre of mass along the axes with conserved momentum"
         } else {
             "of the particles that move"
         };

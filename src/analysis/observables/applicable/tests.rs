@@ -74,7 +74,7 @@ fn system_at_rest_has_unknown_equilibrium() {
         observer.row(&simulation);
     }
     let verdict = observer.equilibrium(&observer.stationarity(), simulation.event_counts()).to_string();
-    assert_eq!(verdict, "unknown (nothing that fluctuates was measured)");
+    assert_eq!(verdict, "unknown (no fluctuating quantity was measured)");
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = ConfigPath::root().key("exchange").key("temperatures");
     let [temperature] = plan.temperatures[..] else {
         let value = format!("a list of {}", plan.temperatures.len());
-        return refuse(temperatures, value, "one for all windows, with the ensemble \"umbrella\"");
+        return refuse(temperatures, value, "one temperature for all windows, with the ensemble \"umbrella\"");
     };
     positive(temperature, temperatures.index(0))?;
     let Some(umbrella) = &plan.umbrella else {
@@ -32,7 +32,8 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     };
     let (windows, key) = (&umbrella.windows, at().key("windows"));
     if !(2..=MOST_TEMPERATURES).contains(&windows.len()) {
-        let expected = format!("2 to {MOST_TEMPERATURES}, ascending: replicas in neighbouring windows are swapped");
+        let expected =
+            format!("2 to {MOST_TEMPERATURES} windows, ascending: replicas in neighbouring ones are swapped");
         return refuse(key, format!("a list of {}", windows.len()), expected);
     }
     for (index, [lower, upper]) in windows.iter().enumerate() {
@@ -41,7 +42,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
         }
         if !(*upper > *lower && upper - lower >= NARROWEST * upper && *upper <= LARGEST) {
             let expected =
-                format!("more than {}, the lower end of the window, by a millionth at least", shortest(*lower));
+                format!("more than {}, the lower end of the window, by at least a millionth", shortest(*lower));
             return refuse(key.index(index).index(1), shortest(*upper), expected);
         }
     }
@@ -79,7 +80,8 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     let (last, [_, upper]) = (umbrella.windows.len() - 1, umbrella.range());
     if upper >= 0.5 * shortest_period {
         let half = shortest(0.5 * shortest_period);
-        let expected = format!("less than {half}, half of the shortest period: beyond, another image is nearer");
+        let expected =
+            format!("less than {half}, half of the shortest period: at larger distances another image is nearer");
         return refuse(at().key("windows").index(last).index(1), shortest(upper), expected);
     }
     let range = |bond: &Bond| scene.interactions[bond.interaction.0 as usize].potential.range();
@@ -144,7 +146,7 @@ fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneErro
                 return refuse(key, value, "a particle that moves");
             }
             if taken.contains(id) {
-                return refuse(key, id.0, "a particle that is not in the groups yet");
+                return refuse(key, id.0, "a different particle: each may be listed only once");
             }
             taken.push(*id);
         }
