@@ -372,7 +372,6 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.enlarge());
     }
 
-    /// Changes the limit of the measurement.
     pub(crate) fn set_limit(&mut self, limit: Limit) {
         self.scene.run.limit = limit;
     }

@@ -100,7 +100,6 @@ impl SweepCommand {
         self.end(&sweep, &folder, &fates?)
     }
 
-    /// Returns the sweep and its folder.
     fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
         let changes = self.changes.all();
         if !self.axes.is_empty() {
@@ -197,7 +196,6 @@ impl SweepCommand {
         Ok(())
     }
 
-    /// Returns the command that resumes the sweep in a folder.
     fn again(&self, folder: &Path) -> Again {
         let share = self.share.map(|Share { number, of }| format!("{number}/{of}"));
         Again::new("sweep", folder)
@@ -208,7 +206,6 @@ impl SweepCommand {
     }
 }
 
-/// Returns whether a folder contains runs of a sweep.
 fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     let is_there =
         |name: &str| crate::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
@@ -221,7 +218,6 @@ fn beside(file: &Path) -> PathBuf {
     PathBuf::from("runs").join(format!("{name}-sweep"))
 }
 
-/// Maximum numbers of printed columns and rows.
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 

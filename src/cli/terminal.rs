@@ -23,7 +23,6 @@ pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
 
-/// Minimum supported width of a terminal.
 const NARROWEST: usize = 20;
 
 /// Breaks long lines between words. Continuation lines are indented to the second column, which is separated
@@ -74,7 +73,6 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     blocks.iter().flat_map(|(block, _)| rows.iter().map(|row| line(row, block))).collect()
 }
 
-/// Separator of columns.
 const GAP: &str = "   ";
 
 #[cfg(test)]

@@ -86,7 +86,6 @@ impl Verify {
     }
 }
 
-/// Loads the scene and the recorded results of a run.
 fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     let file = Folder::scene_of(run);
     if !file.exists() {
@@ -193,10 +192,8 @@ impl From<CompareError> for Failure {
     }
 }
 
-/// Maximum number of files named in a line.
 const MOST_NAMES: usize = 5;
 
-/// Returns a table of the comparison of the files with the files of the replay.
 fn files_table(files: &Comparison) -> String {
     let mut lines = Lines::default();
     lines.title("files compared with a replay");
@@ -283,7 +280,6 @@ impl Recorded {
         Ok(Self { path, summary, end })
     }
 
-    /// Refuses a scene whose seed or number of particles differs from the run.
     fn refuse_other(&self, scene: &Scene) -> Result<(), Failure> {
         let numbers = [
             ("seed", scene.seed(), self.summary.seed),
@@ -431,7 +427,6 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
     }
 }
 
-/// Returns a violation in words, with the name of its surface.
 fn message(violation: &Violation, surfaces: &[String]) -> String {
     let surface = match violation.fault.contact() {
         Some(Contact::Surface { surface, .. }) => surfaces.get(surface as usize),

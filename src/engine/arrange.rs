@@ -23,7 +23,6 @@ const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Renews the order in memory when particles have moved far away from their neighbours in memory.
     pub(super) fn reorder_if_due(&mut self) {
         let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
         if since >= WANDERED * self.state.bodies.len() as u64 {
@@ -68,7 +67,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Numbers the particles along a space-filling curve.
     pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
         // Particles in the same cell of the curve are ordered by id, so that the new order depends on positions only.
@@ -88,7 +86,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells by their positions, or centres neighbour lists at the positions.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         let factor = self.distances.reach_factor();

@@ -158,7 +158,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
 
-    /// Returns the time since the state of a particle was last written.
     fn flown(&self, particle: u32) -> f64 {
         self.clock.now - self.state.bodies[particle as usize].time
     }
@@ -184,7 +183,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The deepest overlap.
     pub(super) fn deepest_overlap(&self) -> Option<Overlap> {
         let mut deepest: Option<Overlap> = None;
         self.for_each_overlap(|overlap| {
@@ -195,7 +193,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest
     }
 
-    /// The overlaps deeper than round-off. Each is listed once.
     pub(super) fn real_overlaps(&self) -> Vec<Overlap> {
         let mut real = Vec::new();
         self.for_each_overlap(|overlap| {
@@ -207,7 +204,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         real
     }
 
-    /// Returns the relative position and velocity of a pair now.
     fn apart(&self, i: u32, j: u32) -> RelativeState {
         let [(ri, vi), (rj, vj)] = [i, j].map(|particle| self.state_at(particle, self.clock.now));
         self.nearest(ri - rj, vi - vj, self.clock.now).0

@@ -68,7 +68,6 @@ impl Batch<'_> {
         self.width.run(EarliestOfCaptured::<FALLING> { batch: self, me, captured, rules, prediction });
     }
 
-    /// The species of a particle.
     #[inline(always)]
     pub fn species_of(&self, particle: u32) -> usize {
         self.species.get(particle as usize).map_or(0, |species| usize::from(*species))
@@ -106,7 +105,6 @@ impl Batch<'_> {
     }
 }
 
-/// Arguments of [`Batch::earliest_contact`].
 struct EarliestContact<'a, const FALLING: bool, const TABLE: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
@@ -167,7 +165,6 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
-/// Arguments of [`Batch::earliest_of_captured`].
 struct EarliestOfCaptured<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,

@@ -55,7 +55,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// Sorts the particles into cells or lists and predicts the first events.
     pub(super) fn begin(&mut self, scene: &Scene, search: Search) {
         let count = self.state.bodies.len();
         self.schedule.predictions = vec![Prediction::NONE; count];
@@ -73,7 +72,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_all();
         let moving = self.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
-            // The median of a sample is accurate enough.
             let finite = self.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
@@ -105,8 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours = Neighbours::none(&self.state.space);
     }
 
-    /// Sets the states of all pairs from their distances. This happens at the start and when a program sets
-    /// positions.
+    /// Sets the states of all pairs from their distances.
     pub(super) fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
@@ -144,8 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Sets the state of one pair. The state may come from the end of another run. With `is_bond`, state 0 is
-    /// stored too, because the pair has its own interaction.
+    /// Sets the state of one pair. With `is_bond`, state 0 is stored too, because the pair has its own interaction.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let names = [a, b].map(|particle| self.name(particle));
         let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
@@ -155,7 +151,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the state of a pair according to its distance.
     fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
         let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;

@@ -28,7 +28,6 @@ pub(super) struct Clock {
     pub standstill: StandstillWatch,
 }
 
-/// A move of the epoch to a later time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moved {
     /// Difference between the new and the old epoch.
@@ -43,7 +42,6 @@ impl Moved {
     }
 }
 
-/// Counts events while time stands still.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StandstillWatch {
     /// Time since the epoch at which the count of events began.
@@ -57,7 +55,6 @@ pub(super) struct StandstillWatch {
 }
 
 impl Clock {
-    /// Creates a clock that starts at a simulated time.
     pub fn new(start: f64, particles: usize) -> Self {
         let n = particles as u64;
         let standstill = StandstillWatch {
@@ -104,7 +101,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (events > most).then_some(Standstill::Time { events })
     }
 
-    /// Returns an error if events continue while time stands still.
     #[inline]
     pub(super) fn check_time_stands_still(&self, particle: u32, partner: Option<u32>) -> Result<(), Arrest> {
         self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
@@ -142,7 +138,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epoch + self.clock.now
     }
 
-    /// Counts an event of the standstill watch. If time has advanced since the count began, the count restarts.
     #[inline]
     pub(super) fn count_standstill(&mut self) {
         if self.clock.now - self.clock.standstill.since > self.schedule.queue.span() * SHORTEST_ADVANCE {

@@ -38,7 +38,6 @@ impl Order {
         Self { old, new, room: 0 }
     }
 
-    /// Returns the elements in the new order.
     pub fn permuted<T: Copy>(&self, values: &[T]) -> Vec<T> {
         let mut permuted = Vec::with_capacity(self.old.len() + self.room);
         permuted.extend(self.old.iter().map(|&old| values[old as usize]));
@@ -46,21 +45,18 @@ impl Order {
     }
 }
 
-/// An array with an entry for each particle.
 pub(super) trait Column: Sized {
     /// Whether a contact can change the entries of its two particles.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// Returns the entries in another order. Particle numbers in the entries are translated.
+    /// Particle numbers in the entries are translated.
     fn permuted(&self, order: &Order) -> Self;
 
     /// Shifts times to an epoch that is later by `shift`.
     fn shift(&mut self, _shift: f64) {}
 
-    /// Copies the entry of a particle into a record.
     fn copy(&self, particle: u32, record: &mut Record);
 
-    /// Appends the entry of a new particle.
     fn push(&mut self, record: &Record);
 
     fn set(&mut self, particle: u32, record: &Record);
@@ -292,7 +288,6 @@ macro_rules! columns {
     }};
 }
 
-/// An operation that applies to every column.
 trait Visit {
     fn column(&mut self, column: &mut impl Column);
 }
@@ -338,13 +333,12 @@ fn copy_if_it_changes<C: Column>(column: &C, particle: u32, record: &mut Record)
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Visits every column.
     #[inline(always)]
     fn for_each_column(&mut self, mut visit: impl Visit) {
         columns!(self, as_mut, column: mut => visit.column(column));
     }
 
-    /// Returns a copy of all entries of a particle. Other particles are given by number.
+    /// Other particles are given by number.
     #[inline]
     pub(super) fn record(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -358,7 +352,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.pairs.states.is_empty() && self.pairs.contact_times.is_none() && self.sources.surface_random.is_none()
     }
 
-    /// A copy of all data that a contact of a particle can change.
     #[inline(always)]
     pub(super) fn record_before_contact(&self, particle: u32) -> Record {
         let mut record = Record::new(0, Vector::zeros(), Vector::zeros(), 0.0);
@@ -373,19 +366,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.for_each_column(Set(particle, record));
     }
 
-    /// Adds a particle at the end of all columns.
     pub(super) fn push_record(&mut self, record: &Record) {
         self.for_each_column(Push(record));
     }
 
-    /// Puts the particles into a new order in memory, and drops particles that the order leaves out.
     pub(super) fn permute(&mut self, order: &Order) {
         self.for_each_column(Permute(order));
         self.state.numbers.iter_mut().for_each(|number| *number = order.new[*number as usize]);
         self.state.numbers.retain(|number| *number != NO_PARTICLE);
     }
 
-    /// Shifts the times of all particles to an epoch that is later by `shift`.
     pub(super) fn shift_columns(&mut self, shift: f64) {
         self.for_each_column(Shift(shift));
     }

@@ -7,14 +7,12 @@ use crate::physics::motion::RelativeState;
 use growth::GrowingDiameters;
 use serde::{Deserialize, Serialize};
 
-/// The time dependence of all contact distances.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct Distances {
     growing: Option<GrowingDiameters>,
 }
 
 impl Distances {
-    /// Returns whether all distances keep the values that they have in the scene.
     #[inline]
     pub fn are_constant(&self) -> bool {
         self.growing.is_none()
@@ -54,7 +52,6 @@ impl Distances {
         self.growing.as_ref().map_or(f64::INFINITY, GrowingDiameters::next_stage)
     }
 
-    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         if let Some(growing) = &mut self.growing {
             growing.shift(shift);

@@ -307,8 +307,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Ok(Next::Done)
     }
 
-    /// Counts the steps of the domains in a window and brings copies up to date. Returns the mean number of
-    /// steps per domain.
+    /// Returns the mean number of steps per domain.
     fn accept(&mut self, whole: &mut Engine<FALLING, TABLE>, cut: &mut Cut<FALLING, TABLE>, stop: f64) -> f64 {
         let (last, quiet) = outcome::quiet(&cut.outcomes);
         let mut done = 0;
@@ -345,7 +344,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.cut = Some(cut);
     }
 
-    /// Cuts the system into domains. The single engine frees memory that it does not need while the domains run.
+    /// The single engine frees memory that it does not need while the domains run.
     fn cut_up(&mut self, whole: &mut Engine<FALLING, TABLE>) -> Cut<FALLING, TABLE> {
         self.work.cuts += 1;
         let begin = Instant::now();

@@ -101,12 +101,10 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
 
-    /// The invariant that is broken, if the simulation is in an impossible state.
     pub(crate) fn broken(&self) -> Option<InvariantBroken> {
         with_engine!(&self.engine, engine => engine.broken)
     }
 
-    /// Whether diameters grow.
     pub(crate) fn is_growing(&self) -> bool {
         with_engine!(&self.engine, engine => !engine.distances.are_constant())
     }
@@ -136,7 +134,6 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Multiplies all velocities by a factor, relative to `drift` and to the streaming velocity of a sheared box.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
@@ -148,8 +145,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.start_anew();
     }
 
-    /// Installs the surfaces of a stage, and removes all other surfaces. Returns whether the surfaces have
-    /// changed.
     fn set_stage_of_surfaces(&mut self, stage: &str) -> bool {
         let Some(surfaces) = self.sources.surfaces.in_stage(stage) else { return false };
         self.join();
@@ -219,7 +214,6 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::{SceneBuilder, SpeciesDraft};
 
-    /// Two disks, each of them static or moving.
     fn disks(are_static: [bool; 2]) -> Simulation {
         let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
         let mut scene = SceneBuilder::new("disks")

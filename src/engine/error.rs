@@ -106,7 +106,6 @@ pub struct Arrest {
     pub has_contact_time: bool,
 }
 
-/// Describes a surface by its index, if its name is not known.
 fn nameless(number: u32) -> String {
     format!("surface {number} of the scene")
 }
@@ -280,8 +279,7 @@ mod tests {
         Engine::new(&scene.build().unwrap())
     }
 
-    /// Changes the prediction of a particle, and runs. Returns how the run ended, and the number of observed
-    /// events.
+    /// Returns how the run ended, and the number of observed events.
     fn end<const TABLE: bool>(
         mut engine: Engine<false, TABLE>,
         id: u32,

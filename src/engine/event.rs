@@ -205,8 +205,7 @@ impl EventCounts {
         2 * self.core - self.core_static
     }
 
-    /// Returns the counts since the `earlier` counts, as differences. Only the deepest overlap still refers to
-    /// the whole run.
+    /// Only the deepest overlap still refers to the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -219,7 +218,7 @@ impl EventCounts {
         since
     }
 
-    /// Adds the counts of a part of the system. The deepest overlap becomes the larger of the two.
+    /// The deepest overlap becomes the larger of the two.
     pub(crate) fn merge(&mut self, part: &Self) {
         let mut some = *part;
         for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {
@@ -248,7 +247,6 @@ impl EventCounts {
         ]
     }
 
-    /// All sums.
     fn sums(&self) -> Vec<&ExactSum> {
         let Self {
             virial,

@@ -13,16 +13,13 @@ enum Next {
     Particle(QueueEntry),
     /// An outdated entry of the queue, which is discarded.
     Void,
-    /// A global event.
     GlobalEvent,
     /// The epoch ends before any other action.
     Epoch,
-    /// A limit of the run is reached.
     Limit,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
         let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
@@ -176,7 +173,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.scratch = Some(scratch);
     }
 
-    /// Predicts a particle again and puts its prediction into the queue.
     #[inline]
     pub(super) fn repredict(&mut self, particle: u32, time: f64) {
         self.predict_anew(particle, time);

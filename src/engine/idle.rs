@@ -37,7 +37,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.is_over()
     }
 
-    /// Whether there have been enough transitions without an event for another attempt at the proof.
     pub(super) fn is_proof_due(&self) -> bool {
         let done = self.counts.totals.transition;
         let quiet = done.wrapping_sub(self.counts.transitions_at_event);
@@ -182,7 +181,6 @@ mod tests {
     use crate::model::space::{Boundary, Face, Space};
     use crate::scene::SceneBuilder;
 
-    /// Two balls at distance ten along y. The first is at rest, and the second has the given velocity.
     fn balls(boundary: [Boundary; 3], velocity: [f64; 3]) -> Simulation {
         let mut space = Space::periodic_cube(40.0);
         space.boundary = boundary;

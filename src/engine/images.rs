@@ -28,7 +28,6 @@ use serde::{Deserialize, Serialize};
 pub(super) const FLOW: usize = 0;
 pub(super) const GRADIENT: usize = 1;
 
-/// The policy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ImagePolicy {
     /// For the policy "several": the images of a small box other than the nearest image; empty for larger boxes.
@@ -57,7 +56,6 @@ impl ImagePolicy {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }
 
-    /// Whether images slide.
     #[inline]
     pub fn slide(&self) -> bool {
         self.sliding.is_some()
@@ -68,13 +66,11 @@ impl ImagePolicy {
         LeesEdwards::of(scene).is_none()
     }
 
-    /// Chooses the policy for Verlet lists. The nearest image is sufficient, because skins are chosen narrow
-    /// enough.
+    /// The nearest image is sufficient, because skins are chosen narrow enough.
     pub fn choose_for_lists(&mut self) {
         (self.further, self.tied) = (Vec::new(), [false; 3]);
     }
 
-    /// Chooses the policy for cells. It depends on the number of cells along each period.
     pub fn choose_for_cells(&mut self, cells: &Cells, periods: &Vector) {
         self.further = cells.grid.further_images(periods);
         self.tied = [false; 3];
@@ -134,7 +130,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Chooses how a particle searches for its first contact with uncaptured partners, at a time since the epoch.
     #[inline]
     pub(super) fn way(&self, particle: u32, time: f64) -> Way {
         let has_one_image = self.images.further.is_empty();
@@ -205,8 +200,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         state
     }
 
-    /// Returns the present displacement along x of the periodic image above the box, and the number of whole
-    /// periods that were subtracted from it.
     pub(super) fn displacement(&self) -> (f64, i32) {
         let period = self.state.periods[FLOW];
         self.images.sliding.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, period))

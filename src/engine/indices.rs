@@ -63,7 +63,6 @@ mod tests {
     use crate::engine::columns::tests::{mixture, spheres};
     use crate::model::{Potential, Scene};
 
-    /// A scene of grains that fall between walls onto an oscillating plate and a block, in a heat bath.
     const WALLED: &str = "
         space = { size = [8.0, 8.0, 12.0], x = 'walls', y = 'walls', z = 'walls' }
         dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
@@ -102,7 +101,6 @@ mod tests {
                     Ok(read) if read.unsound_index().is_some() => refused[1] += 1,
                     Ok(mut read) => {
                         let _ = read.snapshot();
-                        // The simulation may continue or return an error, but must not panic.
                         read.enlarge();
                         let _ = read.advance_for(2_000, Until::events(u64::MAX), None);
                         refused[2] += 1;

@@ -4,9 +4,6 @@ use super::parts::Engine;
 use crate::Vector;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Adds the dissipated and the supplied energy of an event to their sums. Each energy, multiplied by the time
-    /// of the event, is also added to another sum. For `energy_step`, the potential energy that a pair gains,
-    /// only this second sum exists.
     #[inline(always)]
     pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64, supplied: f64) {
         let time = self.clock.epoch + self.clock.now;
@@ -56,7 +53,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the momentum that a particle received from a wall to the sum for this wall.
     pub(super) fn note_push(&mut self, particle: u32, axis: usize, is_upper: bool, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
         let per_area = confinement.per_area[usize::from(self.row(particle))][axis];

@@ -18,7 +18,6 @@ const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Prefetches data for upcoming entries of the queue. Affects only speed.
     #[inline]
     pub(super) fn prefetch_coming(&self) {
         if let Some((particle, prediction)) = self.coming(SELF) {

@@ -38,27 +38,21 @@ pub enum Search {
     },
 }
 
-/// The data of the neighbour search, for either method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
-    /// Cells, with the particles in each cell.
     Cells(Cells),
-    /// Verlet lists.
     Lists(VerletLists),
 }
 
 /// Place of a particle in the neighbour search: its cell, or the centre of its Verlet list.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Place {
-    /// Number of the particle's cell.
     Cell(u32),
-    /// Centre of the particle's Verlet list.
     Centre(Vector),
 }
 
 impl Neighbours {
-    /// Returns the place of a particle in the neighbour search.
     #[must_use]
     pub fn place(&self, particle: u32) -> Place {
         match self {
@@ -78,8 +72,7 @@ impl Neighbours {
         }
     }
 
-    /// Moves a particle to another cell, or moves the centre of its Verlet list. The entries of lists do not
-    /// change.
+    /// The entries of lists do not change.
     pub fn relocate(&mut self, particle: u32, place: Place) {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
@@ -94,7 +87,6 @@ impl Neighbours {
         Self::Cells(Cells::new(space, 0.0, &[]))
     }
 
-    /// The search method in use.
     #[must_use]
     pub fn search(&self) -> Search {
         match self {
@@ -103,7 +95,6 @@ impl Neighbours {
         }
     }
 
-    /// The Verlet lists; `None` if the method is cells.
     #[inline]
     #[must_use]
     pub fn verlet(&self) -> Option<&VerletLists> {
@@ -113,7 +104,6 @@ impl Neighbours {
         }
     }
 
-    /// The entries of the Verlet lists; `None` if the method is cells.
     #[inline]
     #[must_use]
     pub fn lists_mut(&mut self) -> Option<&mut Lists> {
@@ -131,7 +121,6 @@ impl Neighbours {
         }
     }
 
-    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         match self {
             Self::Cells(cells) => cells.enlarge(),
@@ -217,7 +206,6 @@ impl Search {
         Self::choose_among(space, range, || positions.iter().copied(), current)
     }
 
-    /// Chooses the search method like [`Self::choose`], with positions from an iterator that can be restarted.
     pub(super) fn choose_among<I: Iterator<Item = Vector>>(
         space: &Space,
         range: f64,

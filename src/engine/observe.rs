@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 /// the event.
 pub type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
 
-/// Calls the observer with an event. Without an observer, the event is not even constructed.
+/// Without an observer, the event is not even constructed.
 #[inline]
 pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
     match observe {
@@ -192,8 +192,6 @@ mod tests {
         loop {
             let reason = stopped.advance_with(until, |event| {
                 events.push(*event);
-                // The observer breaks at every seventh collision, and at every second collision with the heat
-                // bath.
                 let of_kind = events.iter().filter(|other| is_bath(other.kind) == is_bath(event.kind)).count();
                 let period = if is_bath(event.kind) { 2 } else { 7 };
                 if of_kind % period == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -256,7 +254,6 @@ mod tests {
         assert_eq!(found, expected);
         assert_eq!(watched.snapshot(), plain.snapshot());
 
-        // The simulation stops first at an event and then at a time.
         let mut stopped = fluid();
         let third = stopped.events(until).nth(2).unwrap().unwrap();
         assert_eq!((third, stopped.time()), (expected[2], expected[2].time));

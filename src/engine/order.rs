@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::Space;
 
-/// Number of bits of a cell index along one axis. The curve has `2^BITS` cells along each axis.
+/// Number of bits of a cell index along one axis.
 const BITS: u32 = 10;
 
 /// Returns the ids of the particles in the order of Morton's space-filling curve through the box.

@@ -14,12 +14,9 @@ use rules::Rules;
 use serde::{Deserialize, Serialize};
 use states::CapturedPairs;
 
-/// All data about pairs of particles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pairs {
-    /// The interactions, by species.
     pub rules: Rules,
-    /// The states of captured pairs.
     pub states: CapturedPairs,
     /// The time of the last contact of each particle, for the TC model.
     pub contact_times: Option<ContactTimes>,

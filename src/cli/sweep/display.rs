@@ -11,15 +11,11 @@ use indicatif::ProgressBar;
 use crate::cli::progress::bar;
 use crate::cli::warn;
 
-/// Time between two updates of the progress bar.
 const INTERVAL: Duration = Duration::from_millis(100);
 /// Number of steps of the progress bar for each run.
 const STEPS: u64 = 1000;
-/// Number of runs that are named beside the bar.
 const MOST_NAMED: usize = 3;
 
-/// Shows the progress of all runs on standard error: a bar on a terminal, otherwise a line for each finished
-/// run.
 pub struct Display {
     bar: ProgressBar,
     is_quiet: bool,
@@ -74,7 +70,6 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// Reports a finished run in one line.
     fn line(&self, sweep: &Sweep, place: usize, fate: &Fate, over: usize) {
         let words = match fate {
             Fate::Done => "done".to_owned(),
@@ -91,7 +86,6 @@ impl Display {
         }
     }
 
-    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

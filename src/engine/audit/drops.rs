@@ -31,7 +31,6 @@ mod scenes;
 
 use scenes::Dice;
 
-/// Result of skipping a contact.
 struct Dropped {
     /// Depth of the overlap when the delayed contact was executed, relative to the distance of the discontinuity.
     depth: f64,
@@ -47,7 +46,6 @@ struct Dropped {
 struct Passing {
     /// The particle and its partner. For a surface, the particle is listed twice.
     who: [u32; 2],
-    /// Index of the surface, for a contact with a surface.
     surface: Option<u32>,
     time: f64,
     distance: f64,
@@ -60,7 +58,6 @@ struct Passing {
     scale: f64,
 }
 
-/// Returns the next contact of the whole system.
 fn next<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>) -> Option<Passing> {
     let predictions = &engine.schedule.predictions;
     let first =

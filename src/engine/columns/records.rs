@@ -53,7 +53,6 @@ impl Record {
 }
 
 impl Record {
-    /// Creates a record that restores the motion and the prediction of a particle.
     pub fn of_motion(number: u32, body: Body, prediction: Prediction) -> Self {
         let record = Self::new(body.name, body.position, body.velocity, body.time);
         Self { number, body, prediction: Some(prediction), ..record }
@@ -96,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         records
     }
 
-    /// Removes particles. If another particle was predicted to meet a removed particle, it is predicted again.
+    /// If another particle was predicted to meet a removed particle, it is predicted again.
     pub fn remove(&mut self, particles: &[u32]) {
         let count = self.state.bodies.len();
         let mut stays = vec![true; count];

@@ -14,7 +14,6 @@ pub(in crate::engine) enum With {
     Particle(u32),
     /// A surface, given by its index.
     Surface(u32),
-    /// A heat bath.
     Bath,
     /// A restraint, which keeps the distance of two particles or groups within an umbrella window.
     Restraint,
@@ -72,7 +71,6 @@ impl Change {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Writes the velocities after a contact, voids predictions, counts the event, and reports it.
     #[inline(always)]
     pub(in crate::engine) fn apply(&mut self, change: &Change, observe: &mut Observe<'_>) -> ControlFlow<()> {
         let before = self.change_velocities(change);
@@ -83,7 +81,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Writes the velocities and returns the previous velocities.
     #[inline(always)]
     fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
         let [of_particle, of_partner] = change.after;
@@ -103,8 +100,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// Creates the event for observers. `change` is passed by value, so that it need not be written to memory if there
-    /// are no observers.
+    /// `change` is passed by value, so that it need not be written to memory if there are no observers.
     #[cold]
     #[inline(never)]
     fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {
@@ -145,7 +141,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Counts an event, and adds its energies and its virial to the sums.
     #[inline(always)]
     fn account(&mut self, change: &Change, before: &[Vector; 2]) {
         let particle = change.particle;
@@ -189,7 +184,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Adds the impulse and the heat from a wall of the box to the sums.
     fn note_wall(&mut self, change: &Change, surface: u32) {
         let side = self.sources.surfaces.get(surface).and_then(|placed| placed.shape.side());
         let Some((axis, is_upper)) = side else { return };

@@ -8,7 +8,6 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 use crate::physics::response::Approach;
 
-/// A pair of particles at a discontinuity.
 pub(in crate::engine) struct Frame {
     pub i: u32,
     pub j: u32,
@@ -43,7 +42,6 @@ pub(in crate::engine) fn stretch(squared: f64) -> f64 {
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
-/// Mask of the mantissa bits of an `f64`.
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
 /// Number of floats on either side of a power of two that are treated as close to it. A contact is within a few tens of
@@ -51,7 +49,7 @@ const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Creates the frame of a pair. Both particles must have been streamed to the same time.
+    /// Both particles must have been streamed to the same time.
     #[inline]
     pub(in crate::engine) fn frame(&self, i: u32, j: u32, side: Side, opening_speed: f64) -> Frame {
         let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);

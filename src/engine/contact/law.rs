@@ -133,7 +133,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Applies the TC model to a contact and updates the model's contact times.
     fn tc_model(&mut self, particles: &[u32], restitution: f64, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {

@@ -31,7 +31,6 @@ pub(in crate::engine) struct GrowingDiameters {
 }
 
 impl GrowingDiameters {
-    /// Returns the factor of all diameters at a time since the epoch.
     #[inline]
     pub fn scale(&self, time: f64) -> f64 {
         1.0 + self.rate * (time - self.start)
@@ -44,7 +43,6 @@ impl GrowingDiameters {
         [self.scale(time), self.rate]
     }
 
-    /// Shifts times to an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.start -= shift;
     }
@@ -89,7 +87,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Continues the counts of the replaced engine, and sets the image numbers of all particles.
     pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
         let wrapped = std::mem::take(&mut self.counts.totals);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
@@ -147,7 +144,7 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
     }
 
-    /// Ends the growth. The diameters keep their present values.
+    /// The diameters keep their present values.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());
         let snapshot = self.snapshot();

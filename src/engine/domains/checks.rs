@@ -22,7 +22,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         Some(whole.clone())
     }
 
-    /// Compares the complete state of the system with the state of a single engine after a window.
     pub(super) fn check_window(
         &mut self,
         whole: &mut Engine<FALLING, TABLE>,

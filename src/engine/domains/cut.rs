@@ -12,7 +12,6 @@ use crate::engine::parts::Engine;
 use crate::engine::sources::andersen::Andersen;
 use std::time::Instant;
 
-/// A system cut into domains.
 #[derive(Debug, Clone)]
 pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
@@ -38,9 +37,7 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub bath: Option<Andersen>,
 }
 
-/// How a window ended.
 pub enum End {
-    /// All domains agree.
     Agreed,
     /// A particle and its copy differ in a step at this time. The window must end before it.
     Difference(f64),
@@ -66,7 +63,6 @@ impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
         }
     }
 
-    /// Runs each domain alone, and then compares the domains.
     pub fn run(&mut self, team: &Team, stop: f64, is_observed: bool, work: &mut DomainWork) -> End {
         team.within(|| self.run_and_compare(team, stop, is_observed, work))
     }

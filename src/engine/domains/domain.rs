@@ -23,7 +23,6 @@ pub struct Held {
     pub known_to: u64,
     /// The particle's number in the whole system.
     pub whole: u32,
-    /// Number of the domain that owns the particle.
     pub owner: u8,
     /// Digest of all steps of the particle in this window and of their results, predictions included. It is 0
     /// before the first step. If two states are equal before a window and their digests are equal, they are
@@ -42,8 +41,7 @@ impl Held {
     }
 }
 
-/// An engine for a subset of the particles. Each particle has a local number here, in addition to its global
-/// number in the whole system.
+/// Each particle has a local number here, in addition to its global number in the whole system.
 #[derive(Debug, Clone)]
 pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub engine: Engine<FALLING, TABLE>,
@@ -62,7 +60,6 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub elsewhere: Box<Counts>,
     /// Number of particles that this domain held when the system was cut.
     first: usize,
-    /// Log of the states before each step, to roll this window back.
     pub log: Log,
     /// Whether contacts change only motions and predictions, so that the log can be compact.
     pub is_plain: bool,
@@ -71,7 +68,6 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub touched: Vec<u32>,
     /// Owned particles that changed their cell or their list centre in this window.
     pub moved: Vec<u32>,
-    /// Counts of the steps of this window.
     pub tally: Tally,
     /// Upcoming collisions with the heat bath in this window, by local number. The next collision is last.
     pub collisions: Vec<(u32, Collision)>,
@@ -85,7 +81,6 @@ fn most(first: usize) -> usize {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Cuts a domain out of the whole system.
     pub fn of(whole: &Engine<FALLING, TABLE>, regions: &Regions, number: u8) -> Self {
         let bit = 1 << number;
         let count = whole.particles().len();
@@ -140,20 +135,17 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.log.enlarge();
     }
 
-    /// Adds a particle.
     pub fn hold(&mut self, held: Held) {
         self.held.push(held);
         self.set_held(id(self.held.len() - 1), held);
     }
 
-    /// Sets the owner of a particle and the domains that hold it.
     pub fn set_held(&mut self, particle: u32, held: Held) {
         self.held[particle as usize] = held;
         self.owned.put(particle, held.is_owned());
         self.shared.put(particle, held.known_to != self.bit);
     }
 
-    /// Returns the local numbers of the owned particles.
     pub fn owned_particles(&self) -> impl Iterator<Item = u32> {
         self.engine.particles().filter(|&particle| self.owned.has(particle))
     }
@@ -164,7 +156,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Returns the time of the next step of any owned particle.
     pub fn next_due(&self) -> f64 {
         let due = |particle: u32| self.engine.schedule.predictions[particle as usize].due_time();
         self.owned_particles().map(due).fold(f64::INFINITY, f64::min)
@@ -203,7 +194,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.held.len() > most(self.first)
     }
 
-    /// Returns the outcome of this window, and resets the counts.
     pub fn outcome(&mut self, difference: Option<f64>) -> Outcome {
         let none = Box::new(self.engine.no_counts());
         Outcome {
@@ -214,7 +204,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Clears the data of the last window.
     pub fn begin_window(&mut self) {
         self.log.clear();
         self.steps.clear();
@@ -225,7 +214,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         (self.tally, self.trouble) = (Tally::new(), None);
     }
 
-    /// Rolls this window back to its start.
     pub fn undo(&mut self, start: f64) {
         self.engine.clock.now = start;
         let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };

@@ -68,12 +68,10 @@ pub struct Compared {
     pub difference: Option<f64>,
     /// Owned particles to send to other domains, by local number, and the receiving domains as bits.
     pub to_publish: Vec<(u32, u64)>,
-    /// Owned particles that other domains will hold or own from now on.
     pub transfers: Vec<Transfer>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
-    /// Creates a report for each other domain, on the steps of this domain's copies of the other domain's particles.
     pub fn reports(&self, domains: usize) -> Vec<Report> {
         let new = |to: u8| Report { from: self.number, to, touched: Vec::new(), steps: Vec::new() };
         let mut reports: Vec<Report> = (0..).take(domains).map(new).collect();
@@ -93,7 +91,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         reports
     }
 
-    /// Compares the owned particles of this domain, after a window, with the reports of other domains on their copies.
     pub fn compare(&self, regions: &Regions, reports: &[Report]) -> Compared {
         let mut compared = Compared::default();
         for report in reports.iter().filter(|report| report.to == self.number) {
@@ -105,7 +102,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         compared
     }
 
-    /// Compares the steps of owned particles with the steps of their copies in another domain.
     fn compare_with(&self, report: &Report, compared: &mut Compared) {
         let bit = 1 << report.from;
         // Local and global numbers of the particles that differ from their copies.
@@ -133,7 +129,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Finds owned particles whose moves require copies in more domains, or a new owner.
     fn find_transfers(&self, regions: &Regions, compared: &mut Compared) {
         let mut near = Candidates::default();
         for &particle in &self.moved {
@@ -169,7 +164,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Returns the records of particles to send to other domains.
     pub fn publish(&self, to_publish: &[(u32, u64)]) -> Vec<Published> {
         let published = to_publish.iter().map(|&(particle, to)| {
             let partner = self.engine.schedule.predictions[particle as usize].partner;
@@ -195,7 +189,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             for_this.push(one);
         }
-        // The records refer to other particles by global number. These numbers are translated into local ones.
+        // The records refer to other particles by global number.
         let as_here = for_this.into_iter().map(|one| {
             let mut record = one.record.clone();
             record.renumber(|number| self.here.get(number as usize).copied().filter(|here| *here != NO_PARTICLE));

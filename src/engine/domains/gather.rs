@@ -10,7 +10,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::time::Instant;
 
-/// Maximum number of particles that each domain sends at once.
 const MOST_AT_ONCE: usize = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
@@ -35,7 +34,6 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         self.work.gathering += begin.elapsed();
     }
 
-    /// Copies the neighbour lists of all particles to the single engine.
     pub(super) fn settle_lists(&mut self, whole: &mut Engine<FALLING, TABLE>) {
         let (Some(cut), Some(lists)) = (&self.cut, whole.neighbours.lists_mut()) else { return };
         let begin = Instant::now();

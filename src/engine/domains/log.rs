@@ -54,7 +54,6 @@ impl Log {
         undone.collect()
     }
 
-    /// Requests large memory pages for the largest arrays.
     pub fn enlarge(&self) {
         enlarge(&self.bodies);
         enlarge(&self.predictions);

@@ -12,7 +12,6 @@ pub struct Seen {
     pub event: Event,
 }
 
-/// Step counts and event times of a domain in a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of steps of owned particles, and of all particles that the domain holds.
@@ -40,7 +39,6 @@ impl Tally {
     }
 }
 
-/// Outcome of a window in one domain.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
     /// Time of the first step in which an owned particle and its copy in another domain differ. Copies that no particle

@@ -14,7 +14,6 @@ const COLUMNS_PER_REACH: f64 = 8.0;
 const MOST_COLUMNS: f64 = 65_536.0;
 const MOST_COLUMNS_PER_PARTICLE: f64 = 64.0;
 
-/// Number of particles that are sampled to choose the cuts of the box.
 const SAMPLE: usize = 20_000;
 
 /// Widths of the layers around the region of a domain, in units of the range of the neighbour search.
@@ -58,7 +57,7 @@ struct Axis {
 /// intersection of the sets of its columns along all axes.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
-    /// Domains whose regions contain the column. Only this axis counts.
+    /// Domains whose regions contain the column.
     owners: Vec<u64>,
     /// Domains that may own a particle in this column.
     near: Vec<u64>,
@@ -109,7 +108,6 @@ impl Regions {
         counts.into_iter().max().unwrap_or(0)
     }
 
-    /// Returns the columns that contain a particle's place.
     #[inline]
     pub fn columns<const FALLING: bool, const TABLE: bool>(
         &self,
@@ -123,7 +121,6 @@ impl Regions {
         columns
     }
 
-    /// Returns the domain whose region contains a place.
     #[inline]
     pub fn owner(&self, columns: Columns) -> u8 {
         #[expect(clippy::cast_possible_truncation, reason = "a number of a bit")]
@@ -131,19 +128,16 @@ impl Regions {
         owner
     }
 
-    /// Returns the domains that may own a particle at a place.
     #[inline]
     pub fn near(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.near)
     }
 
-    /// Returns the domains whose predictions may read a particle at a place.
     #[inline]
     pub fn readers(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.readers)
     }
 
-    /// Returns the domains that get a copy of a particle at a place when the system is cut.
     #[inline]
     pub fn holders(&self, columns: Columns) -> u64 {
         self.common(columns, |slabs| &slabs.holders)
@@ -282,7 +276,6 @@ fn factors(product: usize) -> Vec<[usize; 3]> {
     factors
 }
 
-/// Returns the domains in a slab of an axis, as bits.
 fn domains_of(numbers: [usize; 3], axis: usize, slab: usize) -> u64 {
     let [_, ny, nz] = numbers;
     let block = |domain: usize| [domain / (ny * nz), domain / nz % ny, domain % nz];

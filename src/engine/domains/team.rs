@@ -35,7 +35,6 @@ impl Team {
         Self { pool: pool.map(Arc::new), transport, share, sent: Arc::default() }
     }
 
-    /// Number of bytes that this process has sent to others.
     pub fn sent(&self) -> u64 {
         self.sent.load(Ordering::Relaxed)
     }
@@ -55,17 +54,14 @@ impl Team {
         rank * self.share..(rank + 1) * self.share
     }
 
-    /// Returns the domains of a process, as bits.
     fn domains_of(&self, rank: usize) -> u64 {
         (rank * self.share..(rank + 1) * self.share).fold(0, |set, domain| set | 1 << domain)
     }
 
-    /// Whether other processes take part.
     pub fn has_others(&self) -> bool {
         self.transport.is_some()
     }
 
-    /// Returns the number of threads of this process that are busy when it runs this many domains.
     pub fn busy_threads(&self, domains: usize) -> u32 {
         let threads = self.pool.as_ref().map_or(1, |pool| pool.current_num_threads());
         trunc_to_u32(threads.min(domains).max(1) as f64)
@@ -79,8 +75,7 @@ impl Team {
         }
     }
 
-    /// Applies `work` to each item on the threads of this process. Returns the results in the order of the
-    /// items.
+    /// Returns the results in the order of the items.
     pub fn each<I: Send, R: Send>(&self, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync) -> Vec<R> {
         match &self.pool {
             Some(pool) if items.len() > 1 => pool.install(|| items.into_par_iter().with_max_len(1).map(work).collect()),

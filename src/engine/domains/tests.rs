@@ -15,7 +15,6 @@ use crate::model::{RunPlan, Scene, Thermostat};
 use crate::scene::{Arrangement, Chain, Fill, SceneBuilder};
 use std::ops::ControlFlow;
 
-/// Creates the engine of a scene, with the heat bath of its run.
 fn begun<const FALLING: bool, const TABLE: bool>(scene: &Scene) -> Engine<FALLING, TABLE> {
     let mut engine = Engine::new(scene);
     if let Some(Thermostat::Andersen { temperature, rate, axes }) = scene.run().thermostat {
@@ -47,7 +46,6 @@ fn advance<const FALLING: bool, const TABLE: bool>(
     (events, engine.snapshot(), engine)
 }
 
-/// Compares runs with different numbers of domains with the run of a single engine. Returns the total work.
 fn compare<const FALLING: bool, const TABLE: bool>(
     scene: &Scene,
     name: &str,
@@ -64,7 +62,6 @@ fn compare<const FALLING: bool, const TABLE: bool>(
     work
 }
 
-/// Compares a run on a team of threads with the run of a single engine.
 fn compare_with<const FALLING: bool, const TABLE: bool>(
     (events, snapshot, engine): &(Vec<Event>, Snapshot, Engine<FALLING, TABLE>),
     scene: &Scene,
@@ -121,7 +118,6 @@ fn multiple_processes_match_one_engine_bitwise() {
     }
 }
 
-/// The default width.
 const WIDE: Halo = HALO;
 /// A halo without slack and margin: errors of copies reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
@@ -152,7 +148,7 @@ fn domains_match_one_engine_bitwise() {
     compare::<false, false>(&disks.build().unwrap(), "disks", Until::time(6.0), (&[2, 5], WIDE));
 }
 
-/// Creates chains of beads. The bonds can be much longer than the range of the neighbour search.
+/// The bonds can be much longer than the range of the neighbour search.
 fn chains() -> SceneBuilder {
     let chain = Chain {
         species: "bead".into(),
@@ -172,7 +168,6 @@ fn chains() -> SceneBuilder {
         .chain(chain)
 }
 
-/// Creates a scene with a heat bath that acts along two axes.
 fn bathed(builder: SceneBuilder, rate: f64) -> Scene {
     let bath = Thermostat::Andersen { temperature: 1.7, rate, axes: [true, false, true] };
     builder.run(RunPlan { thermostat: Some(bath), ..RunPlan::default() }).build().unwrap()
@@ -192,7 +187,6 @@ fn domains_with_heat_bath_or_long_bonds_match_one_engine_bitwise() {
     }
 }
 
-/// Advances an engine to a time. With `domains`, the domains advance it.
 fn advance_to<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     time: f64,
@@ -298,7 +292,6 @@ fn all_of<const FALLING: bool, const TABLE: bool>(
     (all, (contact_time < f64::INFINITY).then_some(contact))
 }
 
-/// Returns the ids in a particle's neighbour list.
 fn listed<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, particle: u32) -> Vec<u32> {
     let list = engine.neighbours.verlet().map_or(&[][..], |verlet| verlet.lists.of(particle));
     let mut names: Vec<u32> = list.iter().map(|&other| engine.state.bodies[other as usize].name).collect();

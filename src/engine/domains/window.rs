@@ -150,8 +150,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Executes an event of a particle. The event is counted and shown to the observer only if this domain owns
-    /// the particle.
+    /// The event is counted and shown to the observer only if this domain owns the particle.
     #[inline(always)]
     fn counting<R>(
         &mut self,
@@ -176,7 +175,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         executed
     }
 
-    /// Executes a collision of a particle with the heat bath.
     #[cold]
     fn meet_bath(&mut self, regions: &Regions, particle: u32, collision: &Collision, is_observed: bool) {
         self.save(particle);
@@ -198,7 +196,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Records a contact of a particle, if several domains hold the particle.
     #[inline]
     fn note_contact(&mut self, regions: &Regions, particle: u32, other: Option<u32>, time: f64) {
         if !self.shared.has(particle) || self.engine.is_static(particle) {
@@ -214,8 +211,6 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         self.note(particle, Some(hash), time, regions.readers(regions.columns(&self.engine, particle)));
     }
 
-    /// Prefetches the entries of `held` for the particles of an upcoming event. Only particles that several
-    /// domains hold need them.
     #[inline]
     fn prefetch_held(&self) {
         if let Some((particle, prediction)) = self.engine.coming(SELF) {

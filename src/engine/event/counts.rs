@@ -55,7 +55,7 @@ impl CountedKind {
 /// them as bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct EventCountsBySpecies {
-    /// Counts for each pair of species. The species with the lower index comes first.
+    /// The species with the lower index comes first.
     pairs: Pairs,
     /// Counts of wall and thermostat events for each species.
     singles: BTreeMap<u32, [u64; 2]>,
@@ -117,7 +117,6 @@ impl EventCountsBySpecies {
         Self { pairs: Pairs::Sparse(pairs), singles }
     }
 
-    /// Calls `visit` for the counts of each stored pair of species.
     fn for_each_pair(&self, mut visit: impl FnMut([u32; 2], &[u64; 5])) {
         match &self.pairs {
             Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| visit([*a, *b], counts)),
@@ -128,7 +127,6 @@ impl EventCountsBySpecies {
         }
     }
 
-    /// Counts an event of two particles of the given species.
     #[inline]
     pub(crate) fn note_pair(&mut self, a: usize, b: usize, kind: CountedKind) {
         let (a, b) = (a.min(b), a.max(b));
@@ -148,7 +146,6 @@ impl EventCountsBySpecies {
         }
     }
 
-    /// Counts an event of one particle of the given species.
     pub(crate) fn note_single(&mut self, species: usize, kind: CountedKind) {
         #[expect(
             clippy::cast_possible_truncation,
@@ -178,7 +175,6 @@ impl EventCountsBySpecies {
         entries
     }
 
-    /// Adds the counts of a part of the system.
     pub(crate) fn merge(&mut self, part: &Self) {
         match (&mut self.pairs, &part.pairs) {
             (Pairs::Listed(all), Pairs::Listed(some)) => {

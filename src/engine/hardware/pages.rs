@@ -4,7 +4,7 @@
 //! With pages of two megabytes instead of four kilobytes, it can cache most of these addresses. Systems of 10^5
 //! or more particles then run a tenth to a fifth faster.
 
-/// Requests large pages for the memory of an array, including its unused capacity. Affects only speed.
+/// Requests large pages for the memory of an array, including its unused capacity.
 pub fn enlarge<T>(array: &Vec<T>) {
     #[cfg(target_os = "linux")]
     {

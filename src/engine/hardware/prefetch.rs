@@ -4,7 +4,7 @@
 //! waits for memory most of the time.
 
 /// Begins to load element `index` of a slice into the cache, if the processor supports this. An index beyond the
-/// slice is harmless. Affects only speed.
+/// slice is harmless.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

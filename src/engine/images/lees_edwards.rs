@@ -25,7 +25,6 @@ use crate::physics::motion::RelativeState;
 /// again. In between, a particle can meet only the nearest image and the images on either side of it.
 const SLIDE: f64 = 0.25;
 
-/// A box under shear.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::engine) struct LeesEdwards {
     /// Shear rate `g` `[1 / time]`.
@@ -52,7 +51,6 @@ impl LeesEdwards {
         Some(Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes })
     }
 
-    /// Time since the epoch at which pairs across the sliding sides are predicted again.
     pub fn next_refresh(&self) -> f64 {
         self.next_refresh
     }

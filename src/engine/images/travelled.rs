@@ -14,12 +14,10 @@ pub(in crate::engine) enum Travelled {
 }
 
 impl Travelled {
-    /// Creates image numbers of zero, for particles that have not crossed a side of the box yet.
     pub fn new(particles: usize) -> Self {
         Self::Near(vec![[0; 3]; particles])
     }
 
-    /// Number of particles.
     pub fn len(&self) -> usize {
         match self {
             Self::Near(images) => images.len(),
@@ -27,7 +25,6 @@ impl Travelled {
         }
     }
 
-    /// Returns the image numbers of a particle.
     #[inline]
     pub fn of(&self, particle: u32) -> [i32; 3] {
         match self {
@@ -36,7 +33,6 @@ impl Travelled {
         }
     }
 
-    /// Adds a number of periods to the image number of a particle along an axis.
     #[inline]
     pub fn add(&mut self, particle: u32, axis: usize, periods: i32) {
         if let Self::Near(images) = self {
@@ -50,7 +46,6 @@ impl Travelled {
         *image = image.wrapping_add(periods);
     }
 
-    /// Sets the image numbers of each particle to the result of `image`.
     pub fn set(&mut self, image: impl Fn(u32) -> [i32; 3]) {
         *self = match self {
             Self::Near(images) => Self::new(images.len()),
@@ -62,7 +57,6 @@ impl Travelled {
         }
     }
 
-    /// Appends a new particle with the given image numbers.
     pub fn push(&mut self, images: [i32; 3]) {
         match self {
             Self::Near(near) => near.push([0; 3]),
@@ -72,7 +66,6 @@ impl Travelled {
         (0..3).filter(|&axis| images[axis] != 0).for_each(|axis| self.add(particle, axis, images[axis]));
     }
 
-    /// Sets the image numbers of a particle.
     pub fn put(&mut self, particle: u32, images: [i32; 3]) {
         let before = self.of(particle);
         (0..3).filter(|&axis| images[axis] != before[axis]).for_each(|axis| {

@@ -2,7 +2,7 @@
 
 use super::cells::NO_PARTICLE;
 
-/// Neighbour candidates of a particle. The memory is reused from one search to the next.
+/// The memory is reused from one search to the next.
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     found: Vec<u32>,
@@ -13,7 +13,6 @@ pub struct Candidates {
 #[derive(Debug)]
 pub struct Heads<'a> {
     particles: &'a mut [u32; 32],
-    /// Number of candidates so far.
     pub length: usize,
 }
 
@@ -30,7 +29,6 @@ impl Heads<'_> {
 }
 
 impl Candidates {
-    /// Removes all candidates.
     #[inline]
     pub fn clear(&mut self) {
         self.length = 0;
@@ -47,7 +45,6 @@ impl Candidates {
         Heads { particles, length: 0 }
     }
 
-    /// Appends a particle. Appends nothing if the particle is [`NO_PARTICLE`].
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         if self.length == self.found.len() {
@@ -57,7 +54,6 @@ impl Candidates {
         self.length += usize::from(particle != NO_PARTICLE);
     }
 
-    /// Appends the first `count` particles of an array of eight particles.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline(always)]
     pub fn put_eight(&mut self, (particles, count): ([u32; 8], usize)) {
@@ -96,7 +92,6 @@ impl Candidates {
         self.length = length;
     }
 
-    /// Keeps only the candidates for which `is_kept` is true.
     #[inline]
     pub fn retain(&mut self, mut is_kept: impl FnMut(u32) -> bool) {
         let mut kept = 0;
@@ -108,7 +103,6 @@ impl Candidates {
         self.length = kept;
     }
 
-    /// The candidates.
     #[inline]
     #[must_use]
     pub fn found(&self) -> &[u32] {

@@ -68,8 +68,8 @@ impl CellList {
         });
     }
 
-    /// Whether `is(a, b, r_a - r_b, r^2)` is true for any pair of points within the range. The arguments are the
-    /// two ids, the separation, and the squared distance. Each pair is tested at most once.
+    /// Whether `is(a, b, r_a - r_b, r^2)` is true for any pair of points within the range. Each pair is tested at
+    /// most once.
     pub fn has_pair(&self, mut is: impl FnMut(u32, u32, &Vector, f64) -> bool) -> bool {
         let found = self.for_each(|index, runs| {
             for &(begin, end) in runs {
@@ -132,7 +132,6 @@ impl CellList {
         ControlFlow::Continue(())
     }
 
-    /// Finds the index ranges of all points in a cell and in the adjacent cells.
     fn find_runs(&self, cell: u32, runs: &mut Vec<(usize, usize)>) {
         runs.clear();
         self.grid.for_each_row(cell, self.displacement != 0.0, |cells| {
@@ -266,7 +265,6 @@ mod tests {
             }
             assert!((50..290).contains(&found), "{found}");
         }
-        // An open space with a single point.
         let space = Space { lower: Vector::zeros(), size: Vector::zeros(), boundary: [Boundary::OPEN; 3] };
         let cells = CellList::new(&space, 0.0, 1.0, [(0, Vector::repeat(4.0))].into_iter());
         assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 3.5)), Some(0.5));

@@ -18,20 +18,16 @@ use serde::{Deserialize, Serialize};
 /// Stands for the absence of a particle, for example at the end of a cell's list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
-/// Result of a cell transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transition {
-    /// The new cell.
     pub cell: u32,
     /// Number of periods to add to the particle's coordinate: -1, 0 or 1. It is 0 unless the particle crosses a
     /// periodic boundary.
     pub wrap: i32,
 }
 
-/// A grid of cells, and the particles in each cell.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Cells {
-    /// The grid.
     pub grid: Grid,
     /// First particle of each cell.
     first: Vec<u32>,
@@ -96,14 +92,12 @@ impl Cells {
         cells
     }
 
-    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.first);
         enlarge(&self.next);
         enlarge(&self.homes);
     }
 
-    /// Returns the same cells after a renumbering of the particles.
     pub fn permuted(&self, order: &Order) -> Self {
         if self.homes.is_empty() {
             return self.clone();
@@ -119,7 +113,6 @@ impl Cells {
         Self { grid: self.grid.clone(), first, next, homes }
     }
 
-    /// Appends a new particle and puts it into a cell.
     pub fn push(&mut self, cell: u32) {
         let particle = id(self.homes.len());
         self.homes.push(cell);
@@ -146,14 +139,12 @@ impl Cells {
         self.next[at as usize] = after;
     }
 
-    /// The cell of a particle.
     #[inline]
     #[must_use]
     pub fn home(&self, particle: u32) -> u32 {
         self.homes[particle as usize]
     }
 
-    /// Moves a particle to another cell.
     pub fn relocate(&mut self, particle: u32, to: u32) {
         let from = self.home(particle);
         if to != from {
@@ -168,7 +159,6 @@ impl Cells {
         self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
     }
 
-    /// Whether a cell is the first or the last cell along an axis.
     #[must_use]
     pub fn is_outermost(&self, cell: u32, axis: usize) -> bool {
         self.grid.is_outermost(cell, axis).contains(&true)
@@ -193,8 +183,7 @@ impl Cells {
         });
     }
 
-    /// Moves a particle through a face of its cell into the next cell. Returns `None` if there is no cell beyond
-    /// the face.
+    /// Returns `None` if there is no cell beyond the face.
     #[inline]
     pub fn cross(&mut self, particle: u32, face: CellFace) -> Option<Transition> {
         let (to, wrap) = self.grid.behind(self.home(particle), face)?;

@@ -14,7 +14,6 @@ use std::ops::Range;
 pub struct CellFace {
     /// Index of the axis normal to the face: 0, 1 or 2.
     pub axis: u8,
-    /// Whether the face is on the upper side of the cell.
     pub is_upper: bool,
 }
 
@@ -27,7 +26,6 @@ impl CellFace {
     }
 }
 
-/// A grid of cells that covers the box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
@@ -113,7 +111,6 @@ impl Grid {
         count.is_some_and(|count| count > 0) && self.by == [Divisor::new(x), Divisor::new(y)]
     }
 
-    /// Number of cells.
     #[must_use]
     pub fn count(&self) -> usize {
         self.counts.iter().map(|&n| n as usize).product()
@@ -202,7 +199,6 @@ impl Grid {
         }
     }
 
-    /// Numbers of cells along the three axes.
     #[must_use]
     pub fn counts(&self) -> [u32; 3] {
         self.counts
@@ -264,7 +260,6 @@ impl Grid {
         self.join([index(0), index(1), index(2)])
     }
 
-    /// Index of a cell along an axis.
     #[inline]
     #[must_use]
     pub fn index_along(&self, cell: u32, axis: usize) -> u32 {
@@ -305,7 +300,7 @@ impl Grid {
     }
 
     /// Returns the index of the cell beyond the upper or lower face along an axis, and the number of periods to
-    /// add to a coordinate there. Returns `None` at the end of an axis that is not periodic.
+    /// add to a coordinate there.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
         let last = self.counts[axis] - 1;
@@ -319,8 +314,6 @@ impl Grid {
     }
 
     /// Calls `visit(face, coordinate)` for the faces through which a particle can leave its cell.
-    ///
-    /// Axes that are not periodic have no such faces at their ends.
     #[inline]
     pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);

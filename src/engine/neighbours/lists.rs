@@ -81,19 +81,16 @@ fn holds(list: &[u32], particle: u32) -> bool {
 }
 
 impl Lists {
-    /// Empty lists.
     #[must_use]
     pub fn new(particles: usize) -> Self {
         Self { spans: vec![Span::default(); particles], ..Self::default() }
     }
 
-    /// Appends an empty list for a new particle.
     pub fn push_empty(&mut self) {
         self.spans.push(Span::default());
     }
 
-    /// Returns the lists after a renumbering of the particles. Lists of successive particles are adjacent in
-    /// memory.
+    /// Lists of successive particles are adjacent in memory.
     pub fn permuted(&self, order: &Order) -> Self {
         let mut permuted = Self::new(order.old.len());
         permuted.spans.reserve(order.room);
@@ -130,13 +127,11 @@ impl Lists {
         *self = Self::new(self.spans.len());
     }
 
-    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.spans);
         enlarge(&self.entries);
     }
 
-    /// Returns the list of a particle.
     #[inline]
     #[must_use]
     pub fn of(&self, particle: u32) -> &[u32] {
@@ -154,13 +149,11 @@ impl Lists {
         (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
-    /// Prefetches the address and length of a particle's list.
     #[inline]
     pub fn prefetch_span(&self, particle: u32) {
         prefetch(&self.spans, particle as usize);
     }
 
-    /// Prefetches the first two blocks of a particle's list.
     #[inline]
     pub fn prefetch_list(&self, particle: u32) {
         let span = self.spans[particle as usize];
@@ -168,7 +161,6 @@ impl Lists {
         prefetch(&self.entries, span.start() + BLOCK);
     }
 
-    /// Adds `other` to the list of a particle.
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks, length) = (span.first, span.blocks(), span.length());
@@ -179,14 +171,13 @@ impl Lists {
         self.spans[particle as usize] = Span::new(first, blocks, length + 1);
     }
 
-    /// Removes `other` from the list of a particle, if it is there.
     pub fn remove(&mut self, particle: u32, other: u32) {
         if let Some(at) = self.of(particle).iter().position(|entry| *entry == other) {
             self.remove_at(particle, at);
         }
     }
 
-    /// Removes the entry at index `at` from the list of a particle. The last entry takes its place.
+    /// The last entry takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
         let span = self.spans[particle as usize];
         let left = span.length() - 1;
@@ -230,7 +221,7 @@ impl Lists {
         (&self.newcomers, self.coming)
     }
 
-    /// Replaces the list of a particle by `new`. Other lists do not change.
+    /// Other lists do not change.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks) = (span.first, span.blocks());

@@ -15,7 +15,6 @@ use crate::model::space::{Boundary, Space};
 use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 
-/// Number of centres in a block.
 const LANES: usize = 8;
 
 /// Marks the end of a linked list of blocks.
@@ -44,7 +43,6 @@ impl Block {
     const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NO_PARTICLE; LANES] };
 }
 
-/// The centres of all particles, sorted into cells.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Packed {
     /// The grid of cells, which are no smaller than the reach.
@@ -136,7 +134,6 @@ impl Packed {
             && lanes.all(|(id, x)| if id == NO_PARTICLE { x.is_nan() } else { (id as usize) < particles })
     }
 
-    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.first);
         enlarge(&self.blocks);
@@ -165,7 +162,6 @@ impl Packed {
         }
     }
 
-    /// Inserts the centre of a particle.
     pub fn put(&mut self, particle: u32, centre: &Vector) {
         let cell = self.home(centre);
         let mut at = self.first[cell as usize];
@@ -197,14 +193,12 @@ impl Packed {
         }
     }
 
-    /// The cell in which a centre lies.
     #[inline]
     #[must_use]
     pub fn home(&self, centre: &Vector) -> u32 {
         self.grid.cell_at(centre)
     }
 
-    /// Finds all particles with centres in `cell` and in the adjacent cells.
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         near.clear();
         self.for_each_block(cell, |block| {
@@ -297,7 +291,6 @@ impl Packed {
         });
     }
 
-    /// Prefetches the numbers of the first blocks in a cell and in the adjacent cells.
     #[inline]
     pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));

@@ -3,7 +3,6 @@
 use crate::model::{Scene, SpeciesId};
 use serde::{Deserialize, Serialize};
 
-/// Distances at which uncaptured pairs meet, and their largest values.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Ranges {
     /// Distances at which uncaptured pairs meet `[length]`, as a matrix over pairs of species, row by row.

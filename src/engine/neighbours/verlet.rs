@@ -64,7 +64,6 @@ impl VerletLists {
         }
     }
 
-    /// Checks data from a file: whether all arrays have the right lengths, and whether all indices are valid.
     #[must_use]
     pub fn is_sound(&self, particles: usize, species: usize) -> bool {
         self.centres.len() == particles
@@ -85,7 +84,6 @@ impl VerletLists {
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
 
-    /// The cell that holds a particle's centre.
     #[inline]
     #[must_use]
     pub fn home(&self, particle: u32) -> u32 {
@@ -99,8 +97,7 @@ impl VerletLists {
         (0..3).any(|k| position[k] < self.inner[0][k] || position[k] > self.inner[1][k])
     }
 
-    /// Whether the centre of another particle is within reach of `centre`. `species` are the species of the two
-    /// particles.
+    /// Whether the centre of another particle is within reach of `centre`.
     #[inline]
     fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
         let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
@@ -120,14 +117,13 @@ impl VerletLists {
         }
     }
 
-    /// Adds a particle with the given centre and an empty list.
     pub fn push(&mut self, centre: Vector) {
         self.cells.put(id(self.centres.len()), &centre);
         self.centres.push(centre);
         self.lists.push_empty();
     }
 
-    /// Moves the centre of a particle. The lists do not change.
+    /// The lists do not change.
     pub fn relocate(&mut self, particle: u32, centre: Vector) {
         let before = std::mem::replace(&mut self.centres[particle as usize], centre);
         if before != centre {
@@ -136,7 +132,6 @@ impl VerletLists {
         }
     }
 
-    /// Returns the lists after a renumbering of the particles.
     pub fn permuted(&self, order: &Order) -> Self {
         let centres = order.permuted(&self.centres);
         let cells = self.cells.of_others(&centres);
@@ -150,7 +145,6 @@ impl VerletLists {
         }
     }
 
-    /// Requests large memory pages for the arrays. Affects only speed.
     pub fn enlarge(&self) {
         enlarge(&self.centres);
         self.cells.enlarge();

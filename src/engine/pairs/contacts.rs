@@ -11,7 +11,6 @@ pub struct ContactTimes {
 }
 
 impl ContactTimes {
-    /// No contacts yet.
     #[must_use]
     pub fn new(contact_time: f64, particles: usize) -> Self {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }

@@ -8,8 +8,7 @@ use crate::model::{Scene, SpeciesId};
 /// row, because the tables are square and are read for every pair.
 const FEW: usize = 256;
 
-/// Assignment of species to rows of the square tables. If there are many species, only species with particles
-/// have a row.
+/// Assignment of species to rows of the square tables.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// The species of each table row.
@@ -19,7 +18,6 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Assigns table rows to the species of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let count = scene.species.len();
@@ -37,19 +35,16 @@ impl Rows {
         Self { species, rows }
     }
 
-    /// Returns the table row of a species that has particles.
     #[must_use]
     pub fn row(&self, species: SpeciesId) -> u16 {
         self.rows[species.0 as usize]
     }
 
-    /// Whether every species refers to a table row that exists.
     #[must_use]
     pub fn are_sound(&self) -> bool {
         self.rows.iter().all(|row| usize::from(*row) < self.species.len().max(1))
     }
 
-    /// The species, in the order of their table rows.
     #[must_use]
     pub fn species(&self) -> &[SpeciesId] {
         &self.species

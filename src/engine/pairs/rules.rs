@@ -25,7 +25,6 @@ pub struct Steps {
     outer: Vec<Option<Discontinuity>>,
     /// The inner discontinuity of each pair state; `None` in the last state.
     inner: Vec<Option<Discontinuity>>,
-    /// The squared distances of both discontinuities of each pair state `[length^2]`.
     edges: Vec<Edges>,
     /// Potential energy of each pair state `[energy]`.
     energies: Vec<f64>,
@@ -70,14 +69,12 @@ impl Steps {
         }
     }
 
-    /// Returns the squared distances of both discontinuities of a pair in `state` `[length^2]`.
     #[inline]
     #[must_use]
     pub fn edges(&self, state: u16) -> Edges {
         self.edges[usize::from(state)]
     }
 
-    /// Potential energy of a pair in `state` `[energy]`.
     #[must_use]
     pub fn energy(&self, state: u16) -> f64 {
         self.energies[usize::from(state)]
@@ -121,7 +118,6 @@ pub struct SpeciesRules {
     pub inverse_mass: f64,
     /// Half the diameter, which is the distance of the centre from a wall at contact `[length]`.
     pub radius: f64,
-    /// Constant acceleration.
     pub acceleration: Vector,
 }
 
@@ -134,7 +130,6 @@ impl SpeciesRules {
         }
     }
 
-    /// Whether particles of the species never move.
     #[inline]
     #[must_use]
     pub fn is_static(&self) -> bool {
@@ -142,14 +137,11 @@ impl SpeciesRules {
     }
 }
 
-/// All data about species and interactions that the event loop reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
-    /// Which species have a row in the tables.
     pub rows: Rows,
     /// The constants of the species, by table row.
     pub species: Vec<SpeciesRules>,
-    /// The potential of each interaction, as a sequence of steps.
     pub steps: Vec<Steps>,
     /// The discontinuities at which uncaptured pairs meet, as a matrix over pairs of table rows, row by row.
     meetings: Vec<Meeting>,
@@ -180,7 +172,6 @@ impl Rules {
             && pairs.all(|pair| states(pair.interaction).is_some_and(|states| usize::from(pair.state) < states))
     }
 
-    /// Collects the species and interactions of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let rows = Rows::of(scene);
@@ -237,7 +228,6 @@ impl Rules {
         self.is_met_accelerated[usize::from(species)].then(|| &self.accelerated[first..first + self.species.len()])
     }
 
-    /// Returns the discontinuity at which an uncaptured pair of the given species meets.
     #[inline]
     #[must_use]
     pub fn meeting(&self, a: u16, b: u16) -> &Meeting {

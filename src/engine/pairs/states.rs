@@ -11,11 +11,9 @@ use serde::{Deserialize, Serialize};
 /// The state of a pair, as stored in the list of one of its particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PairState {
-    /// The other particle.
     pub partner: u32,
     /// Number of steps of the potential that the pair has entered.
     pub state: u16,
-    /// Index of the pair's interaction.
     pub interaction: u16,
 }
 
@@ -29,13 +27,11 @@ pub struct CapturedPairs {
 }
 
 impl CapturedPairs {
-    /// Creates an empty list for each particle.
     #[must_use]
     pub fn new(particles: usize) -> Self {
         Self { room: 0, lengths: vec![0; particles], entries: Vec::new() }
     }
 
-    /// Appends an empty list for a new particle.
     pub fn push_empty(&mut self) {
         self.lengths.push(0);
         self.entries.resize(self.room * self.lengths.len(), PairState::default());
@@ -58,7 +54,7 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
-    /// The entries of all lists. A pair of moving particles has an entry in the list of each particle.
+    /// A pair of moving particles has an entry in the list of each particle.
     pub fn all(&self) -> impl Iterator<Item = &PairState> {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }
@@ -71,22 +67,19 @@ impl CapturedPairs {
         &self.entries[at..at + self.lengths[particle as usize] as usize]
     }
 
-    /// Prefetches the captured and bonded partners of a particle.
     #[inline]
     pub fn prefetch(&self, particle: u32) {
         prefetch(&self.lengths, particle as usize);
         prefetch(&self.entries, particle as usize * self.room);
     }
 
-    /// Returns the state of a pair; `None` if the pair has no entry.
     #[inline]
     #[must_use]
     pub fn get(&self, particle: u32, partner: u32) -> Option<PairState> {
         self.of(particle).iter().copied().find(|captured| captured.partner == partner)
     }
 
-    /// Sets the state of a pair in the list of `particle`. Returns whether the partner was not in the list
-    /// before.
+    /// Returns whether the partner was not in the list before.
     pub fn set(&mut self, particle: u32, captured: PairState) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -102,7 +95,6 @@ impl CapturedPairs {
         true
     }
 
-    /// Replaces the list of a particle by `captured`.
     pub fn replace(&mut self, particle: u32, captured: &[PairState]) {
         self.lengths[particle as usize] = 0;
         captured.iter().for_each(|pair| {
@@ -110,7 +102,7 @@ impl CapturedPairs {
         });
     }
 
-    /// Removes a partner from the list of a particle. Returns whether the partner was in the list.
+    /// Returns whether the partner was in the list.
     pub fn remove(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
@@ -123,7 +115,6 @@ impl CapturedPairs {
         found.is_some()
     }
 
-    /// Doubles the capacity of every list.
     fn grow(&mut self) {
         let room = (2 * self.room).max(4);
         let mut entries = vec![PairState::default(); room * self.lengths.len()];

@@ -13,7 +13,6 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// Runs an engine for a number of events. Returns these events and the final state.
 fn go_on<const FALLING: bool, const TABLE: bool>(
     engine: &mut Engine<FALLING, TABLE>,
     events: u64,
@@ -33,14 +32,12 @@ fn go_on<const FALLING: bool, const TABLE: bool>(
     (seen, now)
 }
 
-/// Returns the ids of an event's particle and partner in ascending order.
 fn pair(event: &Event, name: impl Fn(ParticleId) -> ParticleId) -> (ParticleId, ParticleId) {
     let (one, other) = (name(event.particle), event.partner().map_or(name(event.particle), name));
     (one.min(other), one.max(other))
 }
 
-/// Checks that an engine continues like a new engine that starts from the same state. The number of events is
-/// so small that rounding errors stay small.
+/// The number of events is so small that rounding errors stay small.
 fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     mut engine: Engine<FALLING, TABLE>,
     scene: &Scene,
@@ -89,8 +86,6 @@ fn hole<const FALLING: bool, const TABLE: bool>(
     })
 }
 
-/// Returns the captured pairs of a new particle at a given position: one for each particle whose well contains this
-/// position.
 fn captured_at<const FALLING: bool, const TABLE: bool>(
     engine: &Engine<FALLING, TABLE>,
     row: u16,

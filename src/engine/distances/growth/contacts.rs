@@ -19,7 +19,6 @@ const SLACK: f64 = 1e-9;
 /// of its terms, it has lost digits, and so has the contact time.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
-/// Arguments of [`Batch::growing_contacts`].
 struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,

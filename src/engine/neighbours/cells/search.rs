@@ -6,14 +6,12 @@ use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::grid::CellFace;
 
 impl Cells {
-    /// Prefetches the cell number of a particle and the number of the next particle in its cell.
     #[inline]
     pub fn prefetch_home(&self, particle: u32) {
         prefetch(&self.homes, particle as usize);
         prefetch(&self.next, particle as usize);
     }
 
-    /// Prefetches the numbers of the first particles in a cell and in the adjacent cells.
     #[inline]
     pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
@@ -30,7 +28,6 @@ impl Cells {
         });
     }
 
-    /// Finds all particles in `cell` and in the adjacent cells.
     #[inline]
     pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         let mut heads = near.heads();
@@ -53,16 +50,12 @@ impl Cells {
         near.follow(found, &self.next);
     }
 
-    /// Prefetches data for a transition out of `cell` through `face`: the numbers of the first particles in
-    /// `cell` and in the cells that become adjacent.
     #[inline]
     pub fn prefetch_transition(&self, cell: u32, face: CellFace) {
         prefetch(&self.first, cell as usize);
         self.for_each_new_after(cell, face, |new| prefetch(&self.first, new as usize));
     }
 
-    /// Prefetches data of the first particles in the cells that become adjacent in a transition out of `cell`
-    /// through `face`. Calls `expect` for each of these particles.
     #[inline]
     pub fn prefetch_new(&self, cell: u32, face: CellFace, expect: impl Fn(u32)) {
         self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
