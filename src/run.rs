@@ -177,7 +177,9 @@ impl Ending {
             Self::Blocked(blocked) => Some(blocked.to_string()),
             Self::Arrested(arrest) => Some(arrest.to_string()),
             Self::Broken(broken) => Some(broken.to_string()),
-            Self::GaveUp => Some("nothing has happened for a million rows, or for a very long time".to_owned()),
+            Self::GaveUp => {
+                Some("no event happened during a million rows of output, or for a very long time".to_owned())
+            }
             Self::Unsettled => {
                 Some("the equilibration reached its limit before the observables were stationary".to_owned())
             }

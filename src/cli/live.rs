@@ -51,7 +51,8 @@ impl Live {
         }
         super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
         if scene.run().has_barostat() {
-            let message = format!("the scene {} has a barostat, and the box of a page does not change", scene.name());
+            let message =
+                format!("the scene {} has a barostat, but the box of a page has a constant size", scene.name());
             return Err(Failure::bad_input(message, Some("leave the barostat out")));
         }
         let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;

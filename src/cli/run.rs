@@ -311,7 +311,7 @@ fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
         }
         Ending::GaveUp => Err(Failure::failed(
             format!(
-                "gave up at time {}: nothing has happened for a million rows, or for a very long time",
+                "gave up at time {}: no event happened during a million rows of output, or for a very long time",
                 finished.simulation.time()
             ),
             Some("set run.until_time, or longer intervals in [output]"),

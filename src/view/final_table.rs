@@ -93,7 +93,9 @@ fn ending(finished: &Finished) -> String {
         Ending::Condition => format!("at t = {time}, where an instrument ended it"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
         Ending::GaveUp => {
-            format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for a very long time")
+            format!(
+                "GAVE UP at t = {time}{stage}: no event happened during a million rows of output, or for a very long time"
+            )
         }
         Ending::Unsettled => {
             format!(

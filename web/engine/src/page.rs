@@ -257,7 +257,9 @@ fn scene_of(request: &Value) -> Result<Scene, Value> {
     let changes = changes_of(request);
     let scene = Scene::from_toml_with(text_of(request), FILE, &pairs(&changes)).map_err(|error| mistake(&error))?;
     if scene.run().has_barostat() {
-        return Err(failure("the scene has a barostat, and the box of a page does not change: leave the barostat out"));
+        return Err(failure(
+            "the scene has a barostat, but the box of a page has a constant size: leave the barostat out",
+        ));
     }
     Ok(scene)
 }
