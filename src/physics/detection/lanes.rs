@@ -62,7 +62,7 @@ impl Simd {
     #[must_use]
     pub fn at_most_four(self) -> Self {
         match self.0 {
-            // SAFETY: as above.
+            // Processors are only taken to have AVX-512 if they also have AVX2.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => Self(Instructions::Avx2),
             _ => self,
@@ -77,7 +77,7 @@ impl Simd {
             // SAFETY: [`Self::all`] has checked that the processor supports these instructions.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2 => unsafe { in_fours(work) },
-            // SAFETY: as above.
+            // SAFETY: [`Self::all`] has checked that the processor supports these instructions.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => unsafe { in_eights(work) },
         }
