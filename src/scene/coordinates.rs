@@ -248,7 +248,7 @@ fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
         }
     }
     match reader.next() {
-        None => Err((lines(), format!("the file ends after {frame} frames, expected frame {frame}"))),
+        None => Err(ends_after(from_start)),
         Some(Err(error)) => Err(wrong(error)),
         Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
         Some(Ok(frame)) => {

@@ -121,7 +121,7 @@ pub(crate) struct FillFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &REGIONS)))]
 pub(crate) struct RegionFile {
-    /// Shape of the static surface. It determines which other keys are allowed.
+    /// Shape of the region. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&REGIONS), "default" = "box"))]
     pub shape: Option<String>,
     /// Lower corner of a box `[length]`.
@@ -156,7 +156,7 @@ pub(crate) struct MeshFile {
     pub name: Option<String>,
     /// Name of a static species, to which all particles of the mesh belong.
     pub species: String,
-    /// Shape of the region. It determines which other keys are allowed.
+    /// Shape of the static surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
     /// Largest distance between neighbouring particles `[length]`. If not given, no moving particle fits between them.
