@@ -20,7 +20,6 @@ pub(crate) mod velocity;
 
 use crate::model::PotentialError;
 
-/// The reason why particles cannot be placed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum NoPlace {
     /// The sites of a lattice are closer together than the contact distance of the particles.

@@ -311,7 +311,6 @@ pub struct Finished {
     pub audit: Audit,
     /// Why the number of frames is limited by their size on disk; `None` if it is not.
     pub frames_limit: Option<&'static str>,
-    /// The custom instruments.
     instruments: OwnInstruments,
 }
 
@@ -371,7 +370,7 @@ impl Finished {
         self.instruments.get(name)
     }
 
-    /// Removes a custom instrument from the run and returns it. [`Self::instrument`] returns a reference instead.
+    /// Removes a custom instrument from the run and returns it.
     #[must_use]
     pub fn take_instrument<I: Instrument + 'static>(&mut self, name: &str) -> Option<I> {
         self.instruments.take(name)

@@ -116,8 +116,7 @@ impl Scene {
         let source = source::Source::new(&path.to_string_lossy(), text, overrides);
         let file = source.read()?;
         let stem: String = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        // The name of the scene is also the name of the run folder. Therefore only letters, digits, `-` and `_` are
-        // kept.
+        // The name of the scene is also the name of the run folder.
         let plain: String =
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
@@ -130,7 +129,6 @@ impl Scene {
         })
     }
 
-    /// Builds the scene from a parsed text. If the scene starts from an earlier run, `open` reads this run.
     fn of_builder(
         parts: Result<SceneBuilder, SceneError>,
         open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
@@ -151,10 +149,6 @@ impl Scene {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
-    /// Returns the paths of the files and of the run folder that the text of a scene names.
-    ///
-    /// # Errors
-    /// As for [`Self::check_keys`].
     pub(crate) fn inputs_named(
         text: &str,
         name: &Path,
@@ -187,7 +181,6 @@ impl Scene {
     }
 }
 
-/// Kind of input that the text of a scene names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
     /// A file with particle positions or a mesh.
@@ -196,7 +189,6 @@ pub(crate) enum NamedInput {
     Run,
 }
 
-/// Reads the text of a scene file.
 pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path).map_err(|source| {
         SceneError::new(ConfigPath::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })

@@ -111,7 +111,6 @@ pub struct Observer {
     averages: Vec<BlockAverage>,
 }
 
-/// Integrals and event counts at the time of a row.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     piece: Piece,
@@ -158,8 +157,7 @@ impl Observer {
         self.applicable.set_thermostat(scene, thermostat);
     }
 
-    /// Starts a stage with a barostat and a thermostat. `grown` is the factor by which diameters have grown
-    /// since the start of the simulation.
+    /// `grown` is the factor by which diameters have grown since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.applicable.set_barostat(scene, acting, grown);
     }
@@ -246,7 +244,6 @@ impl Observer {
             return average.estimate_beside(self.averages.get(PRESSURE)?);
         }
         self.applicable.heated_axis.filter(|axis| is_of(*axis, FIRST_HEAT))?;
-        // The other wall of the axis.
         let other = self.averages.get(FIRST_HEAT + ((at - FIRST_HEAT) ^ 1))?;
         average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
@@ -295,7 +292,6 @@ impl Observer {
         }
     }
 
-    /// Stationarity of the second half of the series.
     pub(crate) fn stationarity_of_second_half(&self) -> Vec<(&'static str, Stationarity)> {
         let halves = Self { averages: self.averages.iter().map(BlockAverage::second_half).collect(), ..self.clone() };
         halves.stationarity()
@@ -307,15 +303,13 @@ impl Observer {
         (self.before, self.piece) = (None, None);
     }
 
-    /// Discards the last state and all means when a new stage begins.
     pub(crate) fn begin(&mut self) {
         (self.before, self.piece) = (None, None);
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy and integrates both since the last sample. The integrals are
-    /// exact, because both change only at events. The exception is the temperature of a sheared box, which
-    /// changes between events and is integrated by the trapezoidal rule. Returns the temperature.
+    /// Samples temperature and potential energy and integrates both since the last sample. Returns the
+    /// temperature.
     ///
     /// Called before and after velocities are scaled, so that no straight line spans a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
@@ -402,7 +396,6 @@ impl Observer {
     }
 }
 
-/// The upward direction: against the mean acceleration.
 fn upwards(scene: &Scene) -> Option<Vector> {
     let sum: Vector = scene
         .particles

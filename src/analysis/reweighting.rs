@@ -117,18 +117,15 @@ impl Reweighting {
     }
 }
 
-/// The standard deviation of numbers.
 fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / count;
     (values.map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0)).sqrt()
 }
 
-/// Blocks of time from which the resamples are drawn.
 struct Blocks {
     /// Boundaries between the resampled blocks, as indices of the shorter blocks in the histograms.
     ends: Vec<usize>,
-    /// Ratio of the reported error to the standard deviation over the resamples.
     factor: f64,
 }
 

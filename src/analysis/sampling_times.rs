@@ -14,7 +14,6 @@ pub struct SamplingTimes {
     /// Number of samples since the interval was last doubled, and the intended number; `None` if the interval
     /// is kept.
     chosen: Option<[u32; 2]>,
-    /// Number of samples still allowed.
     left: u32,
 }
 

@@ -17,7 +17,6 @@ const MOST_BINS: usize = 1024;
 /// temperature of two particles over `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
-/// Fewest values for which there is an error.
 const FEWEST_VALUES: usize = 8;
 
 /// Fewest independent values for which there is an error. A series of five or fewer independent values often
@@ -45,7 +44,6 @@ impl Estimate {
         Self { mean: self.mean / divisor, standard_error }
     }
 
-    /// Multiplies the mean and the error by a constant.
     #[must_use]
     pub(crate) fn times(self, factor: f64) -> Self {
         let standard_error = self.standard_error.map(|error| error * factor.abs());
@@ -77,7 +75,6 @@ impl BlockAverage {
         Self::with_most_bins(MOST_BINS, bin_weight)
     }
 
-    /// An empty series that merges its bins when there are `most_bins`.
     pub(crate) fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
@@ -224,14 +221,13 @@ impl BlockAverage {
         self.bins.iter_mut().zip(&other.bins).for_each(|(bin, other)| *bin += other);
     }
 
-    /// Multiplies all values by a factor.
     fn scale(&mut self, factor: f64) {
         self.sum *= factor;
         self.open_sum *= factor;
         self.bins.iter_mut().for_each(|bin| *bin *= factor);
     }
 
-    /// Merges neighbouring bins. With an odd number of bins, the last bin is reopened.
+    /// With an odd number of bins, the last bin is reopened.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1
             && let Some(last) = self.bins.pop()
@@ -244,8 +240,7 @@ impl BlockAverage {
     }
 }
 
-/// Verdict on the stationarity of a series of bins. Bins of equal value are not called constant if values after
-/// the last full bin change the mean.
+/// Bins of equal value are not called constant if values after the last full bin change the mean.
 fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     match stationarity(bins) {
         Stationarity::Constant if differs_from_constant(bins, mean, mean) => Stationarity::Unknown,
@@ -261,7 +256,7 @@ fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     bins.iter().all(|x| (x - first).abs() <= rounding) && (first - mean).abs() > rounding
 }
 
-/// The standard error from the bins of a series. `mean` also includes the values after the last full bin.
+/// `mean` also includes the values after the last full bin.
 fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
@@ -285,7 +280,7 @@ pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
     Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
-/// Means of pairs of neighbouring values. With an odd number of values, the last value is dropped.
+/// With an odd number of values, the last value is dropped.
 fn halved(blocks: &[f64]) -> Vec<f64> {
     blocks.chunks_exact(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect()
 }
@@ -320,15 +315,13 @@ fn likeliest_squared_error(series: &[f64]) -> Option<f64> {
     Some(density.map_or(1.0, |density| density.at_zero) * variance / series.len() as f64)
 }
 
-/// How the values of a series scatter about their mean.
 struct Spread {
     variance: f64,
     /// Spectral density at frequency zero. `None` for a constant series, whose fluctuations are mere round-off.
     density: Option<Density>,
 }
 
-/// Returns the variance and the spectral density of a series. `None` for fewer than eight values, or if the
-/// spectral density cannot be determined.
+/// `None` for fewer than eight values, or if the spectral density cannot be determined.
 fn spread(series: &[f64]) -> Option<Spread> {
     let n = series.len() as f64;
     if series.len() < FEWEST_VALUES {
@@ -350,7 +343,6 @@ pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
 
-/// How strongly the values of a series are correlated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Correlation {
     /// The statistical inefficiency: the number of values per independent value, at least one.
@@ -360,8 +352,8 @@ pub(crate) struct Correlation {
     pub doubt: f64,
 }
 
-/// Correlation of the values of a series. A constant series counts as uncorrelated. `None` for fewer than eight
-/// values, or if the spectral density cannot be determined.
+/// A constant series counts as uncorrelated. `None` for fewer than eight values, or if the spectral density
+/// cannot be determined.
 pub(crate) fn correlation(series: &[f64]) -> Option<Correlation> {
     let none = Correlation { inefficiency: 1.0, doubt: 1.0 };
     let of = |density: Density| Correlation { inefficiency: density.at_zero.max(1.0), doubt: density.doubt };

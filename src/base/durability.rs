@@ -24,12 +24,10 @@ pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Syncs the content and the length of a file to disk, except within [`without_sync`].
 pub(crate) fn sync_all(file: &File) -> io::Result<()> {
     if IS_OFF.get() { Ok(()) } else { file.sync_all() }
 }
 
-/// Syncs the content of a file to disk, except within [`without_sync`].
 pub(crate) fn sync_data(file: &File) -> io::Result<()> {
     if IS_OFF.get() { Ok(()) } else { file.sync_data() }
 }

@@ -147,7 +147,6 @@ impl From<f64> for ExactSum {
 }
 
 impl Serialize for ExactSum {
-    /// Stores only the digits that are not zero, with their indices.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut sum = *self;
         sum.carry();
@@ -234,7 +233,6 @@ mod tests {
             let mut rest = whole;
             rest.subtract(&sum(first));
             prop_assert!(rest == sum(second));
-            // The result agrees with compensated summation, within the rounding error of that method.
             let mut compensated = Sum::default();
             terms.iter().for_each(|x| compensated.add(*x));
             let largest = terms.iter().fold(0.0, |most: f64, x| most.max(x.abs()));

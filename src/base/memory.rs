@@ -17,7 +17,6 @@ mod system {
     use std::fs;
     use std::path::Path;
 
-    /// All known memory limits.
     pub fn limits() -> [Option<u64>; 3] {
         [physical(), control_group(), process()]
     }

@@ -49,8 +49,7 @@ pub(crate) fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Converts an index to an id. A scene has at most `MOST_PARTICLES` particles (`scene/limits.rs`), and fewer of
-/// anything else.
+/// A scene has at most `MOST_PARTICLES` particles (`scene/limits.rs`), and fewer of anything else.
 ///
 /// # Panics
 /// If the index exceeds the largest possible index of a scene.
@@ -60,7 +59,7 @@ pub(crate) fn id(index: usize) -> u32 {
     u32::try_from(index).expect("a scene has fewer than 2^32 entries of each kind")
 }
 
-/// Converts a count to an index. Counts beyond the largest index saturate, because no array has more elements.
+/// Counts beyond the largest index saturate, because no array has more elements.
 #[inline]
 pub(crate) fn index(count: u64) -> usize {
     usize::try_from(count).unwrap_or(usize::MAX)

@@ -13,7 +13,6 @@ const PLAIN: Range<f64> = 1e-4..1e16;
 pub(crate) struct Shortest(pub f64);
 
 impl Shortest {
-    /// Appends the number to a text.
     #[inline]
     pub fn push(self, text: &mut Vec<u8>) {
         let mut buffer = zmij::Buffer::new();
@@ -53,7 +52,6 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
-    /// Formats the number with the standard library, which is slower.
     fn expected(number: f64) -> String {
         if number == 0.0 || (1e-4..1e16).contains(&number.abs()) { format!("{number}") } else { format!("{number:e}") }
     }

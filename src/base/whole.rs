@@ -10,17 +10,14 @@ use super::numbers;
 /// Integers below this bound, `2^53`, are exact even if they are written with a decimal point.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Deserializes an integer.
 pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<T, D::Error> {
     Whole::deserialize(deserializer).map(|Whole(number)| number)
 }
 
-/// Deserializes an integer that may be missing.
 pub(crate) fn given<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     Option::deserialize(deserializer).map(|given| given.map(|Whole(number)| number))
 }
 
-/// Deserializes an array of integers.
 pub(crate) fn several<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -30,7 +27,6 @@ where
     <[Whole<T>; N]>::deserialize(deserializer).map(|numbers| numbers.map(|Whole(number)| number))
 }
 
-/// Deserializes an array of lists of integers.
 pub(crate) fn lists<'de, D, T, const N: usize>(deserializer: D) -> Result<[Vec<T>; N], D::Error>
 where
     D: Deserializer<'de>,
@@ -41,12 +37,10 @@ where
     Ok(lists.map(|list| list.into_iter().map(|Whole(number)| number).collect()))
 }
 
-/// An integer type.
 pub(crate) trait Integer<'de>: TryFrom<i64> + Deserialize<'de> {}
 
 impl<'de, T: TryFrom<i64> + Deserialize<'de>> Integer<'de> for T {}
 
-/// An integer, written with or without a decimal point or an exponent.
 pub(crate) struct Whole<T>(T);
 
 impl<'de, T: Integer<'de>> Deserialize<'de> for Whole<T> {

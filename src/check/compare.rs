@@ -231,7 +231,6 @@ fn room(run: &Path, names: &BTreeSet<String>) -> Result<(tempfile::TempDir, f64)
     Ok((made, bytes))
 }
 
-/// Simulates a run again in another folder.
 fn replay(
     run: &Path,
     target: &Path,
@@ -279,7 +278,6 @@ const SOME_BYTES: f64 = 1e6;
 /// A replay is stopped if its simulated time exceeds the end of the run by this fraction.
 const BEYOND: f64 = 0.01;
 
-/// Outcome of a replay.
 enum Replayed {
     Complete,
     /// The caller stopped the replay.
@@ -288,7 +286,7 @@ enum Replayed {
     GoesOn,
 }
 
-/// Reads the scene of a run, and also returns its text. The scene asks for every trajectory format found in the folder.
+/// The scene asks for every trajectory format found in the folder.
 fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     let path = Folder::scene_of(run);
     let text = fs::read_to_string(&path).map_err(|source| CompareError::Read { path: path.clone(), source })?;
@@ -297,7 +295,6 @@ fn scene_of(run: &Path) -> Result<(Scene, String), CompareError> {
     Ok((scene, text))
 }
 
-/// Names of all files in a folder and its subfolders, except the folder of an unfinished replacement.
 fn files_in(folder: &Path) -> Result<BTreeSet<String>, CompareError> {
     let mut names = BTreeSet::new();
     collect(folder, "", &mut names).map_err(|source| CompareError::Read { path: folder.to_owned(), source })?;

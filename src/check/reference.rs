@@ -71,10 +71,8 @@ pub enum Unsupported {
     DrivenStages,
 }
 
-/// A predicted event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Candidate {
-    /// A pair reaches one of its discontinuities.
     Pair(u32, u32, Side),
     /// A pair may have moved so far that another periodic image is closer. The pair is then predicted again.
     LookAgain(u32, u32),
@@ -98,7 +96,6 @@ pub struct Reference {
     velocities: Vec<Vector>,
     /// Features of all surfaces except the walls.
     features: Vec<Feature>,
-    /// Motion of each surface of the scene.
     timelines: Vec<Option<Timeline>>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
@@ -261,13 +258,11 @@ impl Reference {
         })
     }
 
-    /// `v_ij` and `a_ij`.
     fn relative_motion(&self, i: u32, j: u32) -> (Vector, Vector) {
         let velocity = self.velocities[i as usize] - self.velocities[j as usize];
         (velocity, self.species(i).acceleration - self.species(j).acceleration)
     }
 
-    /// Predicts all events of a particle again.
     fn predict(&mut self, i: u32) {
         for j in (0..id(self.positions.len())).filter(|&j| j != i) {
             self.predict_pair(i.min(j), i.max(j));

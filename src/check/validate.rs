@@ -51,7 +51,6 @@ impl Effort {
         [500, 1372, 4000][self as usize]
     }
 
-    /// Number of measured physical events in a fluid.
     fn events(self) -> u64 {
         [200_000, 3_000_000, 30_000_000][self as usize]
     }
@@ -137,7 +136,6 @@ pub fn points(effort: Effort) -> Vec<StatePoint> {
     points
 }
 
-/// Name, state and quantities of a point.
 struct Description(String, String, &'static [&'static str]);
 
 impl StatePoint {

@@ -6,7 +6,6 @@ use crate::Vector;
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::TriangleMesh;
 
-/// Maximum number of sides of a circle.
 const MOST_SIDES: f64 = 4096.0;
 
 /// Returns the triangles of a profile rotated about an axis. `profile` holds distances from the axis and heights along
@@ -23,8 +22,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // Returns a direction perpendicular to `up`. The cross product uses the coordinate axis that is least parallel to
-    // `up`.
+    // The cross product uses the coordinate axis that is least parallel to `up`.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();

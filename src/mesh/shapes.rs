@@ -74,12 +74,10 @@ pub fn cuboid(lower: &Vector, upper: &Vector) -> Option<TriangleMesh> {
     Some(TriangleMesh::cuboid(lower, upper))
 }
 
-/// A disc.
 pub fn disc(centre: &Vector, axis: &Vector, radius: f64, tolerance: f64) -> Option<TriangleMesh> {
     revolution(centre, axis, &[[0.0, 0.0], [radius, 0.0]], tolerance)
 }
 
-/// A ring around an axis with a circular section.
 pub fn torus(centre: &Vector, axis: &Vector, major: f64, minor: f64, tolerance: f64) -> Option<TriangleMesh> {
     let sides = 64;
     let point = |k: u32| {

@@ -49,7 +49,6 @@ pub fn shown(scene: &Scene) -> impl Iterator<Item = (&str, Cow<'_, TriangleMesh>
     scene.surfaces().iter().map(move |surface| (surface.name.as_str(), region.triangles(surface)))
 }
 
-/// Box in which unbounded surfaces are shown.
 #[derive(Debug, Clone)]
 struct Region {
     lower: Vector,
@@ -82,7 +81,6 @@ impl Region {
         }
     }
 
-    /// Permitted deviation of triangles from a round surface of the given radius.
     fn tolerance(&self, radius: f64) -> f64 {
         let [least, most] = RELATIVE;
         (TOLERANCE * self.diagonal()).clamp(least * radius, most * radius)
@@ -140,7 +138,6 @@ impl Region {
         self.within_periods(whole)
     }
 
-    /// Polygon in which a plane cuts the region.
     fn plane(&self, point: &Vector, normal: &Vector) -> TriangleMesh {
         let Some(up) = normal.try_normalize(0.0) else { return TriangleMesh::default() };
         let foot = |centre: &Vector| centre - up * up.dot(&(centre - point));
@@ -163,7 +160,6 @@ impl Region {
         TriangleMesh::welded(fan(&found))
     }
 
-    /// Part of a cylinder in the region.
     fn cylinder(&self, point: &Vector, axis: &Vector, radius: f64) -> TriangleMesh {
         let Some(along) = axis.try_normalize(0.0) else { return TriangleMesh::default() };
         // The ends of the tube lie beyond all corners of the region.
@@ -195,7 +191,7 @@ impl Region {
         revolution(&ends[0], &axis, &profile, tolerance).unwrap_or_default()
     }
 
-    /// Wraps a mesh into the box along periodic axes. Parts beyond one side appear at the opposite side.
+    /// Wraps a mesh into the box along periodic axes.
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
@@ -232,7 +228,6 @@ fn across(up: &Vector) -> (Vector, Vector) {
     (x, up.cross(&x))
 }
 
-/// Turns a closed mesh inside out if the particles are inside.
 fn facing(mut mesh: TriangleMesh, is_inside: bool) -> TriangleMesh {
     if is_inside {
         mesh.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));

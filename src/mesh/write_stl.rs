@@ -54,7 +54,6 @@ pub fn write_stl(mesh: &TriangleMesh, output: &mut impl Write) -> Result<(), Wri
     Ok(())
 }
 
-/// Nearest 32-bit number.
 #[expect(clippy::cast_possible_truncation, reason = "the format has no more bits")]
 fn single(x: f64) -> f32 {
     x as f32

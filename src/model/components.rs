@@ -8,7 +8,6 @@ use super::ParticleId;
 use crate::Vector;
 use crate::base::numbers::id;
 
-/// Particles connected by bonds.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
     /// Ids of the particles. Each particle comes after a particle to which it is bonded. A linear chain runs from one
@@ -17,7 +16,6 @@ pub(crate) struct Component {
     /// For each entry of `ids`, the index of an earlier entry whose particle is bonded to it. The first entry has its
     /// own index.
     pub parents: Vec<u32>,
-    /// Whether the component is a chain with two ends.
     pub is_linear: bool,
 }
 
@@ -51,8 +49,7 @@ impl Component {
     }
 }
 
-/// Returns the connected components of bonded particles. Components with an end come first. Otherwise, the order is
-/// that of their first ids.
+/// Components with an end come first. Otherwise, the order is that of their first ids.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];

@@ -73,7 +73,6 @@ const ROUNDING: f64 = 1e-9;
 /// at each attempt.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
-/// Most temperatures.
 pub(crate) const MOST_TEMPERATURES: usize = 1000;
 
 #[cfg(test)]

@@ -41,7 +41,6 @@ impl InputFile {
         }
     }
 
-    /// Creates the input file for a checkpoint, which ends with a checksum of all bytes before.
     pub(crate) fn of_checkpoint(path: &Path, checksum: u32) -> Self {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
@@ -71,7 +70,6 @@ pub(crate) fn spelled(checksum: u32) -> String {
     format!("crc32:{checksum:08x}")
 }
 
-/// Whether a word has the form of a checksum in a scene file.
 pub(crate) fn is_checksum(word: &str) -> bool {
     let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
     word.strip_prefix("crc32:").is_some_and(|digits| digits.len() == 8 && digits.chars().all(is_digit))

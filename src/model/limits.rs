@@ -4,7 +4,6 @@
 /// such as the discriminants of event detection, then stay finite.
 pub(crate) const LARGEST: f64 = 1e50;
 
-/// Whether a quantity is positive and in the permitted range.
 pub(crate) fn is_positive(value: f64) -> bool {
     (1.0 / LARGEST..=LARGEST).contains(&value)
 }

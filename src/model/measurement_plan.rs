@@ -6,28 +6,21 @@ use serde::{Deserialize, Serialize};
 use super::space::AXES;
 use crate::base::whole;
 
-/// Largest number of bins of a distribution.
 pub(crate) const MOST_BINS: u64 = 2000;
 
-/// Largest number of cells of a profile.
 pub(crate) const MOST_CELLS: u64 = 10_000;
 
-/// Default number of bins of a radial distribution function.
 pub(crate) const RADIAL_BINS: u64 = 200;
 
 /// Default number of bins of the distributions of speeds, of chains and of bond order.
 pub(crate) const BINS: u64 = 100;
 
-/// Default number of time windows for the distributions of speeds.
 pub(crate) const WINDOWS: u64 = 4;
 
-/// Largest number of time windows for the distributions of speeds.
 pub(crate) const MOST_WINDOWS: u64 = 16;
 
-/// Largest number of linearly spaced times for diffusion.
 pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
-/// Largest number of linearly spaced times for transport coefficients.
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
 /// Pattern of names that become part of file names, for the JSON Schema.
@@ -81,7 +74,6 @@ pub struct PressureTensor {
     pub interval: Option<f64>,
 }
 
-/// Default number of bins of the curve of the normal force.
 pub(crate) const FORCE_BINS: u64 = 40;
 
 /// Forces `F = - sum J / t` on walls and other surfaces, from the impulses `J` on particles in a time `t`, and a curve

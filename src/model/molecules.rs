@@ -5,20 +5,18 @@ use super::scene::{Bond, Scene};
 use super::space::{Space, minimum_image};
 use crate::Vector;
 
-/// Molecules of a scene: groups of particles that are held together by bonds. A particle without bonds is a molecule
-/// too. Bonds that particles can leave are ignored.
+/// A particle without bonds is a molecule too. Bonds that particles can leave are ignored.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
     /// Molecules of two or more particles.
     components: Vec<Component>,
     /// Mass of each particle `[mass]`.
     masses: Vec<f64>,
-    /// Number of molecules.
     pub count: usize,
 }
 
 impl Molecules {
-    /// Returns the molecules of a scene. `masses` are the masses of the particles in the order of their ids.
+    /// `masses` are the masses of the particles in the order of their ids.
     pub fn of(scene: &Scene, masses: Vec<f64>) -> Self {
         let bonds: Vec<[u32; 2]> = held(scene).map(|bond| bond.pair.map(|id| id.0)).collect();
         let components = components(masses.len(), &bonds);
@@ -75,7 +73,6 @@ impl Molecules {
     }
 }
 
-/// Returns the bonds that their particles cannot leave.
 fn held(scene: &Scene) -> impl Iterator<Item = &Bond> {
     scene.bonds.iter().filter(|bond| scene.interactions[bond.interaction.0 as usize].potential.is_bond())
 }
@@ -87,7 +84,6 @@ mod tests {
     use crate::model::space::Boundary;
     use crate::scene::SceneBuilder;
 
-    /// Particles with the given x coordinates in a periodic square with edges of 9, connected by the given bonds.
     fn molecules(at: &[f64], bonds: &[[u32; 2]]) -> (Scene, Molecules) {
         let mut scene = SceneBuilder::new("line")
             .space(Space {

@@ -33,7 +33,6 @@ impl Scene {
         self.influences_with(self.run.thermostat.as_ref())
     }
 
-    /// Influences on the total momentum in a stage with this thermostat.
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
         let walls = |k: usize| self.space.boundary[k].restitutions();
         let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
@@ -58,7 +57,6 @@ impl Scene {
         all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
     }
 
-    /// Whether all contacts between particles are elastic.
     pub(crate) fn has_elastic_pairs(&self) -> bool {
         self.interactions.iter().all(|interaction| interaction.restitution == 1.0)
     }
@@ -70,7 +68,6 @@ impl Scene {
         self.conserved_axes_with(self.run.thermostat.as_ref())
     }
 
-    /// Axes along which the total momentum is conserved in a stage with this thermostat.
     pub(crate) fn conserved_axes_with(&self, thermostat: Option<&Thermostat>) -> [bool; 3] {
         let influences = self.influences_with(thermostat);
         std::array::from_fn(|k| {
@@ -104,8 +101,7 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// Whether no event supplies or removes heat in a stage with this thermostat. A thermostat that rescales all
-    /// velocities is allowed.
+    /// A thermostat that rescales all velocities is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
@@ -128,7 +124,6 @@ impl Scene {
         masses.all(|mass| mass == first) && self.interactions.iter().all(|interaction| is_hard(&interaction.potential))
     }
 
-    /// Whether any contact that can occur in the scene loses energy.
     fn loses_energy(&self) -> bool {
         let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0)
             || self.surfaces.iter().any(|surface| surface.law.dissipates());
@@ -141,8 +136,6 @@ impl Scene {
         loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
     }
 
-    /// Whether energy is supplied in a stage with this thermostat: by the thermostat, a sheared box, a thermal wall or
-    /// a moving surface.
     fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let mut influences = self.influences_with(thermostat).into_iter();
         let moves = self.shear_rate.is_some() || self.has_moving_surfaces();
@@ -155,7 +148,6 @@ impl Scene {
         moving.map(|species| species.acceleration).chain(self.run.gravities())
     }
 
-    /// Whether any moving particle interacts with a static particle or is bonded to one.
     fn meets_static_particles(&self) -> bool {
         if !self.species.iter().any(Species::is_static) {
             return false;

@@ -56,7 +56,6 @@ impl Potential {
         Ok(Self { radii, energies })
     }
 
-    /// Multiplies all radii by a positive factor.
     pub(crate) fn grow(&mut self, factor: f64) {
         self.radii.iter_mut().for_each(|radius| *radius *= factor);
     }

@@ -33,7 +33,6 @@ pub(crate) struct LastState {
     /// For each interaction of the scene, whether its pairs had the same discontinuities in the run. Such pairs keep
     /// their states.
     pub is_kept: Vec<bool>,
-    /// Descriptions of the differences between the scene and the run.
     pub differences: Vec<&'static str>,
     /// Serialized simulation at the end of the run; `None` if the scene differs from the run.
     pub simulation: Option<Vec<u8>>,

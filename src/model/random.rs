@@ -17,13 +17,10 @@ pub(crate) enum Purpose {
     Thermostat,
     Growth,
     Exchange,
-    /// Thermal surfaces.
     Surface,
-    /// Resamples for errors.
     Bootstrap,
     /// Velocities that are redrawn during a run.
     Thermalizing,
-    /// Volume moves of a barostat.
     Volume,
 }
 
@@ -43,12 +40,10 @@ impl Purpose {
     }
 }
 
-/// Random number generator (ChaCha8) with the distributions that a simulation needs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
-    /// The random stream for one purpose and one group of particles.
     pub(crate) fn new(seed: u64, purpose: Purpose, group: usize) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(purpose.stream(group));
@@ -107,7 +102,6 @@ impl Random {
         }
     }
 
-    /// A random order.
     pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last + 1));

@@ -7,10 +7,8 @@ use super::thermostat::Thermostat;
 use super::threads::Threads;
 use crate::Vector;
 
-/// Name of the equilibration before the last measurement, in tables.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
-/// Name of the last measurement, in tables.
 pub(crate) const MEASUREMENT: &str = "measurement";
 
 /// Limit of a stage: a time, a number of physical events, or whichever comes first.
@@ -87,7 +85,6 @@ impl RunPlan {
         self.has_thermostat_or_growth() || self.gravities().next().is_some()
     }
 
-    /// Whether any stage or the measurement has a thermostat or growing diameters.
     pub(crate) fn has_thermostat_or_growth(&self) -> bool {
         let has_any = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
         self.thermostat.is_some() || self.stages.iter().any(has_any)

@@ -222,7 +222,6 @@ impl Scene {
         }
     }
 
-    /// Multiplies all diameters and hard cores by a factor.
     pub(crate) fn grow(&mut self, factor: f64) {
         self.species.iter_mut().for_each(|species| species.diameter *= factor);
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
@@ -265,7 +264,6 @@ impl Scene {
         self.table.get(a.0 as usize, b.0 as usize)
     }
 
-    /// Whether some bonds have interactions that do not hold their particles together.
     pub(crate) fn has_loose_bonds(&self) -> bool {
         self.bonds.iter().any(|bond| !self.interactions[bond.interaction.0 as usize].potential.is_bond())
     }

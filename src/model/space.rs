@@ -264,7 +264,6 @@ pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Length of the shortest image in a sheared lattice, found by a search through two periods along each axis.
     fn shortest(separation: &Vector, size: &Vector, displacement: f64) -> f64 {
         let mut shortest = f64::INFINITY;
         for (i, j, k) in (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| (i, j, k)))) {

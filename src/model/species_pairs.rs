@@ -42,7 +42,6 @@ impl<T: Copy> SpeciesPairs<T> {
         Self { species, values }
     }
 
-    /// The number of species.
     pub(crate) fn species(&self) -> usize {
         self.species
     }

@@ -4,26 +4,21 @@
 use super::Scene;
 use super::space::Boundary;
 
-/// A hash of the physics of a system.
-///
 /// Systems with different hashes draw different random numbers from the same seed. The hash does not depend on names,
 /// the order of species, species without particles, or the division into stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StatePoint(u64);
 
 impl StatePoint {
-    /// From a number.
     pub fn new(number: u64) -> Self {
         Self(number)
     }
 
-    /// As a number.
     pub fn number(self) -> u64 {
         self.0
     }
 
-    /// Hashes the box, the species with particles, their interactions, the bonds, the walls, the temperatures of walls
-    /// and surfaces, the shear rate and the contact time. `population` has the number of particles of each species.
+    /// `population` has the number of particles of each species.
     pub fn of(scene: &Scene, population: &[usize]) -> Self {
         let species = |id: usize| {
             let species = &scene.species[id];
@@ -54,7 +49,6 @@ impl StatePoint {
             .and(sum(walls.chain(temperatures)))
     }
 
-    /// The state point of a scene with its particles at the start.
     pub fn at_start(scene: &Scene) -> Self {
         let mut population = vec![0; scene.species.len()];
         scene.particles.iter().for_each(|particle| population[particle.species.0 as usize] += 1);
@@ -66,7 +60,6 @@ impl StatePoint {
         values.iter().fold(self, |hash, value| hash.and((value + 0.0).to_bits()))
     }
 
-    /// Returns the seed for random numbers at this state point, given the seed of the scene.
     pub fn seed(self, seed: u64) -> u64 {
         self.and(seed).0
     }
@@ -96,8 +89,7 @@ mod tests {
 
     const UNLIKE: [f64; 2] = [0.8, 0.75];
 
-    /// Three particles of two species. `unlike` holds the restitution and the contact distance of pairs of unlike
-    /// particles.
+    /// `unlike` holds the restitution and the contact distance of pairs of unlike particles.
     fn scene(names: [&str; 2], masses: [f64; 2], unlike: [f64; 2]) -> SceneBuilder {
         let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
         let diameter = |mass: f64| if mass < 1.0 { 0.5 } else { 1.0 };

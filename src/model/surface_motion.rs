@@ -352,7 +352,6 @@ mod tests {
         for kind in [oscillation, rotation] {
             let timeline = Timeline::of(&[SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }]);
             let (place, time, step) = (Vector::new(0.2, -0.4, 1.3), 2.3, 1e-4);
-            // A particle in straight flight, as seen from the frame of the surface.
             let (position, velocity) = (|t: f64| place + Vector::new(0.3, 0.2, -0.1) * t, Vector::new(0.3, 0.2, -0.1));
             let seen = |t: f64| timeline.at(time + t).pose.place_of_shape(&position(t));
             let moment = timeline.at(time);

@@ -19,14 +19,11 @@ pub struct UmbrellaPlan {
     pub bins: usize,
 }
 
-/// Default number of histogram bins.
 pub(crate) const USUAL_BINS: usize = 100;
 
-/// Maximum number of histogram bins.
 pub(crate) const MOST_BINS: usize = 2000;
 
-/// Maximum number of particles in a group. The centre of mass is computed again whenever a member changes its
-/// velocity.
+/// The centre of mass is computed again whenever a member changes its velocity.
 pub(crate) const MOST_MEMBERS: usize = 1000;
 
 impl UmbrellaPlan {

@@ -159,7 +159,6 @@ mod tests {
 
     #[test]
     fn pair_receding_within_rounding_keeps_its_velocity() {
-        // The pair is at a turning point. Reversing its velocity would drive it to the invalid side.
         for least in [0.0, f64::MIN_POSITIVE] {
             assert_eq!(outcome_and_normal_velocity(Side::Positive, f64::INFINITY, least, 1.0), (Outcome::Core, least));
             assert_eq!(

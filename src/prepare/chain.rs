@@ -15,13 +15,11 @@ const CHAIN_ATTEMPTS: usize = 2_000;
 /// Number of directions to try for the next particle of a chain, before the chain is started again.
 const DIRECTIONS: usize = 50;
 
-/// Positions of a straight chain with neighbours `spacing` apart.
 pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing: f64) -> Vec<Vector> {
     let step = direction.normalize() * spacing;
     (0..length).map(|k| start + step * k as f64).collect()
 }
 
-/// Properties of the links of a grown chain.
 pub(crate) struct Links {
     pub length: usize,
     pub spacing: f64,
@@ -52,7 +50,6 @@ pub(crate) fn grow_all(
     Ok(positions)
 }
 
-/// Grows a chain from a random position, particle by particle in random directions, without overlaps.
 fn grow(links: &Links, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
     let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, occupancy, random))?;
     for position in &chain {
@@ -103,7 +100,6 @@ mod tests {
     use crate::model::random::Purpose;
     use crate::prepare::packing::occupancy::Contacts;
 
-    /// Grows chains of ten particles in a periodic cube.
     fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoPlace> {
         let space = Space::periodic_cube(length);
         let mut contacts = Contacts::new(1);

@@ -76,9 +76,7 @@ impl Lattice {
     }
 }
 
-/// The particles to be placed on a lattice.
 pub(crate) struct Sites {
-    /// Number of particles.
     pub count: usize,
     /// Diameter of the largest particle `[length]`.
     pub diameter: f64,
@@ -118,7 +116,6 @@ struct Axis {
 }
 
 impl Axis {
-    /// Edge of the unit cell if `cells` unit cells fill the axis.
     fn edge(&self, cells: usize) -> f64 {
         let cells = cells as f64;
         if self.is_closed {
@@ -203,7 +200,6 @@ impl Fit {
         }
     }
 
-    /// Distance between nearest sites for the given numbers of cells.
     fn nearest(&self, cells: &[usize]) -> f64 {
         let basis = self.lattice.basis();
         let mut least = f64::INFINITY;

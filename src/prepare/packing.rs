@@ -14,9 +14,7 @@ use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::NoPlace;
 use crate::prepare::region::FillRegion;
 
-/// Particles to be placed at random.
 pub(crate) struct RandomFill<'a> {
-    /// Species of each particle.
     pub kinds: &'a [SpeciesId],
     pub species: &'a [Species],
     pub contacts: &'a Contacts,
@@ -81,7 +79,6 @@ mod tests {
     use crate::model::{Particle, Region};
     use crate::prepare::packing::occupancy::first_overlap;
 
-    /// Spheres of diameter 1 at random in a periodic cube, at a given packing fraction.
     fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, NoPlace> {
         let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
         let kinds = vec![SpeciesId(0); count];

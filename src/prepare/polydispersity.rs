@@ -6,11 +6,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// A class of a distribution: particles of one diameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
     pub diameter: f64,
-    /// Share of the particles that belong to this class. The shares of all classes add up to 1 within round-off.
+    /// The shares of all classes add up to 1 within round-off.
     pub share: f64,
 }
 
@@ -52,7 +51,6 @@ pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| classes as f64 * mean * (edge(k + 1) - edge(k))).collect()
 }
 
-/// The mean diameter `[length]`.
 pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
     classes.iter().map(|class| class.share * class.diameter).sum()
 }

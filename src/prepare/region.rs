@@ -63,7 +63,6 @@ impl FillRegion {
         }
     }
 
-    /// The smallest box around the region.
     pub(crate) fn bounds(&self, space: &Space) -> Region {
         let around = |k: usize, low: f64, high: f64| match space.boundary[k] {
             Boundary::Flat => [space.lower[k]; 2],
@@ -125,7 +124,7 @@ impl FillRegion {
         (ends[0] <= ends[1] && room[0].max(room[1]) >= 0.0).then_some([low, high])
     }
 
-    /// Whether a particle of radius `particle` fits into the region. Always true for a box.
+    /// Whether a particle of radius `particle` fits into the region.
     pub(crate) fn has_room(&self, particle: f64) -> bool {
         match self {
             Self::Box(_) => true,
@@ -184,7 +183,6 @@ mod tests {
     use super::*;
     use crate::model::random::Purpose;
 
-    /// A space with the given number of dimensions. The other axes are flat.
     fn space(dimensions: usize) -> Space {
         let mut space = Space::periodic_cube(20.0);
         for k in dimensions..3 {
@@ -193,7 +191,6 @@ mod tests {
         space
     }
 
-    /// A sphere, a cylinder and two cones with an oblique axis, near the middle of the space.
     fn shapes(dimensions: usize) -> [FillRegion; 4] {
         let in_plane = |x, y, z| Vector::new(x, y, if dimensions == 3 { z } else { 0.0 });
         let (base, axis) = (in_plane(8.0, 9.0, 7.0), in_plane(1.0, 2.0, 3.0));

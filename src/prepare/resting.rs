@@ -11,7 +11,6 @@ use crate::engine::CellList;
 use crate::engine::surfaces::{Law, Surface, Surfaces};
 use crate::model::{ParticleId, Scene, SpeciesId};
 
-/// The support of a particle at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
     /// A wall of the box: its axis, and whether it is the upper wall of this axis.
@@ -22,12 +21,9 @@ pub(crate) enum Ground {
     Particle(ParticleId),
 }
 
-/// A particle at rest on a support.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Resting {
-    /// The particle.
     pub particle: ParticleId,
-    /// Its support.
     pub ground: Ground,
     /// Time until the particle is in contact again `[time]`.
     pub bounce: f64,
@@ -77,7 +73,6 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
     found.into_iter().flatten().collect()
 }
 
-/// Adds the particles at rest on static particles.
 fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     let species = |number: u32| {
         let of = scene.particles[number as usize].species;
@@ -115,7 +110,7 @@ fn rest_on_particles(scene: &Scene, found: &mut [Option<Resting>]) {
     });
 }
 
-/// Records a particle that rests on `ground`. `normal` points from the ground to the particle.
+/// `normal` points from the ground to the particle.
 fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vector, ground: impl Fn() -> Ground) {
     let particle = &scene.particles[number];
     let species = &scene.species[particle.species.0 as usize];
@@ -136,7 +131,6 @@ fn note(scene: &Scene, found: &mut Option<Resting>, number: usize, normal: &Vect
 mod tests {
     use super::*;
 
-    /// A box with a floor, a ceiling, a slope of 45 degrees and a static particle.
     const BOX: &str = r#"
         [space]
         size = [20.0, 20.0, 20.0]

@@ -48,7 +48,6 @@ pub struct BoxSide {
 }
 
 impl BoxSide {
-    /// All six sides: the lower and the upper side along each axis.
     pub(crate) const ALL: [Self; 6] = [
         Self { axis: 0, is_upper: false },
         Self { axis: 0, is_upper: true },
@@ -122,7 +121,6 @@ pub enum Surface {
     Points(Vec<Vector>),
 }
 
-/// The spheres of which a surface consists.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Layout {
     pub points: Vec<Vector>,
@@ -152,7 +150,6 @@ impl Surface {
         }
     }
 
-    /// Whether the shape is a curve of disks in a plane.
     pub(crate) fn is_plane_curve(&self) -> bool {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
@@ -220,7 +217,7 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     }
 }
 
-/// The sides of a box, except the open ones. Adjacent sides share the spheres on their common edge.
+/// Adjacent sides share the spheres on their common edge.
 fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
     let size = upper - lower;
     let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
@@ -332,7 +329,6 @@ mod tests {
         points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest hole, measured from random positions on the surface, must not exceed the claimed hole.
     fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
         let layout = surface.layout(spacing, &Space::periodic_cube(1.0));
         let claimed = layout.hole.unwrap();

@@ -39,7 +39,6 @@ struct Cloud {
 
 /// The initial velocities of a group: Maxwell velocities or equal speeds, around a common velocity.
 pub(crate) struct Drawn {
-    /// Ids of the particles.
     pub ids: Range<usize>,
     /// Index of the group. Each group has its own random numbers.
     pub group: usize,

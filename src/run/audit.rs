@@ -218,7 +218,6 @@ impl Ledger {
         }
     }
 
-    /// Largest relative drift of the total momentum so far, including earlier growth stages.
     fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
         self.initial_momentum.map(|initial| {
             let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
@@ -227,20 +226,17 @@ impl Ledger {
         })
     }
 
-    /// Whether some of the initial overlaps may still be left.
     pub fn has_overlaps(&self) -> bool {
         self.initial.overlaps > 0 && self.initial.resolved_after.is_none()
     }
 
-    /// Checks whether any overlap is left, and records the time if none is.
     pub fn see_overlaps(&mut self, simulation: &Simulation) {
         if self.has_overlaps() && simulation.real_overlaps().is_empty() {
             self.initial.resolved_after = Some(simulation.time() - simulation.scene().start_time);
         }
     }
 
-    /// Updates the largest energy and momentum. Called before velocities are scaled, because no row may exist at that
-    /// time.
+    /// Called before velocities are scaled, because no row may exist at that time.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
         if self.initial_momentum.is_some() {
@@ -248,7 +244,6 @@ impl Ledger {
         }
     }
 
-    /// Updates the largest energy of the run with the energies in a row.
     pub fn see(&mut self, row: &Row) {
         let energy = row.kinetic + row.potential;
         let dissipated = row.ledger - energy;

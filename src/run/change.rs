@@ -67,7 +67,6 @@ mod tests {
     use super::*;
     use crate::engine::Until;
 
-    /// Disks and chains that fall on a static mesh, after a stage and an equilibration.
     const SCENE: &str = r#"
         [space]
         size = [12.0, 10.0, 14.0]
@@ -207,7 +206,6 @@ mod tests {
             assert!(matches!(changed(&run, &overrides), Err(ChangeError::Scene(_))), "{overrides:?}");
         }
         let text = include_str!("../../configs/random_packing.toml");
-        // Changes are rejected while diameters grow, and after they have grown.
         let few = [("fill.0.count", "200"), ("stage.0.until_events", "500")];
         for (events, is_growing) in [(50, true), (600, false)] {
             let run = Run::new(Scene::from_toml_with(text, "scene.toml", &few).unwrap());

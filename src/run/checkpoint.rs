@@ -12,7 +12,7 @@
 //! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store the state
 //! differently, or round differently, and would not continue with the same bits. The fingerprint is computed at build
 //! time from `Cargo.lock` and all sources, except sources that only report on runs. Checksums (CRC-32) of the output
-//! files show whether they belong to the checkpoint. Files of other runs are rejected.
+//! files show whether they belong to the checkpoint.
 
 mod checked;
 mod error;
@@ -50,13 +50,8 @@ pub struct Checkpoint {
     pub manifest: Manifest,
 }
 
-/// References to the content of a [`Checkpoint`], for writing.
 pub(crate) type Content<'a> = (&'a Simulation, &'a RunState, &'a Manifest);
 
-/// Writes a value in the format of a checkpoint, and syncs the file to disk.
-///
-/// # Errors
-/// If the file cannot be written.
 pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     write_sealed(file, Kind::Checkpoint, content)?;
     durability::sync_all(file)
@@ -98,7 +93,6 @@ impl Checkpoint {
         Ok(u32::from_le_bytes(checksum))
     }
 
-    /// Whether the run has reached the end that its scene specifies, or no event is left.
     pub(crate) fn has_ended(&self) -> bool {
         self.state.has_ended(&self.simulation)
     }
@@ -115,7 +109,6 @@ impl Checkpoint {
         }
     }
 
-    /// Whether a file begins with the first bytes of a checkpoint.
     pub(crate) fn is_one(path: &Path) -> bool {
         Kind::Checkpoint.is_that_of(path)
     }

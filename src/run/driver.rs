@@ -35,7 +35,6 @@ const STEPS: [u64; 2] = [64, 1 << 16];
 
 const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
 
-/// Continues a run.
 pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
     state: RunState,
@@ -51,7 +50,6 @@ pub(super) fn drive<R: Recorder>(
 /// Where the caller wants a run to pause.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
-    /// None.
     Never,
     /// At a simulated time, or after a number of physical events since the start of the simulation, whichever comes
     /// first.
@@ -60,7 +58,7 @@ pub(super) enum Halt {
     Measurement,
 }
 
-/// Continues a run until it pauses or ends. Returns the run, and how it ended unless it only paused.
+/// Returns the run, and how it ended unless it only paused.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
     halt: Halt,
@@ -120,9 +118,7 @@ struct Driver<'a> {
     patience: u64,
     /// Number of engine steps until the next call of `watch`.
     steps: u64,
-    /// Upper limit of `steps`.
     most_steps: u64,
-    /// The overlap of a particle with a surface that appears in the present stage.
     blocked: Option<Blocked>,
     /// Properties of the system that all volume moves use; `None` before the first move.
     scaling: Option<Scaling>,
@@ -161,13 +157,12 @@ impl<'a> Driver<'a> {
 }
 
 impl Driver<'_> {
-    /// Runs the present stage and all later stages, and finishes the run.
     fn drive(mut self) -> Result<Finished, Failed> {
         let ending = self.stages()?;
         self.finish(ending)
     }
 
-    /// Runs the present stage and all later stages, until the run ends or pauses. Returns how it ended.
+    /// Runs the present stage and all later stages, until the run ends or pauses.
     fn stages(&mut self) -> Result<Ending, Failed> {
         loop {
             if !self.state.has_begun {
@@ -253,7 +248,6 @@ impl Driver<'_> {
         Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Describes the present system for the instruments, if there are any.
     fn describe(&mut self) {
         let measurement = self.state.measurement.as_ref();
         let is_measured = !(self.simulation.scene().measure.is_empty() && self.registry.is_empty())
@@ -271,7 +265,6 @@ impl Driver<'_> {
         self.recorder.checkpoint(&self.simulation, &state)
     }
 
-    /// Whether the caller interrupts the run, or the recorder is full.
     fn is_stopped(&mut self) -> bool {
         let progress = self.progress();
         let is_stopped = (self.watch)(&progress).is_break() || self.recorder.is_full();
@@ -337,7 +330,6 @@ mod tests {
         assert!(finished.simulation.event_counts().transition <= 7 * STEPS[1]);
     }
 
-    /// Two hard disks at rest that overlap, and a third disk with the given velocity.
     fn overlapping(boundary: Boundary, velocity: [f64; 3]) -> SceneBuilder {
         let space = Space { boundary: [boundary, boundary, Boundary::Flat], ..Space::periodic_cube(10.0) };
         SceneBuilder::new("overlapping")

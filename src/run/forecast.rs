@@ -161,7 +161,6 @@ fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     }
 }
 
-/// Numbers and rates from which the costs of a run are estimated.
 struct Pace {
     moving: f64,
     /// Events of all particles per simulated time `[1 / time]`.
@@ -171,7 +170,6 @@ struct Pace {
 }
 
 impl Pace {
-    /// Reports work with a given rate over a duration, if it takes long and is out of proportion to the events.
     fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
         let (steps, events) = (rate * duration, self.events * duration);
         let seconds = steps / STEPS_PER_SECOND;

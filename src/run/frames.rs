@@ -29,7 +29,6 @@ pub(crate) struct FrameLimit {
 }
 
 impl FrameLimit {
-    /// Returns the limit for the measured stages of a scene.
     pub fn of(scene: &Scene) -> Self {
         let measured = Stage::all(&scene.run).filter(|stage| stage.is_measured()).count() as f64;
         Self::with(scene, frame_bytes(scene), measured)
@@ -46,12 +45,10 @@ impl FrameLimit {
         Self { most: is_open.then_some(most), is_beyond: is_open && bytes > MOST_BYTES }
     }
 
-    /// Whether a measurement writes a frame at its beginning.
     pub fn has_first(self) -> bool {
         self.most.is_none_or(|most| most >= 2)
     }
 
-    /// Whether a stage writes a frame at its end. The last stage always does.
     pub fn has_last(self, stage: Stage) -> bool {
         stage == Stage::Measurement || self.most.is_none_or(|most| most >= 1)
     }
@@ -61,7 +58,6 @@ impl FrameLimit {
         self.most.map_or(u32::MAX, |most| most.saturating_sub(2))
     }
 
-    /// Target number of frames.
     pub fn aim(self) -> u32 {
         AIM.min(self.between()).max(1)
     }
@@ -101,7 +97,6 @@ mod tests {
     use crate::scene::SceneBuilder;
     use crate::{Vector, model::Limit};
 
-    /// Returns a scene with `count` particles, all at the same position.
     fn scene(count: usize) -> Scene {
         let scene = SceneBuilder::new("many")
             .species("A", 1.0, 1.0)

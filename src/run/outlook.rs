@@ -97,7 +97,6 @@ fn duration(scene: &Scene) -> Option<f64> {
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
-/// Returns the mean rate of a run, estimated from a trial.
 fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let moving = scene.particles.iter().filter(|particle| !scene.species[particle.species.0 as usize].is_static());
     let duration =
@@ -136,7 +135,6 @@ mod tests {
     use super::*;
     use crate::engine::Simulation;
 
-    /// Returns a scene whose limit is a simulated time.
     fn scene(text: &str) -> Scene {
         Scene::from_toml(text, "scene.toml").unwrap()
     }

@@ -73,7 +73,6 @@ mod tests {
     use std::convert::Infallible;
     use std::ops::ControlFlow;
 
-    /// A recorder in memory that also requests checkpoints at intervals.
     #[derive(Debug, Default, PartialEq)]
     struct All {
         rows: Vec<String>,
@@ -136,8 +135,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Runs the scene on several processes. The first process interrupts the run in call number `asked` of `watch`.
-    /// Returns the data recorded by the first process, and the ending and final state of each process.
+    /// The first process interrupts the run in call number `asked` of `watch`.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

@@ -52,8 +52,7 @@ impl Try {
         Self { simulation: Simulation::without_plan(scene.clone()), most }
     }
 
-    /// Advances by a number of engine steps. Returns an error if the simulation cannot continue, or if there were too
-    /// many search steps.
+    /// Returns an error if the simulation cannot continue, or if there were too many search steps.
     pub fn advance(&mut self, mut steps: u64, until: Until) -> Result<Option<Reason>, ()> {
         let Some(most) = self.most else {
             return self.simulation.advance_for(steps, until, None).map_err(drop);

@@ -23,7 +23,6 @@ pub enum Stage {
     Measurement,
 }
 
-/// Settings of a stage of a run, such as its limit and its thermostat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Settings {
     pub limit: Limit,
@@ -38,19 +37,17 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Whether the stage is simulated. A stage without any end is skipped.
+    /// A stage without any end is skipped.
     pub fn has_end(&self) -> bool {
         self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
     }
 
-    /// Whether the stage ends only when no observable drifts, because it has no limit.
     pub fn is_endless(&self) -> bool {
         self.until_stationary && self.limit == Limit::default()
     }
 }
 
 impl Stage {
-    /// Returns the first stage of a plan.
     pub(super) fn first(plan: &RunPlan) -> Self {
         Self::listed(plan, 0)
     }
@@ -60,7 +57,6 @@ impl Stage {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }
 
-    /// Returns all stages of a plan, in order.
     pub(crate) fn all(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }
@@ -75,7 +71,6 @@ impl Stage {
         }
     }
 
-    /// Returns the next stage; `None` after the last measurement.
     pub(super) fn next(self, plan: &RunPlan) -> Option<Self> {
         match self {
             Self::Preparation(number) | Self::MeasurementOf(number) => Some(Self::listed(plan, number + 1)),
@@ -91,7 +86,6 @@ impl Stage {
         matches!(self, Self::MeasurementOf(_) | Self::Measurement)
     }
 
-    /// Returns the settings of this stage in a plan.
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
         let plain = |limit, (thermostat, barostat, gravity), stream| Settings {
@@ -127,8 +121,7 @@ impl Stage {
         }
     }
 
-    /// Returns the name of the entry in the list of stages to which this stage belongs. It is `measurement` for the
-    /// last equilibration and measurement.
+    /// Returns the name of the entry in the list of stages to which this stage belongs.
     pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
         match self {
             Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {
@@ -156,7 +149,6 @@ mod tests {
     use super::*;
     use crate::model::{Equilibration, StagePlan};
 
-    /// A plan with three stages, of which the second is measured.
     fn plan() -> RunPlan {
         let stage = |name: &str, measured| StagePlan { name: name.into(), measured, ..StagePlan::default() };
         let before = Equilibration { limit: Limit::events(7), until_stationary: false };

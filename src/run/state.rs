@@ -48,9 +48,7 @@ const FIRST_CHECK: f64 = 1e-4;
 /// check is made when either has passed.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
-    /// Number of events.
     pub events: u64,
-    /// Elapsed time.
     pub time: f64,
 }
 
@@ -67,9 +65,7 @@ impl OverlapCheck {
 /// contain it, so that pauses do not shift the checks.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
-    /// Simulated time.
     pub time: f64,
-    /// Physical events.
     pub events: u64,
     /// Numbers of physical events, cell transitions and Andersen collisions when this check was planned.
     pub done: u64,
@@ -78,7 +74,6 @@ pub(super) struct Aim {
 }
 
 impl Aim {
-    /// Returns the time and the number of events of this check, or the given limits where they come first.
     pub fn until(&self, time: f64, events: u64) -> Until {
         Until { time: time.min(self.time), events: events.min(self.events) }
     }
@@ -94,7 +89,6 @@ pub(super) struct Pilot {
     pub patience: u64,
 }
 
-/// Sampling times and instruments of a measurement in progress.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
     pub rows: SamplingTimes,
@@ -118,7 +112,6 @@ pub struct RunState {
     pub(super) overlap_check: OverlapCheck,
     /// The check that was planned before an interruption, and that the continued run uses.
     pub(super) aim: Option<Aim>,
-    /// The pilot run, while it is simulated as the beginning of the stage.
     pub(super) pilot: Option<Pilot>,
     /// Number of checks of the run since the last event.
     pub(super) quiet_steps: u64,
@@ -132,7 +125,6 @@ pub struct RunState {
     pub(super) measurement: Option<Measurement>,
     /// Event counts at the start of the measurement.
     pub(super) before: EventCounts,
-    /// Event counts at the start of the measurement, by kind and species.
     pub(super) counts_before: EventCountsBySpecies,
     /// Wall time of the present measurement before the run was last continued `[seconds]`.
     pub(super) earlier_seconds: f64,
@@ -147,7 +139,6 @@ pub struct RunState {
     pub(super) moves: Option<Moves>,
     /// Last tuned amplitude of the volume moves; `None` before any tuning.
     pub(super) amplitude: Option<f64>,
-    /// Time series of the observables during an automatic equilibration.
     pub(super) monitor: Option<Monitor>,
     /// Pressure of growing spheres; `None` if no spheres grow.
     pub(super) pressure_check: Option<PressureCheck>,
@@ -158,7 +149,6 @@ pub struct RunState {
     pub(super) planned: Option<Limit>,
     /// Names of the custom instruments with which the run began.
     pub(super) registered: Vec<String>,
-    /// Results of the measured stages that have ended.
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
@@ -182,12 +172,11 @@ impl Beginning {
 }
 
 impl RunState {
-    /// Returns the state at the start of a run.
     pub(crate) fn new(simulation: &Simulation) -> Self {
         Self::begin(simulation, Beginning::of(simulation.scene()))
     }
 
-    /// Returns the state at the start of a run. The initial particles of the scene may already have been freed.
+    /// The initial particles of the scene may already have been freed.
     pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
@@ -255,7 +244,6 @@ impl RunState {
         }
     }
 
-    /// Returns the limit for which rows, frames and instruments of the measurement are planned.
     pub(super) fn planned(&self) -> Limit {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
@@ -267,22 +255,18 @@ impl RunState {
         is_measured.then(|| (simulation.time() - self.stage.time, events))
     }
 
-    /// Returns the original limit of the measurement; `None` if it was not changed.
     pub(crate) fn planned_before(&self) -> Option<Limit> {
         self.planned
     }
 
-    /// Returns the observables that apply to the scene.
     pub(crate) fn applicable(&self) -> &ApplicableObservables {
         self.observer.applicable()
     }
 
-    /// Returns the names of the custom instruments with which the run began.
     pub(crate) fn registered(&self) -> &[String] {
         &self.registered
     }
 
-    /// Returns the present results of the instruments.
     pub(super) fn measured(&self, system: Option<&SystemDescription>) -> crate::analysis::instruments::Measured {
         let measurement = self.measurement.as_ref().zip(system);
         measurement.map(|(measurement, system)| measurement.instruments.report(system)).unwrap_or_default()

@@ -65,7 +65,6 @@ fn scaling_interval(thermostat: Thermostat) -> Option<f64> {
     }
 }
 
-/// Checks whether there are enough volume moves to tune their amplitude before the first measurement that needs it.
 fn few_moves(stages: &[(Stage, Settings)]) -> Option<Unreached> {
     let is_open = |settings: &Settings| settings.barostat.is_some_and(|barostat| barostat.amplitude.is_none());
     let first = stages.iter().position(|(stage, settings)| stage.is_measured() && is_open(settings))?;

@@ -25,7 +25,6 @@ mod brought {
         BROUGHT.with_borrow_mut(|files| files.insert(path.to_owned(), content));
     }
 
-    /// Returns the content of a file.
     pub fn read(path: &Path) -> io::Result<Vec<u8>> {
         let content = BROUGHT.with_borrow(|files| files.get(path).cloned());
         content.ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "it is not included in the page"))

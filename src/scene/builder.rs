@@ -64,7 +64,6 @@ pub struct SceneBuilder {
     pub(crate) origins: Origins,
 }
 
-/// Declares builder methods that each set one value.
 macro_rules! setters {
     ($($(#[$doc:meta])* $method:ident($value:ident: $type:ty) => $($field:ident).+;)*) => {
         $(
@@ -312,7 +311,6 @@ impl SceneBuilder {
         self.push_at(at, group)
     }
 
-    /// Adds a group of particles with a given config path. Returns the id of its first particle, if it is known.
     pub(crate) fn push_at(&mut self, at: ConfigPath, group: Group) -> Option<u64> {
         let first = self.next_id;
         let count = match &group {
@@ -326,7 +324,6 @@ impl SceneBuilder {
         first
     }
 
-    /// Adds a group of particles and returns the id of its first particle.
     fn insert(&mut self, table: &'static str, group: Group) -> ParticleId {
         // If there are more particles than ids, the validation rejects the scene.
         let first = self.push(table, group).map(|first| ParticleId(u32::try_from(first).unwrap_or(u32::MAX)));

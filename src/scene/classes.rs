@@ -22,13 +22,11 @@ pub(crate) struct Distributed {
 }
 
 impl Distributed {
-    /// Name of the class with index `k`, such as `grain-1` for index 0.
     fn class(&self, k: usize) -> String {
         format!("{}-{}", self.name, k + 1)
     }
 }
 
-/// Replaces distributed species by their classes wherever the scene names them.
 pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     if distributed.is_empty() {
         return Ok(());
@@ -103,7 +101,7 @@ fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError
     SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }
 
-/// Replaces each distributed species by its classes. The given mass is the mass of a particle of the mean diameter.
+/// The given mass is the mass of a particle of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     let dimensions = scene.parts.space.dimensions();
     let mut species = Vec::new();

@@ -45,8 +45,7 @@ impl ConfigPath {
         Self::root().key(table).index(index)
     }
 
-    /// Replaces an index in the top-level array `table` by the entry of `indices` at this index. Other paths are
-    /// unchanged.
+    /// Replaces an index in the top-level array `table` by the entry of `indices` at this index.
     #[must_use]
     pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
         let mut steps = self.0.clone();
@@ -65,7 +64,6 @@ impl ConfigPath {
         &self.0
     }
 
-    /// Whether the path begins with the top-level key `key`.
     pub(crate) fn is_in(&self, key: &str) -> bool {
         matches!(self.0.first(), Some(PathStep::Key(first)) if first == key)
     }

@@ -26,7 +26,6 @@ use crate::scene::source::Source;
 use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 use crate::scene::validate::start::Configuration;
 
-/// The last state of a run, and the checksum of its checkpoint.
 pub(crate) struct LastRun {
     pub simulation: Simulation,
     pub checkpoint: InputFile,
@@ -71,7 +70,6 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// Reads the run that the scene starts from, and checks that its last state fits the scene.
     pub(crate) fn continued(
         &self,
         start: &UnvalidatedStart,
@@ -123,7 +121,6 @@ impl SceneBuilder {
         Ok(next)
     }
 
-    /// Builds the scene that starts from the last state of a run.
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
         let run = last.simulation.scene();
         self.check_header()?;
@@ -200,7 +197,6 @@ fn surfaces_of(run: &Scene, species: &[Species]) -> Vec<SceneSurface> {
     run.surfaces.iter().filter(meets_some).map(of_here).collect()
 }
 
-/// Returns the static surfaces of a run, with the species ids of the new scene.
 fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
     let mut surfaces = run.static_surfaces.clone();
     for surface in &mut surfaces {
@@ -214,7 +210,6 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
     Ok(surfaces)
 }
 
-/// Requires the same flat axes as in the run.
 fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneError> {
     let word = |boundary: Boundary| if boundary == Boundary::Flat { "flat" } else { "not flat" };
     for (k, axis) in AXES.into_iter().enumerate() {
@@ -227,7 +222,6 @@ fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneErr
     Ok(())
 }
 
-/// Requires the same box as in the run.
 fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
     for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
         if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
@@ -324,7 +318,6 @@ fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds
     is_kept
 }
 
-/// Whether two boxes have the same periodic axes.
 fn has_same_periods(one: &Space, other: &Space) -> bool {
     let periodic = |space: &Space| space.boundary.map(|boundary| boundary == Boundary::Periodic);
     periodic(one) == periodic(other)

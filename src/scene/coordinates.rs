@@ -50,7 +50,6 @@ impl Origin {
     }
 }
 
-/// Frames from which a scene starts, and the settings of its box.
 pub(super) struct Frames<'a> {
     pub given: Option<&'a GivenParticles>,
     pub files: &'a [CoordinatesFile],
@@ -145,8 +144,8 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
     Ok(())
 }
 
-/// Adds the bonds of a frame. Each bond gets the interaction that the scene names for all bonds, or else the
-/// interaction whose name is in the file.
+/// Each bond gets the interaction that the scene names for all bonds, or else the interaction whose name is in the
+/// file.
 fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let frame = &*start.frame;
     if frame.bonds.is_empty() {
@@ -218,7 +217,7 @@ pub(super) fn unchanged(
     Err(SceneError::new(at.key("checksum"), kind))
 }
 
-/// Reads a frame. An error consists of a line number and a message.
+/// An error consists of a line number and a message.
 fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     let open = || compressed::unpacked(text).map_err(|error| (1, error.to_string()));
     let lines = || open().map_or(1, |text| BufReader::new(text).split(b'\n').map_while(Result::ok).count().max(1));

@@ -130,10 +130,8 @@ pub enum SceneErrorKind {
     Override { key: String, problem: String },
 }
 
-/// Maximum number of displayed characters of a value.
 const MOST_SHOWN: usize = 100;
 
-/// Shortens a long value in a message to its beginning and its length.
 fn shortened(value: String) -> String {
     let count = value.chars().count();
     if count <= MOST_SHOWN {
@@ -144,12 +142,10 @@ fn shortened(value: String) -> String {
 }
 
 impl SceneErrorKind {
-    /// A value outside its range.
     pub(crate) fn value(value: impl fmt::Display, expected: impl Into<String>) -> Self {
         Self::Value { value: shortened(value.to_string()), expected: expected.into() }
     }
 
-    /// Suggests the likely correction, if there is one.
     fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { key, .. } if not_there(key).is_some() => not_there(key).map(str::to_owned),
@@ -237,7 +233,6 @@ impl From<NoPlace> for SceneErrorKind {
     }
 }
 
-/// Returns an error for a value outside its range.
 pub(crate) fn refuse<T>(
     at: ConfigPath,
     value: impl fmt::Display,
@@ -246,12 +241,10 @@ pub(crate) fn refuse<T>(
     Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
-/// Returns an error for a missing key.
 pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
-/// Returns an error for an unknown word. It suggests the most similar known word.
 pub(crate) fn unknown<'a>(
     at: &ConfigPath,
     what: &'static str,
@@ -273,7 +266,6 @@ fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     }
 }
 
-/// Returns the known word most similar to `word`, if any is similar.
 pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     // The Jaro-Winkler similarity of unrelated key names stays below 0.7. With one or two typos it is above
     // 0.8.
@@ -298,7 +290,6 @@ struct Inner {
     kind: SceneErrorKind,
     at: ConfigPath,
     source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
-    /// Further errors found in the same text.
     others: Vec<SceneError>,
 }
 
@@ -313,7 +304,6 @@ impl SceneError {
         &self.0.kind
     }
 
-    /// Applies a function to all config paths in the error.
     pub(crate) fn moved(mut self, to: impl Fn(&ConfigPath) -> ConfigPath) -> Self {
         self.0.at = to(&self.0.at);
         if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
@@ -336,7 +326,6 @@ impl SceneError {
         Some(1 + before.iter().filter(|&&byte| byte == b'\n').count())
     }
 
-    /// Adds the text that contains the error, and the range of the error in this text.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
         // `printable` keeps the length of the text in bytes, so the span stays valid.
         let text = match printable(&text) {
@@ -348,7 +337,6 @@ impl SceneError {
         self
     }
 
-    /// Attaches further errors found in the same text.
     pub(crate) fn with_others(mut self, others: Vec<Self>) -> Self {
         self.0.others = others;
         self
@@ -360,7 +348,6 @@ impl SceneError {
         &self.0.others
     }
 
-    /// Whether the text that contains the error is known.
     pub(crate) fn has_source(&self) -> bool {
         self.0.source.is_some()
     }

@@ -86,13 +86,11 @@ impl Filling {
         self.shares.iter().flat_map(|&(species, count)| std::iter::repeat_n(species, count)).collect()
     }
 
-    /// The species.
     pub(crate) fn species(&self) -> impl Iterator<Item = SpeciesId> + '_ {
         self.shares.iter().filter(|(_, count)| *count > 0).map(|(species, _)| *species)
     }
 
-    /// Returns the lattice sites of a fill. The sites must be at least the longest contact distance apart, unless
-    /// overlaps are allowed.
+    /// The sites must be at least the longest contact distance apart, unless overlaps are allowed.
     pub(crate) fn on_lattice(
         &self,
         lattice: Lattice,

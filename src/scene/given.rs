@@ -125,7 +125,6 @@ impl GivenParticles {
         space.entry("lower").or_insert_with(|| vector(&scene.space.lower));
         for (axis, boundary) in AXES.into_iter().zip(&scene.space.boundary) {
             let word = if *boundary == Boundary::Flat { "flat" } else { "periodic" };
-            // Sides that the scene specifies are kept.
             space.entry(axis).or_insert_with(|| Value::from(word));
         }
     }
@@ -166,7 +165,7 @@ position = [0.5, 0.5, 0.5]
 until_time = 1.0
 "#;
 
-    /// Two bonded beads. The second bead lies beyond a periodic side of the box.
+    /// The second bead lies beyond a periodic side of the box.
     fn given() -> GivenParticles {
         let particle = |id: u32, x: f64| FrameParticle {
             id: ParticleId(id),

@@ -21,7 +21,6 @@ use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
-/// All particles, bonds and static surfaces of a scene, and the group of each particle.
 pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
@@ -31,8 +30,6 @@ pub(crate) struct Groups {
 }
 
 impl Groups {
-    /// Places all groups: first groups with determined positions, such as static surfaces and lattices, then random
-    /// groups in the space between them.
     pub(crate) fn place(
         scene: &SceneBuilder,
         species: &[Species],
@@ -104,7 +101,6 @@ impl Groups {
         Ok(groups)
     }
 
-    /// Number of particles of each species.
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];
         for particle in &self.particles {
@@ -158,7 +154,6 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
     Ok(particles)
 }
 
-/// Whether the position and the velocity of a particle are permitted.
 fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
     let Particle { position, velocity, .. } = particle;
     let is_on_flat =
@@ -168,7 +163,6 @@ fn is_right(particle: &Particle, species: &Species, space: &Space) -> bool {
         && (!species.is_static() || *velocity == Vector::zeros())
 }
 
-/// Explains why a listed particle is rejected.
 fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at: &ConfigPath) -> SceneError {
     let particle = &listed.particles[row];
     let place = |keys: [&'static str; 2]| listed.place(at, keys, row);
@@ -186,7 +180,6 @@ fn wrong(listed: &Listed, row: usize, (species, space): (&[Species], &Space), at
     checked().err().unwrap_or_else(|| SceneError::new(at.clone(), SceneErrorKind::value("wrong", "a particle")))
 }
 
-/// Name of a static surface: the given name, or `mesh` and the number of its group.
 fn surface_name(surface: &SurfaceFill, number: usize) -> String {
     surface.name.clone().unwrap_or_else(|| format!("mesh {number}"))
 }

@@ -20,8 +20,7 @@ pub(crate) const MOST_STEPS: usize = 10_000;
 /// `[[interaction]]` counts once for each contact distance of its species.
 pub(crate) const MOST_KINDS: usize = 1 << 16;
 
-/// Interactions of a scene. One `[[interaction]]` gives several interactions if its pairs of species have different
-/// contact distances.
+/// One `[[interaction]]` gives several interactions if its pairs of species have different contact distances.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
     pub species: &'a [Species],
@@ -33,7 +32,6 @@ pub(crate) struct Interactions<'a> {
 }
 
 impl<'a> Interactions<'a> {
-    /// Checks every draft, and fills the table of species pairs.
     pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
         let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
@@ -80,7 +78,7 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// Returns the interaction of a draft for two species. Pairs with the same contact distance share an interaction.
+    /// Pairs with the same contact distance share an interaction.
     fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
         let draft = &self.drafts[index];
         let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
@@ -139,7 +137,6 @@ impl<'a> Interactions<'a> {
         Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
     }
 
-    /// Returns the interaction `name` for a bond between particles of two species.
     pub(crate) fn bond(
         &mut self,
         name: &str,
@@ -157,7 +154,6 @@ impl<'a> Interactions<'a> {
         })
     }
 
-    /// Whether an interaction with this id exists.
     pub(crate) fn has(&self, id: InteractionId) -> bool {
         (id.0 as usize) < self.list.len()
     }
@@ -166,7 +162,6 @@ impl<'a> Interactions<'a> {
         self.list.len()
     }
 
-    /// Pairs of species that interact, and the interaction of each pair.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = ([usize; 2], InteractionId)> + '_ {
         self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
     }
@@ -175,18 +170,15 @@ impl<'a> Interactions<'a> {
         &self.list[id.0 as usize]
     }
 
-    /// Contact distance of the hard cores for each pair of species.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.get(id?).potential.core()))
     }
 
-    /// Longest interaction range of two species for which `can_meet` returns true.
     pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
         let meeting = self.table.iter().filter(|([a, b], _)| can_meet(*a, *b));
         meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
     }
 
-    /// Whether all interactions are hard-sphere potentials and none is a bond.
     pub(crate) fn are_hard_spheres(&self) -> bool {
         self.list.iter().all(|it| it.potential.is_hard_sphere() && !it.potential.is_bond())
     }
@@ -208,13 +200,11 @@ impl<'a> Interactions<'a> {
         Ok(())
     }
 
-    /// Returns all interactions and the table of species pairs.
     pub(crate) fn finish(self) -> (Vec<Interaction>, SpeciesPairs<InteractionId>) {
         (self.list, self.table.map(|id| id))
     }
 }
 
-/// Returns the id of the species with this name.
 pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) -> Result<SpeciesId, SceneError> {
     let found = species.iter().position(|candidate| candidate.name == name);
     let known = || species.iter().map(|candidate| candidate.name.as_str());

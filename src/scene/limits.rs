@@ -68,20 +68,17 @@ fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'stati
     if is_of_kind { range } else { kind }
 }
 
-/// Requires a finite number from -1e50 to 1e50.
 pub(crate) fn finite(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let expected = instead(value.is_finite(), "a finite number", "a number from -1e50 to 1e50");
     check(value, value.abs() <= LARGEST, expected, at)
 }
 
-/// Requires a positive number from 1e-50 to 1e50.
 pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
     check(value, is_positive(value), expected, at)
 }
 
-/// Requires a positive number unless it is `None`.
 pub(crate) fn positive_if_given(value: Option<f64>, at: ConfigPath) -> Result<(), SceneError> {
     value.map_or(Ok(()), |value| positive(value, at).map(drop))
 }
@@ -101,26 +98,22 @@ pub(crate) fn corners(
     }
 }
 
-/// Requires zero or a positive number up to 1e50.
 pub(crate) fn not_negative(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "zero or a positive finite number", "zero or a number up to 1e50");
     check(value, (0.0..=LARGEST).contains(&value), expected, at)
 }
 
-/// Requires a coefficient of restitution from 0 to 1.
 pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
-/// Requires a number above 1 and up to 1e50.
 pub(crate) fn above_one(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 1.0 && value.is_finite();
     let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
     check(value, value > 1.0 && value <= LARGEST, expected, at)
 }
 
-/// Requires three finite numbers.
 pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     for (k, &component) in vector.iter().enumerate() {
         finite(component, at.index(k))?;

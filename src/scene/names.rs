@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Maximum length of a one-word name, and of a name of several words, in characters.
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
@@ -16,12 +15,10 @@ pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
-/// Names in use, and the entry that has each name.
 #[derive(Default)]
 pub(crate) struct Taken<'n>(HashMap<&'n str, ConfigPath>);
 
 impl<'n> Taken<'n> {
-    /// Registers the name of an entry. Rejects a name that another entry has.
     pub fn take(&mut self, name: &'n str, entry: &ConfigPath) -> Result<(), SceneError> {
         let Some(first) = self.0.insert(name, entry.clone()) else { return Ok(()) };
         Err(SceneError::new(entry.key("name"), SceneErrorKind::Duplicate { name: name.to_owned(), first }))
@@ -54,7 +51,6 @@ fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result
     if is_good {
         return Ok(());
     }
-    // The message shows only the beginning of a long name, and escapes control characters.
     let mut shown: String = name.chars().take(40).flat_map(char::escape_debug).collect();
     if name.chars().nth(40).is_some() {
         shown += "...";

@@ -75,29 +75,24 @@ impl<'k> Keys<'k> {
         }
     }
 
-    /// Whether the table contains `key`.
     pub fn has(&self, key: &str) -> bool {
         self.values.contains_key(key)
     }
 
-    /// Returns the value of a key that the kind requires.
     pub fn need<T: DeserializeOwned>(&self, key: &'static str) -> Result<T, SceneError> {
         let value = self.values.get(key).and_then(|value| value.clone().try_into().ok());
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
     }
 
-    /// Returns the vector of a key that the kind requires.
     pub fn vector(&self, key: &'static str) -> Result<Vector, SceneError> {
         self.need(key).map(vector)
     }
 
-    /// The radii of the two ends of a cone, or of a cylinder.
     pub fn radii_of_ends(&self, word: &str) -> Result<[f64; 2], SceneError> {
         if word == "cone" { self.need("radii") } else { Ok([self.need("radius")?; 2]) }
     }
 }
 
-/// Looks up the variant for a word.
 fn variant<'t, T>(
     table: &'t [(&'static str, T)],
     what: &'static str,
@@ -112,7 +107,7 @@ fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
 
-/// Converts a scene file, with particles from a program, to a builder. Relative paths are relative to `directory`.
+/// Relative paths are relative to `directory`.
 pub(crate) fn parts(
     file: SceneFile,
     name: &str,

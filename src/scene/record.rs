@@ -95,8 +95,7 @@ impl Scene {
         Ok(format!("{HEADER}{text}{listed}"))
     }
 
-    /// Adds particles from a program to a record, as a file or as tables. Returns the text of the tables, to be
-    /// appended to the record.
+    /// Returns the text of the tables, to be appended to the record.
     fn put_particles(&self, given: KeptParticles<'_>, table: &mut Table) -> Result<String, SceneError> {
         match given {
             KeptParticles::InFile(name, content) => {
@@ -128,13 +127,11 @@ impl Scene {
     }
 }
 
-/// Returns the entries of an array of tables that have the key `path`.
 fn with_path(list: &mut Value) -> Vec<&mut Table> {
     let tables = list.as_array_mut().into_iter().flatten().filter_map(Value::as_table_mut);
     tables.filter(|table| table.contains_key("path")).collect()
 }
 
-/// Makes a path absolute. A relative path is relative to `directory`.
 fn make_absolute(name: &mut String, directory: &Path) {
     if let Ok(absolute) = std::path::absolute(directory.join(&*name))
         && let Some(absolute) = absolute.to_str()
@@ -143,14 +140,13 @@ fn make_absolute(name: &mut String, directory: &Path) {
     }
 }
 
-/// Replaces the limit of the measurement in the record of a scene.
 pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
     let mut table: Table = record.parse()?;
     record_limit(limit, &mut table);
     Ok(format!("{HEADER}{table}"))
 }
 
-/// Removes the limit of the measurement from the record of a scene. Text that is not TOML is returned unchanged.
+/// Text that is not TOML is returned unchanged.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }

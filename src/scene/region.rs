@@ -9,7 +9,6 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{AXES, corners, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::Fill;
 
-/// Returns the region of a fill, which is the whole box if none is given.
 pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
     let Some(region) = fill.region else {
         return Ok(FillRegion::Box(Region { lower: space.lower, upper: space.upper() }));
@@ -38,7 +37,7 @@ fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Whether a coordinate is outside the box. Along an axis that is open on both sides, no coordinate is outside.
+/// Along an axis that is open on both sides, no coordinate is outside.
 fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
     let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
     space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)
@@ -48,7 +47,6 @@ fn expected(axis: usize, space: &Space) -> String {
     format!("{} from {} to {}, inside the box", AXES[axis], space.lower[axis], space.upper()[axis])
 }
 
-/// Rejects shapes without extent, numbers that are not finite, and shapes other than a box in one dimension.
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
         return refuse(at.key("shape"), "a shape in one dimension", "`box`, which is an interval of the line");
@@ -75,7 +73,6 @@ fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<()
     Ok(())
 }
 
-/// Rejects shapes that extend beyond the sides of the box.
 fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let bounds = region.bounds(space);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {

@@ -25,7 +25,6 @@ pub fn schema() -> Value {
     generator.into_root_schema_for::<SceneFile>().to_value()
 }
 
-/// Returns the words in the first column of a table.
 pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }

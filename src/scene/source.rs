@@ -46,13 +46,12 @@ impl Override {
     }
 }
 
-/// Key of the override that starts a scene from a run. Particles, bonds and time then come from the run.
+/// Key of the override that starts a scene from a run.
 const START: &str = "start.from";
 
 /// Tables and keys of a scene file that are ignored if the override [`START`] is given.
 const BEFORE_START: [&str; 7] = ["particle", "file", "chain", "fill", "mesh", "bond", "start_time"];
 
-/// Text, name and overrides of a scene.
 pub(crate) struct Source {
     name: String,
     text: Arc<String>,
@@ -93,7 +92,6 @@ impl Source {
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.mistakes(&error))
     }
 
-    /// Adds the text of the scene to an error, with the position of the error in this text.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         if error.has_source() {
             return error;
@@ -135,7 +133,6 @@ impl Source {
         self.overrides.iter().any(|this| this.key.split('.').map(str::trim).eq(START.split('.')))
     }
 
-    /// Tables and keys of the file that are ignored because an override starts the scene from a run.
     #[cfg(feature = "cli")]
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let Some(document) = DeTable::parse(&self.text).ok().filter(|_| self.is_started()) else { return Vec::new() };
@@ -186,7 +183,7 @@ impl Source {
     }
 }
 
-/// Sets a value at a path. In an array, the path selects an entry by its index or its `name`.
+/// In an array, the path selects an entry by its index or its `name`.
 fn set<'t>(
     table: &mut DeTable<'t>,
     keys: &[&str],
@@ -229,7 +226,6 @@ fn set_in<'t>(
     }
 }
 
-/// Index of an array entry that is given by its `name` or its index.
 fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     let named = |element: &Spanned<DeValue<'_>>| {
         let table = element.get_ref().as_table();

@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use vectors::Shell;
 
-/// Largest number of vectors in a shell.
 const MOST_VECTORS: f64 = 20.0;
 
 /// Largest number of particles times wave vectors in a sample. It may be exceeded, because a shell keeps at
@@ -42,7 +41,6 @@ pub(super) struct StructureFactor {
 struct Sliding {
     largest: f64,
     per_shell: usize,
-    /// Mean wave number of each shell.
     wave_numbers: CurveAverage,
 }
 

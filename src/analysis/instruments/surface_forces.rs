@@ -14,7 +14,6 @@ use crate::base::text::identifiers;
 use crate::engine::event::{Event, Other};
 use crate::model::measurement_plan::{FORCE_BINS, SurfaceForces as Plan};
 
-/// Default number of blocks in a run.
 const BLOCKS: u32 = 1000;
 
 /// Measures forces on surfaces from the momentum that particles transfer in contacts, `F = - sum J / t`.
@@ -30,7 +29,6 @@ pub(super) struct SurfaceForces {
     profile: Option<Profile>,
 }
 
-/// Sums for one surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct OnSurface {
     number: u32,
@@ -42,7 +40,6 @@ struct OnSurface {
     bins: Vec<(f64, BlockAverage)>,
 }
 
-/// Equal bins along an axis for the profile of the normal force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Profile {
     axis: usize,

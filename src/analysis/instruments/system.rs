@@ -114,8 +114,7 @@ impl SystemDescription {
         Self::with(scene, species, &ApplicableObservables::of(scene))
     }
 
-    /// Describes a simulation. The current particles are used, because the simulation may have dropped the
-    /// initial state of its scene.
+    /// The current particles are used, because the simulation may have dropped the initial state of its scene.
     pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -182,7 +181,6 @@ impl SystemDescription {
         obstacles.into_iter().find(|(is_one, _)| *is_one).map(|(_, words)| words)
     }
 
-    /// Indices of the axes that are not flat.
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
     }
@@ -194,7 +192,6 @@ impl SystemDescription {
         if walled.is_empty() { self.axes().collect() } else { walled }
     }
 
-    /// Ratio of the box volume to the volume that the centres of particles of this species can reach.
     pub(super) fn crowding_of(&self, id: u32) -> f64 {
         self.crowding[self.species[id as usize] as usize]
     }
@@ -252,7 +249,6 @@ impl SystemDescription {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
 
-    /// Points of one species, with mass and diameter 1, that do not interact.
     #[cfg(test)]
     pub(crate) fn of_points(space: Space, count: u32) -> Self {
         Self {
@@ -281,8 +277,6 @@ impl SystemDescription {
     }
 }
 
-/// Finds, for each pair of species with hard cores, the smallest distance outside the core at which their
-/// potential, or the potential of a bond between them, has a step.
 fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
     let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
     let next = |core: f64, radii: &[f64]| radii.iter().copied().filter(|radius| *radius > core).reduce(f64::min);

@@ -26,18 +26,15 @@ pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescript
     )
 }
 
-/// Describes the system of a scene and starts its simulation.
 pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
     (SystemDescription::of(&scene), Simulation::without_plan(scene))
 }
 
-/// Runs without measuring.
 pub(super) fn equilibrate(simulation: &mut Simulation, events_per_particle: u64) {
     let events = simulation.event_counts().physical() + events_per_particle * simulation.moving() as u64;
     simulation.advance(Until::events(events)).unwrap();
 }
 
-/// A new instrument that starts at the current time of a simulation.
 pub(super) fn instrument<I>(
     simulation: &Simulation,
     system: &SystemDescription,
@@ -48,8 +45,7 @@ pub(super) fn instrument<I>(
     new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
-/// Runs a simulation for a time, and passes the requested samples and the events to an instrument. The last
-/// sample is at the end.
+/// The last sample is at the end.
 pub(super) fn measure(
     simulation: &mut Simulation,
     system: &SystemDescription,
@@ -137,7 +133,7 @@ pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
     measured.numbers.iter().find(|number| number.name == name).unwrap()
 }
 
-/// Mean and standard error of a number by its name. Panics if one is missing.
+/// Mean and standard error of a number by its name.
 pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {
     let number = number(measured, name);
     (number.mean.unwrap(), number.standard_error.unwrap())

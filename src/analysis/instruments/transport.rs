@@ -47,7 +47,6 @@ struct Moments {
     shear: [f64; 3],
     /// Trace of the moments `G_ab`, divided by the number of axes.
     bulk: f64,
-    /// Moment of the energy along each axis.
     heat: [f64; 3],
 }
 
@@ -92,8 +91,6 @@ pub(super) struct Transport {
 }
 
 impl Transport {
-    /// By default the span is 40 mean free times, but at most a twentieth of the duration. It has two
-    /// intervals per mean free time, but at least 20 and at most 80 intervals.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let (interval, lags) = grid(plan, setup);

@@ -167,8 +167,8 @@ impl ApplicableObservables {
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
-    /// Starts a stage. If a barostat and a thermostat act, the volume is an observable. `grown` is the factor
-    /// by which diameters have grown since the start of the simulation.
+    /// If a barostat and a thermostat act, the volume is an observable. `grown` is the factor by which
+    /// diameters have grown since the start of the simulation.
     pub(crate) fn set_barostat(&mut self, scene: &Scene, acting: Option<(&Barostat, &Thermostat)>, grown: f64) {
         self.isobaric = Isobaric::of(acting, self.filled * libm::pow(grown, scene.space.dimensions() as f64));
     }
@@ -235,7 +235,6 @@ impl ApplicableObservables {
         if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }
     }
 
-    /// Components of the momentum along the axes on which it is conserved; zero along others.
     fn conserved(&self, momentum: &Vector) -> Vector {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { momentum[k] } else { 0.0 })
     }

@@ -38,14 +38,10 @@ const FEWEST_EVENTS: f64 = 10.0;
 /// Mean number of events per particle below which no drift is reported.
 const FEWEST_TO_DRIFT: f64 = 1.0;
 
-/// Properties of the scene and of the run that the verdict also depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conditions {
-    /// Number of dimensions of the scene.
     pub dimensions: usize,
-    /// Whether energy lost in contacts is supplied again.
     pub has_steady_state: bool,
-    /// Whether contacts only exchange velocities.
     pub only_exchanges_velocities: bool,
     /// Mean number of events in which each moving particle took part.
     pub events_per_particle: f64,
@@ -66,7 +62,6 @@ impl Equilibrium {
     const EXCHANGES: &str = "equal particles on a line only exchange velocities, so means depend on the start: \
          take the scatter of several seeds as the error";
 
-    /// Derives the verdict on equilibrium from the stationarity of each named observable.
     #[must_use]
     pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
         let &Conditions { dimensions, has_steady_state, only_exchanges_velocities, events_per_particle } = conditions;
@@ -123,7 +118,6 @@ impl fmt::Display for Equilibrium {
     }
 }
 
-/// The unit of an observable in brackets; empty for a pure number.
 fn unit_of(name: &str, dimensions: usize) -> String {
     let unit = OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("1", |(_, unit)| unit);
     if unit == "1" { String::new() } else { format!(" [{}]", unit_in(unit, dimensions)) }

@@ -7,8 +7,7 @@ use crate::Vector;
 use crate::mesh::report::Inside;
 use crate::model::{CountRegion, CountSpace};
 
-/// The regions of a scene, with search structures for their meshes. The search structures are built on first
-/// use and are not saved.
+/// The search structures are built on first use and are not saved.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(super) struct Regions {
@@ -38,7 +37,6 @@ impl Regions {
         self.regions.is_empty()
     }
 
-    /// Number of points in each region.
     pub fn count<'p>(&self, points: impl Iterator<Item = &'p Vector> + Clone) -> Vec<usize> {
         let search = |region: &CountRegion| match &region.space {
             CountSpace::Box(_) => None,

@@ -9,7 +9,6 @@ use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, Thermostat};
 use crate::scene::{Arrangement, Fill, SceneBuilder};
 
-/// Two species with dissipative cores, and wells or shoulders around them.
 fn mixture(space: Space) -> SceneBuilder {
     let well = |diameter, depth| Potential::square_well(diameter, 1.4, depth).unwrap();
     let fill =
@@ -75,7 +74,6 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     }
 }
 
-/// Hard spheres that conserve energy.
 fn elastic(space: Space, count: u64) -> SceneBuilder {
     let fill = Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, "A").count(count) };
     SceneBuilder::new("elastic")
@@ -85,7 +83,6 @@ fn elastic(space: Space, count: u64) -> SceneBuilder {
         .add_fill(fill)
 }
 
-/// Standard error and stationarity of the temperature after a number of intervals.
 fn of_temperature(
     scene: &Scene,
     bath: Option<&Thermostat>,
@@ -141,7 +138,6 @@ fn a_conserved_temperature_has_no_error_however_short_or_long_the_run_is() {
     assert_eq!(of_temperature(&scene, None, 5, faster), (None, Stationarity::Unknown), "set by a program");
 }
 
-/// Three particles on a line, one of them with a different mass, with hard cores or wells.
 fn on_a_line(mass: f64, potential: &Potential) -> SceneBuilder {
     let boundary = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
     let space = Space { boundary, size: Vector::new(9.0, 0.0, 0.0), ..Space::periodic_cube(9.0) };

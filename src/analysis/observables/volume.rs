@@ -8,7 +8,6 @@ use crate::engine::Simulation;
 use crate::model::scene::own_volume;
 use crate::model::{Barostat, Scene, Thermostat};
 
-/// Constants of the measured isothermal-isobaric ensemble.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Isobaric {
     /// Pressure of the barostat `[energy / length^D]`.
@@ -20,7 +19,6 @@ pub(super) struct Isobaric {
 }
 
 impl Isobaric {
-    /// The ensemble of a stage with a barostat. `filled` is the total volume of the particles.
     pub fn of(acting: Option<(&Barostat, &Thermostat)>, filled: f64) -> Option<Self> {
         let (barostat, thermostat) = acting?;
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = *thermostat;
@@ -65,7 +63,6 @@ pub(super) struct VolumePiece {
 }
 
 impl VolumePiece {
-    /// Starts from the current volume and virial, with integrals of zero.
     pub fn of(simulation: &Simulation) -> Self {
         Self { volume: simulation.volume(), virial: simulation.event_counts().virial.total(), integrals: [0.0; 4] }
     }
@@ -82,7 +79,6 @@ impl VolumePiece {
         Self { integrals: std::array::from_fn(|k| self.integrals[k] + more[k]), ..next }
     }
 
-    /// Means since an earlier sample: differences of the integrals, divided by the time `duration`.
     pub fn since(&self, earlier: &Self, duration: f64) -> VolumeMeans {
         let [volume, inverse, square, pressure] =
             std::array::from_fn(|k| (self.integrals[k] - earlier.integrals[k]) / duration);

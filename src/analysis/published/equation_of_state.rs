@@ -78,7 +78,6 @@ fn whole_power(x: f64, power: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Compares a value with a published value that has `digits` decimal places.
     fn assert_near(value: f64, expected: f64, digits: i32) {
         assert!((value - expected).abs() < 0.51 * 0.1_f64.powi(digits), "{value} instead of {expected}");
     }

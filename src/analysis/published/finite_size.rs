@@ -32,7 +32,6 @@ pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fr
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }
 
-/// Source of the finite-size corrections.
 pub(crate) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
 
 #[cfg(test)]

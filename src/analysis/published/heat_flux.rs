@@ -79,7 +79,6 @@ impl GasBetweenPlates {
         (conducted, held)
     }
 
-    /// The gas at a temperature and a pressure.
     fn gas(&self, temperature: f64, pressure: f64) -> HardSphereFluid {
         let ideal = PI / 6.0 * self.diameter * self.diameter * self.diameter * pressure / temperature;
         let packing_fraction = (0..30).fold(ideal, |phi, _| ideal / hard_spheres(phi));

@@ -158,7 +158,6 @@ impl Hard {
         .collect()
     }
 
-    /// The pressure from an equation of state of the fluid, for a fixed number of particles.
     fn pressure_of_fluid(&self, compressibility: fn(f64) -> f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let fewer = fewer_contacts(compressibility, self.packing_fraction, self.count);
         self.pressure(compressibility(self.packing_fraction), fewer, label, source)
@@ -192,8 +191,6 @@ impl Hard {
         values
     }
 
-    /// Speedy's diffusion coefficient with its finite-size correction, and the coefficient of an infinite
-    /// system if that correction is known.
     fn diffusion(&self, fluid: &HardSphereFluid) -> Vec<PublishedValue> {
         let simulated = fluid.simulated_diffusion_coefficient();
         let value = published("diffusion_coefficient", simulated, "Speedy", SPEEDY);
@@ -206,7 +203,6 @@ impl Hard {
         vec![PublishedValue { finite_size, ..value }, infinite]
     }
 
-    /// Published values for disks or rods: compressibility factor, pressure and collision rate.
     fn fluid(
         &self,
         compressibility: fn(f64) -> f64,

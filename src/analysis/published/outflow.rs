@@ -40,8 +40,7 @@ pub fn beverloo(number_density: f64, gravity: f64, outlet: Outlet, grain: f64) -
     4.0 / PI * DISCHARGE * number_density * area * (gravity * width).sqrt()
 }
 
-/// Published rates for the flows of a scene through an outlet. Grains of all moving species count;
-/// `population` is the number of particles of each species.
+/// Grains of all moving species count; `population` is the number of particles of each species.
 pub fn of_flows(scene: &Scene, population: &[usize], gravity: f64) -> Vec<PublishedValue> {
     let grains: Vec<(&Species, f64)> = scene
         .species

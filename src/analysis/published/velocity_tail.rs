@@ -16,7 +16,6 @@ const INTERVALS: u32 = 400;
 /// Number of decay times of the slowest flow after which the flow is negligible.
 const DECAYS: f64 = 40.0;
 
-/// Long-time tail of the velocity autocorrelation in a periodic box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct VelocityTail<'b> {
     /// Temperature divided by the total moving mass, `T / M` `[length^2 / time^2]`.
@@ -60,7 +59,6 @@ impl VelocityTail<'_> {
         self.integral([first, last], missed) + self.beyond(last)
     }
 
-    /// Integral of the autocorrelation with a weight, by Simpson's rule.
     fn integral(&self, [first, last]: [f64; 2], weight: impl Fn(f64) -> f64) -> f64 {
         let step = libm::log(last / first) / f64::from(INTERVALS);
         let value = |k: u32| {
@@ -87,7 +85,6 @@ fn theta(s: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Sums a function of the decay rate over the modes of a box, one by one.
     fn over_modes(tail: &VelocityTail<'_>, of_rate: impl Fn(f64) -> f64) -> f64 {
         let range = |axis: usize| if axis < tail.periods.len() { -40..=40 } else { 0..=0 };
         let mut sum = 0.0;

@@ -51,13 +51,11 @@ pub struct MultiHistogram<'h> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DensityOfStates {
     energies: Vec<f64>,
-    /// Variances of the energies within each level.
     variances: Vec<f64>,
     /// Logarithm of the density of states of each level; minus infinity without samples.
     logarithms: Vec<f64>,
     /// Free energy `f_k` of each ensemble, relative to the first ensemble.
     free_energies: Vec<f64>,
-    /// Means in each level of the quantities measured along with the energies.
     means: Vec<Vec<f64>>,
 }
 
@@ -262,7 +260,6 @@ fn fill(offsets: &[f64], reduced: &[f64], terms: &mut [f64]) -> f64 {
     log_sum(terms)
 }
 
-/// The logarithm of a sum of exponentials.
 fn log_sum(terms: &[f64]) -> f64 {
     let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())

@@ -3,14 +3,12 @@
 use super::density_of_states::{DensityOfStates, MultiHistogram};
 use super::ensemble::Ensemble;
 
-/// Largest number of energy levels. If there are more energies, they are put into this many equal bins.
 const MOST_LEVELS: usize = 4096;
 
 /// Energies with a smaller relative difference belong to the same level. The difference is round-off in the
 /// sums of pair energies.
 const SAME: f64 = 1e-9;
 
-/// Largest number of blocks of time.
 const MOST_BLOCKS: u64 = 512;
 
 /// The energy levels that occur in a run. They are found in a first pass over the energies;
@@ -57,7 +55,6 @@ impl EnergyLevels {
         if is_it { Ok(place) } else { Err(place) }
     }
 
-    /// Replaces the levels by equal bins if there are too many.
     fn closed(mut self) -> Self {
         if let Some([least, most]) = self.ends.filter(|_| !self.are_bins && self.levels.len() > MOST_LEVELS) {
             let width = (most - least) / MOST_LEVELS as f64;
@@ -67,7 +64,6 @@ impl EnergyLevels {
         self
     }
 
-    /// The level or bin of a registered energy.
     fn place(&self, energy: f64) -> usize {
         match self.are_bins {
             true => self.levels.partition_point(|edge| *edge <= energy).saturating_sub(1),
@@ -76,7 +72,6 @@ impl EnergyLevels {
     }
 }
 
-/// Sums over the samples in one block of time.
 #[derive(Debug, Clone)]
 struct Block {
     rows: u64,
@@ -106,16 +101,13 @@ pub struct EnergyHistograms {
     rows_per_block: u64,
     blocks: Vec<Block>,
     spreads: Vec<Spread>,
-    /// Number of quantities measured along with the energies.
     others: usize,
 }
 
-/// Number of samples in each level, and number of rows that hold these samples.
 #[derive(Debug, Clone)]
 pub(super) struct Counts {
     pub rows: f64,
     pub levels: Vec<f64>,
-    /// For each quantity measured along with the energies, its sum over the samples in each level.
     pub others: Vec<Vec<f64>>,
 }
 
@@ -205,14 +197,12 @@ impl EnergyHistograms {
         self.blocks.iter().map(|block| block.sums[place] / block.rows as f64).collect()
     }
 
-    /// The mean energy of each ensemble.
     pub(super) fn means(&self) -> Vec<f64> {
         let rows: u64 = self.blocks.iter().map(|block| block.rows).sum();
         let sum = |place| self.blocks.iter().map(|block| block.sums[place]).sum::<f64>();
         (0..self.ensembles.len()).map(|place| sum(place) / rows as f64).collect()
     }
 
-    /// Sums the counts over a range of blocks.
     pub(super) fn counts(&self, blocks: std::ops::Range<usize>) -> Counts {
         let mut all = Counts {
             rows: 0.0,
@@ -239,7 +229,6 @@ impl EnergyHistograms {
 }
 
 impl Counts {
-    /// Adds the counts of other blocks.
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
         self.levels.iter_mut().zip(&other.levels).for_each(|(sum, count)| *sum += count);
@@ -252,14 +241,13 @@ impl Counts {
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()
     }
 
-    /// Solves for the density of states. All ensembles have the same number of samples: one in each row.
+    /// All ensembles have the same number of samples: one in each row.
     pub fn solve(&self, ensembles: &[Ensemble], energies: &[f64], start: &[f64]) -> Option<DensityOfStates> {
         let samples = vec![self.rows; ensembles.len()];
         MultiHistogram { ensembles, samples: &samples, energies, counts: &self.levels }.solve(start)
     }
 }
 
-/// Adds lists of numbers element by element.
 fn add_each(sums: &mut [Vec<f64>], more: &[Vec<f64>]) {
     for (sums, more) in sums.iter_mut().zip(more) {
         sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);

@@ -1,7 +1,6 @@
 use super::*;
 use crate::model::random::{Purpose, Random};
 
-/// Energies of four levels, and the number of states of each.
 const ENERGIES: [f64; 4] = [-3.0, -2.0, -1.0, 0.0];
 const STATES: [f64; 4] = [1.0, 9.0, 44.0, 130.0];
 const TEMPERATURES: [f64; 4] = [1.4, 0.8, 0.5, 0.35];
@@ -29,7 +28,6 @@ fn expected_counts_give_the_exact_density_of_states() {
     let counts: Vec<f64> = (0..4).map(count).collect();
     let ensembles = Ensemble::canonical(&TEMPERATURES);
     let histogram = MultiHistogram { ensembles: &ensembles, samples: &samples, energies: &ENERGIES, counts: &counts };
-    // The solution is also found from a distant start.
     for start in [[0.0; 4], [0.0, -3.0, 50.0, -40.0]] {
         let density = histogram.solve(&start).unwrap();
         for (at, temperature) in TEMPERATURES.into_iter().enumerate() {
@@ -62,7 +60,6 @@ fn mbar(temperatures: &[f64], energies: &[Vec<f64>]) -> Vec<f64> {
     free
 }
 
-/// Collects samples; each row holds one sample per temperature.
 fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     let mut levels = EnergyLevels::default();
     rows.iter().for_each(|row| levels.see(row));
@@ -71,7 +68,6 @@ fn histograms(temperatures: &[f64], rows: &[Vec<f64>]) -> EnergyHistograms {
     histograms
 }
 
-/// Draws a level according to its population.
 fn level(random: &mut Random, temperature: f64) -> f64 {
     let mut left = random.uniform();
     for (population, energy) in populations(temperature).into_iter().zip(ENERGIES) {
@@ -83,8 +79,8 @@ fn level(random: &mut Random, temperature: f64) -> f64 {
     ENERGIES[3]
 }
 
-/// Samples at all temperatures. Each sample repeats the previous sample with probability `p`, which gives an
-/// inefficiency of `(1 + p) / (1 - p)`.
+/// Each sample repeats the previous sample with probability `p`, which gives an inefficiency of `(1 + p) / (1 -
+/// p)`.
 fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed, Purpose::Placement, 0);
     let mut row: Vec<f64> = TEMPERATURES.iter().map(|t| level(&mut random, *t)).collect();
@@ -101,7 +97,6 @@ fn sampled(seed: u64, count: usize, probability: f64) -> Vec<Vec<f64>> {
 
 #[test]
 fn histogram_reweighting_equals_mbar() {
-    // Four levels whose energies have round-off errors, and continuous energies.
     let mut random = Random::new(9, Purpose::Placement, 0);
     let rounded = sampled(1, 200, 0.0).into_iter().map(|row| row.iter().map(|e| e * (1.0 + 1e-15)).collect());
     let continuous = (0..200).map(|_| TEMPERATURES.iter().map(|t| 1.5 * t * random.exponential()).collect());
@@ -184,7 +179,6 @@ fn missing_overlap_gives_no_curves_and_short_series_no_errors() {
     );
     let few = Reweighting::new(&histograms(&TEMPERATURES, &sampled(1, 7, 0.0)), 1).unwrap();
     assert_eq!(few.estimates(|density| vec![density.at(0.6).mean])[0].standard_error, None);
-    // If all energies are equal, the errors are zero.
     let same = Reweighting::new(&histograms(&[0.5, 1.0], &vec![vec![-2.0, -2.0]; 50]), 1).unwrap();
     let found = same.estimates(|density| vec![density.at(0.7).mean, density.at(0.7).variance]);
     assert!(found.iter().all(|it| it.standard_error == Some(0.0)), "{found:?}");
@@ -193,7 +187,6 @@ fn missing_overlap_gives_no_curves_and_short_series_no_errors() {
 
 #[test]
 fn other_quantities_follow_from_their_means_in_the_levels() {
-    // Two quantities: noise around a value for each level, and the square of the energy.
     let (values, mut random) = ([7.0, -1.0, 3.0, 0.5], Random::new(8, Purpose::Placement, 0));
     let rows = sampled(4, 4000, 0.3);
     let mut levels = EnergyLevels::default();

@@ -83,7 +83,6 @@ impl CurveAverage {
         self.elements.get(element)?.estimate()
     }
 
-    /// The means of the given elements with their standard errors, in this order.
     pub(crate) fn estimates(&self, elements: impl IntoIterator<Item = usize>) -> Vec<Option<Estimate>> {
         elements.into_iter().map(|element| self.estimate(element)).collect()
     }
@@ -137,7 +136,6 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
-    /// A curve of `[x, 1 - x, 2 x y]` for random `x` and `y` in `[0, 1)`.
     fn measured(seed: u64, samples: usize) -> CurveAverage {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;

@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Number of steps of the fit.
 const STEPS: usize = 150;
 
 /// Slowest relaxation time in the fit, as a fraction of the length of the series. Slower motion looks like a trend.
@@ -64,7 +63,7 @@ const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
 thread_local! {
-    /// Number of fits so far. A fit takes thousands of times longer than a mean.
+    /// A fit takes thousands of times longer than a mean.
     pub(super) static FITS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
 }
 
@@ -83,7 +82,6 @@ pub(super) struct Density {
 struct Part {
     /// Mean spectral density of the component in each group of frequencies, for a weight of 1.
     density: Vec<f64>,
-    /// Spectral density of the component at frequency zero, for a weight of 1.
     at_zero: f64,
     weight: f64,
 }
@@ -184,7 +182,6 @@ fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64
     (parts, likelihood)
 }
 
-/// Groups of frequencies. The powers in a group are summed, and the likelihood is computed for the sums.
 fn groups(count: usize) -> Vec<Range<usize>> {
     let mut groups: Vec<Range<usize>> = (0..count.min(ONE_BY_ONE)).map(|k| k..k + 1).collect();
     let mut from = groups.len();
@@ -196,7 +193,7 @@ fn groups(count: usize) -> Vec<Range<usize>> {
     groups
 }
 
-/// Returns the sum of the products of two series. Four partial sums let the processor compute in parallel.
+/// Four partial sums let the processor compute in parallel.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (four_a, four_b) = (a.chunks_exact(4), b.chunks_exact(4));
@@ -228,7 +225,6 @@ fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Ve
     (turns[1..=count].iter().map(|(_, cosine)| *cosine).collect(), (1..=count).map(power).collect())
 }
 
-/// Creates a component from its density as a function of the cosine, averaged over each group of frequencies.
 fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn(f64) -> f64) -> Part {
     let mean = |group: &Range<usize>| {
         cosines[group.clone()].iter().map(|cosine| density(*cosine)).sum::<f64>() / group.len() as f64

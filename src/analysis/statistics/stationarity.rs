@@ -23,7 +23,6 @@ const FEWEST: f64 = 10.0;
 /// goes through the whole series or through its last three quarters.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
-/// Series with fewer values have no verdict.
 const FEWEST_VALUES: usize = 20;
 
 /// In a longer series, neighbouring values are averaged first.

@@ -103,7 +103,6 @@ fn slow_motion_is_seen_under_fast_noise() {
     assert!((0.85..1.15).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
-/// Number of spectral fits so far in this thread.
 pub fn fits() -> u64 {
     spectrum::FITS.get()
 }
@@ -136,8 +135,7 @@ fn a_ratio_to_zero_is_unknown_and_not_stationary() {
     assert_eq!(zero.stationarity_of_ratio(&some), Stationarity::Constant);
 }
 
-/// Returns an autoregressive series plus white noise. `noise` is the amplitude of the white noise relative to the noise
-/// that drives the series.
+/// `noise` is the amplitude of the white noise relative to the noise that drives the series.
 pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
     let slow = correlated(rho, length, seed);
     slow.iter().zip(correlated(0.0, length, 500_000 + seed)).map(|(slow, fast)| slow + noise * fast).collect()
@@ -180,8 +178,7 @@ fn true_mean_is_within_two_errors_in_95_percent() {
 
 #[test]
 fn errors_of_short_series_are_not_too_small() {
-    // A series has two hundred values, and about twelve successive values are correlated. The mean reported error of
-    // many series is compared with the scatter of their means.
+    // A series has two hundred values, and about twelve successive values are correlated.
     let (n, rho, count) = (200, 0.85, 300);
     let all: Vec<(f64, Option<f64>)> = (0..count)
         .map(|seed| {
@@ -323,7 +320,6 @@ fn error_of_a_bounded_rate_comes_from_its_end_values() {
     assert!(walks <= 16, "{walks}");
 }
 
-/// Returns the variance of a series with its error.
 fn variance(series: Vec<f64>) -> Estimate {
     let (mut values, mut squares) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
     for x in series {

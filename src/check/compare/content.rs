@@ -52,7 +52,6 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Result of comparing two files.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Found {
     Equal,
@@ -61,7 +60,6 @@ pub(super) enum Found {
     OtherText,
 }
 
-/// File extensions of texts.
 const TEXTS: [&str; 6] = ["csv", "json", "txt", "xyz", "lammpstrj", "pvd"];
 
 /// Number of characters shown before and after a difference.
@@ -77,8 +75,8 @@ const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 /// Every report written by the program starts with these bytes.
 const HEAD: &[u8] = b"scene    ";
 
-/// Compares a file of a run with the corresponding file of the replay. If `ends_itself`, a custom instrument ended the
-/// run. The replay cannot reproduce this, so the lines about the ending may differ.
+/// If `ends_itself`, a custom instrument ended the run. The replay cannot reproduce this, so the lines about the ending
+/// may differ.
 pub(super) fn compare(name: &str, found: &Path, expected: &Path, ends_itself: bool) -> io::Result<Found> {
     let mut found = BufReader::new(File::open(found)?);
     let mut expected = BufReader::new(File::open(expected)?);
@@ -123,7 +121,6 @@ fn free_lines(name: &str, ends_itself: bool) -> IsFree {
     }
 }
 
-/// The lines of a text, except lines that may differ.
 struct Lines<R> {
     text: R,
     is_free: IsFree,
@@ -168,7 +165,6 @@ fn first_line<R: BufRead>(mut found: Lines<R>, mut expected: Lines<R>) -> io::Re
     }
 }
 
-/// Returns the part of a line around the byte at index `at`.
 fn near(line: &[u8], at: usize) -> String {
     let text = line.trim_ascii_end();
     let [before, after] = SHOWN;

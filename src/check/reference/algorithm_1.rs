@@ -160,7 +160,6 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
 /// A search ends when the relative width of its bracket is this small: a few floating-point numbers.
 const WIDTH: f64 = 2.0 * f64::EPSILON;
 
-/// Ends a search when its bracket is as narrow as [`WIDTH`].
 struct NeighbouringFloats;
 
 impl Convergency<f64> for NeighbouringFloats {

@@ -89,7 +89,6 @@ impl Reference {
         })
     }
 
-    /// Returns the encounter of a particle with a flat barrier that never moves.
     fn encounter_at_rest(&self, i: u32, normal: Vector, restitution: f64) -> Encounter {
         let Species { diameter, mass, acceleration, .. } = *self.species(i);
         Encounter {

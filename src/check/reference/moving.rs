@@ -21,13 +21,11 @@ pub(in super::super) struct Passage {
     pub feature: Feature,
     /// The motion of the particle, starting at the simulated time `now`.
     pub motion: Motion,
-    /// Motion of the surface in this time interval.
     pub piece: Piece,
     pub now: f64,
 }
 
 impl Motion {
-    /// Returns the motion after a flight of duration `time`.
     pub fn after(&self, time: f64) -> Self {
         let Self { position, velocity, acceleration, .. } = *self;
         let position = position + (velocity + acceleration * (0.5 * time)) * time;
@@ -105,7 +103,6 @@ impl Passage {
     }
 }
 
-/// A search for the first event of a passage, by repeated halving.
 struct Search<'a> {
     passage: &'a Passage,
     /// Intervals as short as this are not halved further `[time]`.

@@ -79,7 +79,6 @@ impl Encounter {
     }
 }
 
-/// A motion that reaches an infinite barrier.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     /// `e`.
@@ -98,12 +97,10 @@ pub(super) struct Arrival {
 pub(super) struct TcModel {
     /// `t_c` `[time]`.
     contact_time: f64,
-    /// Time of the last contact of each particle.
     last: Vec<f64>,
 }
 
 impl TcModel {
-    /// Creates the model without previous contacts.
     pub fn new(contact_time: f64, particles: usize) -> Self {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }

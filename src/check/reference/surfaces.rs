@@ -67,7 +67,6 @@ pub(in super::super) struct Touch {
 /// is negative if the projection is off the feature. Unused rows are zero.
 pub(in super::super) type Extents = [[f64; 3]; 4];
 
-/// All features of the surfaces of a scene.
 pub(in super::super) fn features(surfaces: &[SceneSurface]) -> Vec<Feature> {
     let of = |(surface, of): (usize, &SceneSurface)| {
         let shapes = shapes(&of.shape);
@@ -143,7 +142,6 @@ impl Feature {
         first_on(&f, extents.as_ref().map_or(&[][..], |extents| extents.as_slice()))
     }
 
-    /// Returns the components of a motion perpendicular to the feature.
     pub fn across(&self, motion: &Motion) -> Across {
         let Motion { position, velocity, acceleration, radius } = *motion;
         let round = |own: f64, side: Side| Barrier::Round { distance: own + side.sign() * radius, side };
@@ -195,7 +193,6 @@ impl Feature {
         }
     }
 
-    /// Returns the geometry of the contact of a sphere whose centre is at `position`.
     pub fn contact(&self, position: &Vector) -> Touch {
         let round = |apart: Vector, side: Side, along: Option<Vector>| Touch {
             normal: apart.try_normalize(0.0).unwrap_or(Vector::x()),
@@ -245,7 +242,6 @@ impl Feature {
         }
     }
 
-    /// Returns the error of the normal of the feature in units of round-off `[1]`.
     pub fn slenderness(&self) -> f64 {
         match self.shape {
             Shape::Plane { corners: Some(corners), .. } => slenderness(&corners),
@@ -253,7 +249,6 @@ impl Feature {
         }
     }
 
-    /// The feature, shifted.
     pub fn moved(&self, by: &Vector) -> Self {
         let mut moved = *self;
         match &mut moved.shape {

@@ -96,7 +96,6 @@ impl Recipe {
     }
 }
 
-/// Compares each event of the engine with the reference.
 struct Judge<'a> {
     reference: &'a mut Reference,
     /// TC models with the nominal contact time, and with slightly shorter and longer contact times.

@@ -30,7 +30,6 @@ const CONTACT_TIME: f64 = 1e-9;
 /// `20 / ln(1 / e)`, for a restitution e up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
-/// Compares the time at which a ball comes to rest after infinitely many bounces.
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space =
@@ -62,7 +61,6 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
     ])
 }
 
-/// Three spheres on a line. The first two overlap at the start.
 pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let space = Space {
         lower: Vector::new(-1.0, 0.0, 0.0),
@@ -100,7 +98,6 @@ const CHUNK: u64 = 1000;
 /// Ten swings need far fewer chunks than this limit, because a swing has about a thousand contacts.
 const MOST_CHUNKS: usize = 10_000;
 
-/// Compares the period of a bob on a bond that is released from the horizontal.
 pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("validate")

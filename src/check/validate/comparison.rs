@@ -70,7 +70,6 @@ impl Verdict {
 }
 
 impl Comparison {
-    /// Creates the comparison of a mean that has a statistical error.
     pub(super) fn statistical(
         quantity: &'static str,
         measured: Option<Estimate>,
@@ -88,13 +87,11 @@ impl Comparison {
         }
     }
 
-    /// Creates the comparison of a number that has no statistical error.
     pub(super) fn exact(quantity: &'static str, measured: Option<f64>, published: f64, source: Source) -> Self {
         let measured = measured.map(|mean| Estimate { mean, standard_error: Some(0.0) });
         Self::statistical(quantity, measured, published, source)
     }
 
-    /// Adds an allowance.
     pub(super) fn allow(self, amount: f64, reason: &'static str) -> Self {
         Self { allowance: Allowance { amount, reason }, ..self }
     }

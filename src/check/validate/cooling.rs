@@ -22,7 +22,6 @@ const HAFF: Source = Source {
 };
 const SONINE: &str = "velocities are not Maxwell's: a_2 / 4 of van Noije and Ernst, Granular Matter 1, 57 (1998)";
 
-/// Number of gases, each with its own seed.
 const GASES: u64 = 8;
 
 pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {

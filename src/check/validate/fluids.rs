@@ -46,7 +46,6 @@ pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static
     if DIFFUSING.contains(&packing_fraction) { ALL } else { &ALL[..3] }
 }
 
-/// Runs hard particles that start on a lattice in a periodic box.
 fn run(
     lattice: Lattice,
     amount: Amount,
@@ -66,7 +65,6 @@ fn run(
     finish(build(&scene)?, watch)
 }
 
-/// Compares the pressure, collision rate, contact value and diffusion of a fluid of hard spheres.
 pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let has_diffusion = DIFFUSING.contains(&packing_fraction);
     let plan = MeasurementPlan {
@@ -108,7 +106,6 @@ fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     (expected, slower(0.5 * FITTED_SPHERES) - slower(FITTED_SPHERES))
 }
 
-/// Compares the pressure and the collision rate of hard disks.
 pub(super) fn disks(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let amount = Amount::PackingFraction(packing_fraction);
     let finished = run(Lattice::Hexagonal, amount, MeasurementPlan::default(), effort, seed, watch)?;
@@ -140,7 +137,6 @@ fn fluid(
     ]
 }
 
-/// Compares the pressure of the face-centred cubic crystal.
 pub(super) fn crystal(number_density: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let amount = Amount::NumberDensity(number_density);
     let finished = run(Lattice::FaceCentredCubic, amount, MeasurementPlan::default(), effort, seed, watch)?;

@@ -15,7 +15,6 @@ pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
 const TEMPERATURE: f64 = 1.0;
 const CUTOFF: f64 = 2.5;
-/// Number of steps of the coarse and of the fine potential.
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];

@@ -16,7 +16,6 @@ use crate::scene::{Amount, Lattice};
 pub(super) const COUNT: u64 = 50;
 /// Number of contacts: about four hundred for each pair of velocities.
 const EVENTS: u64 = 500_000;
-/// Contacts between two calls of `watch`.
 const CHUNK: u64 = 50_000;
 
 pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];

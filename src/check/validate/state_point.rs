@@ -37,13 +37,11 @@ pub enum StatePointError {
     Interrupted,
 }
 
-/// A scene of one species `A` of mass and diameter 1.
 pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> SceneBuilder {
     let builder = SceneBuilder::new("validate").seed(seed).species("A", 1.0, 1.0);
     builder.interaction("A", "A", potential, restitution)
 }
 
-/// Plans a run with the equilibration and the number of events of an effort.
 pub(super) fn plan(effort: Effort) -> RunPlan {
     let equilibration = Limit::events(equilibration(effort));
     RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
@@ -53,7 +51,6 @@ pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {
     builder.build().map_err(|error| StatePointError::Scene(Box::new(error)))
 }
 
-/// Runs a scene to its planned end, and checks the audit of the run.
 pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePointError> {
     let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
     match finished.ending {
@@ -77,7 +74,6 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
     }
 }
 
-/// Advances by a number of physical events, and passes each to a callback.
 pub(super) fn advance(
     simulation: &mut Simulation,
     events: u64,
@@ -92,7 +88,6 @@ pub(super) fn advance(
     Ok(())
 }
 
-/// Returns a number that an instrument of the run measured.
 pub(super) fn number(finished: &Finished, name: &str) -> Option<Estimate> {
     let number = finished.measured.number(name)?;
     Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
@@ -106,7 +101,6 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
     (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
 }
 
-/// Comparisons of a state point, or the reason why it could not be compared.
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
 /// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per

@@ -23,7 +23,6 @@ const BANNERMAN_LUE: Source = Source {
 };
 const FIXED_ENERGY: &str = "first order in 1 / (3 N - 3): the energy is fixed, not the temperature";
 
-/// Number of events of each kind in one block, and the temperature.
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     captures: f64,
@@ -107,7 +106,6 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
 mod tests {
     use super::*;
 
-    /// Blocks of events that obey the law, at temperatures from 2 to 2.004.
     fn lawful() -> Vec<Block> {
         let block = |k: u32| {
             let temperature = 2.0 + 1e-3 * f64::from(k % 5);

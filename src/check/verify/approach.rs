@@ -44,7 +44,6 @@ pub(super) struct Approach {
 }
 
 impl Approach {
-    /// Returns the approach of two particles by their nearest images, starting at a time in the window.
     pub fn of_pair(world: &World, states: &States, [i, j]: [u32; 2], since: f64, boundary: Boundary) -> Self {
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let position = world.nearest(states, i, j);
@@ -65,8 +64,7 @@ impl Approach {
         after.map(|dt| self.since + dt).filter(|time| *time <= until)
     }
 
-    /// Whether the discontinuity exists at a time in the window. A feature with ends is a discontinuity only between
-    /// its ends.
+    /// Whether the discontinuity exists at a time in the window.
     pub fn is_on(&self, time: f64) -> bool {
         match &self.swing {
             Some(swing) => swing.at(time).is_on_now(),
@@ -74,8 +72,7 @@ impl Approach {
         }
     }
 
-    /// Whether the discontinuity exists at the start of the flight. A feature with ends is a discontinuity only between
-    /// its ends.
+    /// Whether the discontinuity exists at the start of the flight.
     pub fn is_on_now(&self) -> bool {
         self.foot.is_none_or(|foot| foot.within(0.0) >= 0.0)
     }

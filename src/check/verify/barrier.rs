@@ -3,7 +3,7 @@
 use super::bounds::rounded;
 use crate::engine::Elapsed;
 
-/// A motion that has reached a barrier. Each number comes with its round-off.
+/// Each number comes with its round-off.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     pub restitution: f64,
@@ -16,7 +16,6 @@ pub(super) struct Arrival {
     pub closing: (f64, f64),
 }
 
-/// One possible motion after a contact with a barrier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leaving {
     /// Speed away from the barrier, with its uncertainty `[length / time]`.
@@ -25,7 +24,6 @@ pub(super) struct Leaving {
     pub sliding: Option<(f64, f64)>,
 }
 
-/// Remembers the last contact of each particle for the TC model.
 #[derive(Debug)]
 pub(super) struct ContactMemory {
     /// `t_c` `[time]`.
@@ -33,7 +31,6 @@ pub(super) struct ContactMemory {
     last: Vec<Last>,
 }
 
-/// Time of the last contact of a particle.
 #[derive(Debug, Clone, Copy)]
 enum Last {
     Never,
@@ -46,13 +43,11 @@ enum Last {
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// Creates the memory. Without `unknown_before`, there were no earlier contacts. With it, contacts before that time
-    /// are unknown.
+    /// Without `unknown_before`, there were no earlier contacts. With it, contacts before that time are unknown.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
 
-    /// Records a contact.
     pub fn note(&mut self, particles: &[u32], now: &Elapsed) {
         for &particle in particles {
             self.last[particle as usize] = Last::At(*now);

@@ -24,7 +24,6 @@ pub(super) fn rounded(scale: f64) -> f64 {
 /// rounded numbers are so large that round-off could explain it.
 const MOST_OF_DISTANCE: f64 = 1e-6;
 
-/// Whether a length is far too large for a discontinuity at `distance`, even if it is within its round-off bound.
 pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
     length.abs() > MOST_OF_DISTANCE * distance
 }
@@ -48,13 +47,11 @@ impl Flight {
     /// The flight of a wall, which never moves.
     pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0, turning: 0.0 };
 
-    /// Flight of a feature, from its largest coordinate and the motion of its surface.
     pub fn of_surface(farthest: f64, sway: &Sway) -> Self {
         let Sway { length, speed, falling, turning, .. } = *sway;
         Self { length: farthest + length, speed, falling, duration: f64::INFINITY, turning }
     }
 
-    /// Flight of a particle, from its state, the time of its last event and the start of the window.
     pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed, window: &Elapsed) -> Self {
         let duration = states.elapsed.after(last_event).max(0.0);
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
@@ -96,7 +93,6 @@ impl Flight {
     }
 }
 
-/// Round-off bounds at a contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     /// Round-off bound of a distance `[length]`.
@@ -133,7 +129,6 @@ impl Bounds {
         Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }
     }
 
-    /// Bounds at a wall of the box.
     pub fn wall(a: &Flight, at: f64, radius: f64) -> Self {
         let velocity = a.velocity();
         let distance = rounded(a.length + at.abs() + radius);

@@ -73,8 +73,7 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment intersects a triangle, including its rim. For each end, the caller gives the side of the
-/// triangle's plane on which it lies.
+/// Whether a segment intersects a triangle, including its rim.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);

@@ -101,7 +101,6 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Writes the number of edges with a fault, and the position of the first edge.
 fn edges(f: &mut fmt::Formatter<'_>, fault: &EdgeFault, what: &str) -> fmt::Result {
     write!(f, "{} {} {what}", plural(fault.count, "edge"), is_or_are(fault.count))?;
     let Some([from, to]) = fault.first else { return Ok(()) };

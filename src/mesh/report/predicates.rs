@@ -7,7 +7,6 @@ use robust::{Coord, Coord3D};
 
 use crate::Vector;
 
-/// Sign of a determinant.
 pub(super) type Sign = Ordering;
 
 /// Coordinates smaller than this value count as zero. Otherwise, the exact product of three differences could

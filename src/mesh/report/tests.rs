@@ -27,7 +27,6 @@ fn moved(mesh: &TriangleMesh, by: Vector) -> TriangleMesh {
     mesh.transformed(1.0, &Rotation3::identity(), &by)
 }
 
-/// Both meshes combined.
 fn both(one: &TriangleMesh, other: &TriangleMesh) -> TriangleMesh {
     let shift = u32::try_from(one.vertices.len()).unwrap();
     let mut mesh = one.clone();
@@ -75,7 +74,6 @@ fn rough_and_flattened_spheres_have_no_findings() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 3).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.05 + uniform(&mut random));
         assert_clean(&mesh);
-        // Long thin triangles.
         let flat = 10.0_f64.powi(-case % 7);
         mesh.vertices.iter_mut().for_each(|vertex| vertex.z *= flat);
         assert_clean(&mesh);
@@ -130,7 +128,6 @@ fn spheres_meet_where_they_overlap_only() {
     assert!(matches!(report.findings()[..], [Finding::SelfIntersections(_)]));
     let [first, second] = report.self_intersections.first.unwrap();
     assert!(first < 1280 && second >= 1280);
-    // A sphere inside another one does not intersect it.
     let nested = both(&one, &one.transformed(0.5, &Rotation3::identity(), &Vector::zeros()));
     assert_eq!(assert_clean(&nested).parts, 2);
 }

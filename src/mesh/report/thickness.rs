@@ -102,7 +102,6 @@ impl Ray<'_> {
         found
     }
 
-    /// Whether the ray enters a box within a distance from its origin.
     fn reaches(&self, bounds: &Bounds, limit: f64) -> bool {
         let (mut enter, mut leave) = (0.0_f64, limit);
         for axis in 0..3 {

@@ -8,7 +8,6 @@ use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 /// `f64`.
 const SMALLEST_AREA: f64 = 1e-12;
 
-/// Returns the triangles without an area.
 pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
     let mut fault = TriangleFault::default();
     for (number, corners) in mesh.all_corners().enumerate() {
@@ -43,7 +42,7 @@ pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     fault
 }
 
-/// Number of connected parts of a mesh. Different parts have no common vertex.
+/// Different parts have no common vertex.
 pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
     let mut is_used = vec![false; mesh.vertices.len()];

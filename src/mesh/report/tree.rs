@@ -16,7 +16,6 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// Box around points.
     pub fn around(corners: &[Vector; 3]) -> Self {
         let [a, b, c] = corners;
         Self { lower: a.inf(b).inf(c), upper: a.sup(b).sup(c) }
@@ -60,8 +59,7 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// Returns the indices of the triangles in all leaves that a search enters. `enters` decides from the box of a node
-    /// whether the search enters the node.
+    /// Returns the indices of the triangles in all leaves that a search enters.
     pub fn entered(&self, mut enters: impl FnMut(&Bounds) -> bool) -> impl Iterator<Item = u32> {
         let mut node = 0;
         let leaves = std::iter::from_fn(move || {

@@ -76,7 +76,6 @@ mod tests {
         assert_eq!((mesh.vertices.len(), merged, mesh.triangles.len()), (8, 28, 12));
         assert!(mesh.edges().iter().all(|uses| uses.len() == 2));
         assert!((mesh.enclosed_volume() / 8.0 - 1.0).abs() < 1e-6);
-        // A merged vertex has the position of the first of its vertices.
         assert_eq!(mesh.vertices[0], soup(1e-7).vertices[0]);
     }
 

@@ -6,7 +6,6 @@ use rand_core::{Rng, SeedableRng};
 
 use super::*;
 
-/// The tetrahedron of the origin and three points on the axes, with normals outwards.
 fn tetrahedron() -> TriangleMesh {
     let [o, x, y, z] = [Vector::zeros(), Vector::x(), Vector::y(), Vector::z()];
     TriangleMesh::welded([[o, y, x], [o, x, z], [o, z, y], [x, y, z]].into_iter())
@@ -21,7 +20,6 @@ fn vertices_are_numbered_as_they_appear_and_zeros_have_no_sign() {
     let mesh = TriangleMesh::welded([[a, b, Vector::x()]].into_iter());
     assert_eq!(mesh.triangles, [[0, 0, 1]]);
     assert!(mesh.vertices[0].iter().all(|x| x.is_sign_positive()));
-    // A vertex that differs by a single float is not merged.
     let c = Vector::new(0.0, 1.0_f64.next_up(), 0.0);
     assert_eq!(TriangleMesh::welded([[a, c, b]].into_iter()).triangles, [[0, 1, 0]]);
 }
@@ -85,7 +83,6 @@ fn edges_list_the_triangles_on_them() {
             assert!((0..3).any(|k| corners[k] == from && corners[(k + 1) % 3] == to));
         }
     }
-    // A triangle with two identical vertices does not change the edges.
     let mut collapsed = mesh.clone();
     collapsed.triangles.push([0, 0, 1]);
     assert_eq!(collapsed.edges(), mesh.edges());

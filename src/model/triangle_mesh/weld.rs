@@ -21,19 +21,16 @@ pub(crate) struct Welder {
 }
 
 impl Welder {
-    /// Adds a triangle.
     pub fn push(&mut self, corners: &[Vector; 3]) {
         let numbers = corners.map(|corner| self.number(corner));
         grow_by_a_little(&mut self.mesh.triangles);
         self.mesh.triangles.push(numbers);
     }
 
-    /// Number of triangles.
     pub fn len(&self) -> usize {
         self.mesh.triangles.len()
     }
 
-    /// The mesh.
     pub fn finish(self) -> TriangleMesh {
         let mut mesh = self.mesh;
         mesh.vertices.shrink_to_fit();
@@ -74,8 +71,7 @@ impl Welder {
         found(after).map(|place| start + place).or_else(|| found(before)).unwrap_or(0)
     }
 
-    /// Enlarges the hash table by a fifth. The old table is freed before the new one is filled from the vertices, to
-    /// save memory.
+    /// The old table is freed before the new one is filled from the vertices, to save memory.
     fn enlarge(&mut self) {
         let size = (self.table.len() + self.table.len() / 5).max(16);
         self.table = Vec::new();

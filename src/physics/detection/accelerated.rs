@@ -127,7 +127,6 @@ mod tests {
 
     #[test]
     fn figure_4e_after_a_miss_the_second_region_counts() {
-        // The particle passes over the sphere on the way up and falls onto it later.
         let f = plane(Vector::new(-3.0, 1.2, 0.0), Vector::new(1.5, 1.0, 0.0), Vector::new(0.0, -1.0, 0.0));
         let dt = next_event(&f, Side::Positive).unwrap();
         assert!(dt > 1.0 && f.value(dt) >= 0.0 && f.value(dt + 1e-9) < 0.0);

@@ -43,7 +43,6 @@ impl Simd {
         all
     }
 
-    /// The widest SIMD instructions of the processor.
     #[must_use]
     pub fn most() -> Self {
         Self::all().pop().unwrap_or(Self(Instructions::Any))
@@ -69,7 +68,6 @@ impl Simd {
         }
     }
 
-    /// Runs a calculation with these SIMD instructions.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
@@ -86,7 +84,6 @@ impl Simd {
 
 /// A calculation that can run with any SIMD instructions.
 pub trait Work {
-    /// Result of the calculation.
     type Output;
 
     /// Runs the calculation with lanes of the type `F`. It must be inlined, so that it is compiled for the instructions
@@ -106,38 +103,26 @@ fn in_eights<W: Work>(work: W) -> W::Output {
     work.run::<avx512::Widest>()
 }
 
-/// The largest number of lanes of any SIMD instructions.
 pub const MOST_LANES: usize = 8;
 
 /// A SIMD vector with one number per lane.
 pub trait Lanes: Copy {
-    /// Number of lanes.
     const COUNT: usize;
-    /// Sets all lanes to the same number.
     fn all(x: f64) -> Self;
-    /// Loads one number for each lane.
     fn each(x: &[f64]) -> Self;
     /// Transposes rows of eight numbers: each vector holds one column.
     fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8];
-    /// Sums.
     fn add(self, other: Self) -> Self;
-    /// Differences.
     fn sub(self, other: Self) -> Self;
-    /// Products.
     fn mul(self, other: Self) -> Self;
-    /// Quotients.
     fn div(self, other: Self) -> Self;
-    /// Square roots.
     fn sqrt(self) -> Self;
     /// Selects `then` in lanes where `self < limit`, and `otherwise` in all other lanes.
     fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self;
-    /// The lane-wise minimum.
     fn least(self, other: Self) -> Self;
-    /// The smallest number.
     fn smallest(self) -> f64;
     /// Returns a bit mask of the lanes that are at most `limit`.
     fn at_most(self, limit: f64) -> u32;
-    /// Writes the numbers.
     fn write(self, to: &mut [f64]);
 }
 
@@ -302,7 +287,6 @@ mod tests {
         }
     }
 
-    /// Transposes an eight-by-eight array.
     struct Turn<'a>(&'a [[f64; 8]; 8]);
 
     impl Work for Turn<'_> {
@@ -329,7 +313,6 @@ mod tests {
         }
     }
 
-    /// Finds the smallest of eight numbers, and the bit mask of the numbers that are at most 3.
     struct Compare<'a>(&'a [f64; 8]);
 
     impl Work for Compare<'_> {

@@ -59,7 +59,7 @@ pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, 
     let (length, speed, push) = (r.norm(), v.norm(), acceleration.norm());
     let squared = distance * distance;
     let (dr, dv) = (doubt.position + ROUNDING * length, doubt.velocity + ROUNDING * speed);
-    // Coefficients of a lower bound of the overlap function. No coefficient of the exact function is smaller.
+    // Coefficients of a lower bound of the overlap function.
     let lowest = [
         r.norm_squared() - squared - 2.0 * dr * (length + dr) - ROUNDING * squared,
         2.0 * (v.dot(r) - speed * dr - length * dv - dr * dv),

@@ -36,7 +36,7 @@ pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> 
 pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: f64) -> Option<Stretch> {
     let from = next_event(height - distance, velocity, acceleration)?;
     let until = next_event(height, velocity, acceleration).unwrap_or_else(|| {
-        // The particle turns before it reaches the plane. The interval ends at the turning point.
+        // The particle turns before it reaches the plane.
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_stretch_shorter_than_floats_resolve_is_not_empty() {
-        // Each particle reaches the plane at t = 1. The interval is shorter than floats resolve.
+        // Each particle reaches the plane at t = 1.
         for (height, velocity, acceleration) in
             [(0.0, 1.0, -2.0), (1.0, -1.0, 0.0), (2.0, 0.0, -4.0), (0.75, -0.5, -0.5)]
         {

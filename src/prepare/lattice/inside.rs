@@ -14,8 +14,7 @@ const STEP: f64 = 1.02;
 /// lie inside any region that has room for a particle.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of lattice sites over the box around a region such that about `count` sites are inside the
-/// region. It follows from the volumes of the box and the region.
+/// Number of lattice sites over the box around a region such that about `count` sites are inside the region.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }
@@ -45,7 +44,6 @@ pub(crate) fn sites_inside(
         fit.count = fit.all();
         let inside: Vec<Vector> = fit.sites().into_iter().filter(|site| region.holds(site, 0.5 * diameter)).collect();
         if inside.len() >= count {
-            // If there are more sites than particles, the empty sites are evenly spaced.
             let site = |particle: usize| inside[particle * inside.len() / count];
             return Ok((0..count).map(site).collect());
         }

@@ -90,7 +90,6 @@ impl Compression<'_> {
         values[self.fill.space.dimensions().clamp(1, 3) - 1]
     }
 
-    /// Whether the packing is far too dense for sequential insertion.
     pub(crate) fn is_too_dense_to_insert(&self) -> bool {
         self.core_fraction() > self.of_dimensions(HOPELESS)
     }
@@ -125,7 +124,6 @@ impl Compression<'_> {
         NoPlace::Jammed { wanted: self.packing_fraction, reached }
     }
 
-    /// Rejects a periodic axis along which a pair could collide through two images.
     fn check_room(&self) -> Result<(), NoPlace> {
         let range = self.fill.contacts.largest();
         let periods = self.fill.space.periods();

@@ -8,8 +8,7 @@ use crate::prepare::NoPlace;
 use crate::prepare::packing::occupancy::Occupancy;
 use crate::prepare::region::FillRegion;
 
-/// Maximum number of random attempts to place a particle. At 90 % of the jamming density of random insertion
-/// in three dimensions, one in about 10^4 attempts succeeds.
+/// At 90 % of the jamming density of random insertion in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
 /// Draws a uniformly distributed position in a box, with the particle's surface inside.
@@ -47,7 +46,6 @@ pub(crate) fn insert(
     positions
 }
 
-/// Returns the error for a fill of which only `placed` of `count` particles fit.
 pub(crate) fn no_room(placed: usize, count: usize) -> NoPlace {
     NoPlace::NoRoom { placed, count, attempts: ATTEMPTS }
 }

@@ -14,7 +14,6 @@ use crate::engine::surfaces::{Surface, Surfaces};
 use crate::model::Particle;
 use crate::model::space::{Boundary, Space, minimum_image};
 
-/// An overlap: a particle that is closer than the contact distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Overlapping {
     pub other: u32,
@@ -59,7 +58,6 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 }
 
 impl<'a> Occupancy<'a> {
-    /// Creates grids with room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
         // The shortest contact of a species measures its size. The longest contact does not, because it may be with a
@@ -106,12 +104,10 @@ impl<'a> Occupancy<'a> {
         }
     }
 
-    /// Adds surfaces that particles must not overlap, and the radius of each species.
     pub(crate) fn among(self, surfaces: &'a Surfaces, radii: Vec<f64>) -> Self {
         Self { surfaces: Some((surfaces, radii)), ..self }
     }
 
-    /// Whether a particle at a position overlaps neither another particle nor a surface.
     pub(crate) fn is_free(&self, position: &Vector, species: u32) -> bool {
         self.overlap(position, species, |_| true).is_none() && !self.reaches_surface(position, species)
     }
@@ -138,7 +134,6 @@ impl<'a> Occupancy<'a> {
         }
     }
 
-    /// The first overlap of a particle at a position with a placed particle for which `counts` holds.
     pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let is_overlap = |other: u32, periods: &Vector| {
             let Taken { position: there, species: its_species, .. } = &self.taken[other as usize];

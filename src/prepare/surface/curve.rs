@@ -19,7 +19,6 @@ pub(crate) fn plane_axes(space: &Space) -> Option<[usize; 2]> {
     }
 }
 
-/// A straight line of disks from one end to the other, both included.
 pub(super) fn line(ends: &[Vector; 2], spacing: f64) -> Layout {
     let along = ends[1] - ends[0];
     let steps = intervals(along.norm(), spacing);
@@ -27,7 +26,6 @@ pub(super) fn line(ends: &[Vector; 2], spacing: f64) -> Layout {
     Layout { points, hole: Some(0.5 * along.norm() / steps as f64), rims: vec![vec![0], vec![steps]] }
 }
 
-/// A closed circle of disks. Neighbours are at most `spacing` apart.
 pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f64) -> Layout {
     // Chords are shorter than arcs, so dividing the arc suffices. A closed curve needs at least three disks.
     let count = intervals(2.0 * PI * radius, spacing).max(3);
@@ -42,7 +40,7 @@ pub(super) fn ring(centre: &Vector, radius: f64, [u, v]: [usize; 2], spacing: f6
     Layout { points: (0..count).map(point).collect(), hole, rims: Vec::new() }
 }
 
-/// The sides of a rectangle in a plane, except the open ones. Adjacent sides share a corner.
+/// Adjacent sides share a corner.
 pub(super) fn rectangle(lower: &Vector, upper: &Vector, open: &[BoxSide], axes: [usize; 2], spacing: f64) -> Layout {
     let size = axes.map(|axis| upper[axis] - lower[axis]);
     let steps = size.map(|edge| intervals(edge, spacing));
@@ -77,7 +75,6 @@ mod tests {
     use super::*;
     use crate::prepare::surface::{Surface, default_spacing};
 
-    /// A two-dimensional space with the axes x and z.
     fn plane() -> Space {
         let mut space = Space::periodic_cube(20.0);
         space.boundary[1] = Boundary::Flat;
@@ -88,7 +85,6 @@ mod tests {
         Vector::new(x, 0.0, z)
     }
 
-    /// Checks that the claimed hole is the largest distance from points on the curve to the nearest disk.
     fn check(shape: &Surface, spacing: f64, count: usize, along: &dyn Fn(f64) -> Vector) -> Layout {
         let layout = shape.layout(spacing, &plane());
         assert_eq!(layout.points.len(), count, "{shape:?}");

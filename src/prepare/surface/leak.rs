@@ -136,7 +136,6 @@ impl Scene {
         joint.filter(|(_, width)| 0.5 * libm::hypot(spacing, *width) > contact)
     }
 
-    /// Contact distances of all pairs of species, from the cores of their potentials.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
     }

@@ -17,7 +17,6 @@ impl<W> Checked<W> {
         Self { inner, hasher: Hasher::new(), length: 0 }
     }
 
-    /// Creates a writer that continues after bytes of a known length and checksum.
     pub fn go_on(inner: W, length: u64, checksum: u32) -> Self {
         Self { inner, hasher: Hasher::new_with_initial(checksum), length }
     }
@@ -26,7 +25,6 @@ impl<W> Checked<W> {
         &self.inner
     }
 
-    /// Adds a number of bytes to the length without changing the checksum.
     pub fn pass(&mut self, length: u64) {
         self.length += length;
     }

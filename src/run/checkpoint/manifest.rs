@@ -22,7 +22,6 @@ pub struct ManifestEntry {
 }
 
 impl ManifestEntry {
-    /// Checks that the file at `path` still has the content that it had at the time of the checkpoint.
     pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
         let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(unreadable)?;

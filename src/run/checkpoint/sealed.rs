@@ -28,17 +28,14 @@ const LONGEST_TEXT: usize = 1 << 20;
 const HEAD: usize = MAGIC + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
-/// What a sealed file contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Everything that a run or a replica exchange needs to continue.
     Checkpoint,
-    /// Only a simulation.
     Simulation,
 }
 
 impl Kind {
-    /// First bytes of a file of this kind.
     fn magic(self) -> &'static [u8; MAGIC] {
         match self {
             Self::Checkpoint => b"carom checkpoint",
@@ -46,7 +43,6 @@ impl Kind {
         }
     }
 
-    /// Whether a file begins with the first bytes of this kind.
     pub fn is_that_of(self, path: &Path) -> bool {
         let mut magic = [0; MAGIC];
         // Only regular files are opened: opening a named pipe would block.
@@ -55,7 +51,6 @@ impl Kind {
             && magic == *self.magic()
     }
 
-    /// Header of the files that this build writes and reads.
     fn head(self) -> [u8; HEAD] {
         let mut head = [0; HEAD];
         // The build script writes only hexadecimal digits, so this cannot fail.
@@ -69,7 +64,6 @@ impl Kind {
     }
 }
 
-/// Why a sealed file was rejected.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
     /// The bytes have changed since they were written. The text describes what is wrong.
@@ -111,10 +105,6 @@ impl<W: Write> Write for KeepsError<W> {
     }
 }
 
-/// Writes a value to a sealed file.
-///
-/// # Errors
-/// The errors of the writer.
 pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize) -> io::Result<()> {
     // The serializer writes one number at a time. The buffer collects many numbers, because computing a checksum of a
     // few bytes at a time is slow.
@@ -133,8 +123,7 @@ pub(crate) fn write_sealed(out: impl Write, kind: Kind, content: &impl Serialize
     out.flush()
 }
 
-/// Returns the header of a sealed file if its length and checksum are correct; otherwise describes the problem. The
-/// content is read piece by piece.
+/// Returns the header of a sealed file if its length and checksum are correct; otherwise describes the problem.
 fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[u8; HEAD], &'static str>> {
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
@@ -163,8 +152,7 @@ fn sound_head(input: &mut (impl Read + Seek), kind: Kind) -> io::Result<Result<[
     Ok(if checksum == found.checksum().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
-/// Reads a sealed file piece by piece, so that it is never in memory as a whole. Returns a [`Flaw`] if the file is
-/// damaged or has another version.
+/// Reads a sealed file piece by piece, so that it is never in memory as a whole.
 ///
 /// # Errors
 /// The errors of the reader.

@@ -81,8 +81,7 @@ impl Driver<'_> {
         *self.state.aim.get_or_insert(aim)
     }
 
-    /// Counts the checks since the last event, and resets the count after an event. Returns an ending if no event will
-    /// ever follow.
+    /// Returns an ending if no event will ever follow.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.event_counts();
         let state = &mut self.state;
@@ -135,13 +134,11 @@ impl Driver<'_> {
         }
     }
 
-    /// Returns the next pause: the end of a pilot run or the pause requested by the caller, whichever comes first.
     fn pause(&self) -> Until {
         let of_caller = self.halt();
         Until { time: self.pause.time.min(of_caller.time), events: self.pause.events.min(of_caller.events) }
     }
 
-    /// Returns the pause requested by the caller. A pilot run on a copy ignores it.
     fn halt(&self) -> Until {
         match self.halt {
             Halt::At(until) if !self.is_pilot => until,
@@ -157,7 +154,7 @@ impl Driver<'_> {
         Ending::Interrupted
     }
 
-    /// Advances by `steps` engine steps, at most to `until`. Passes the events to instruments and recorder.
+    /// Advances by `steps` engine steps, at most to `until`.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let has_events = is_measuring && self.agreed(self.recorder.has_events());
@@ -185,14 +182,12 @@ impl Driver<'_> {
         failure.map_or(Ok(reason), Err)
     }
 
-    /// Returns the number of events, cell transitions and Andersen collisions since the start of the simulation.
     pub(super) fn work(&self) -> u64 {
         let event_counts = self.simulation.event_counts();
         event_counts.physical().saturating_add(event_counts.transition).saturating_add(event_counts.thermostat)
     }
 }
 
-/// Returns the number of steps until the next call of `watch`, from the wall time that the last steps took.
 fn steps_after(steps: u64, took: Duration) -> u64 {
     let next = if took > PAUSE { steps / 2 } else { steps * 2 };
     next.clamp(1, STEPS[1])

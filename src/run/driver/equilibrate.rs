@@ -37,7 +37,6 @@ pub(in crate::run) struct Monitor {
     pub(super) next: u64,
     /// Number of events between two samples.
     step: u64,
-    /// Number of samples so far, and number of samples at the next test for drift.
     samples: u32,
     next_test: u32,
 }
@@ -50,7 +49,6 @@ impl Monitor {
 }
 
 impl Driver<'_> {
-    /// Starts the time series of the observables if the present stage is an automatic equilibration.
     pub(super) fn begin_monitor(&mut self) {
         let is_watched = self.settings().until_stationary;
         self.state.monitor = is_watched.then(|| {
@@ -63,8 +61,8 @@ impl Driver<'_> {
         });
     }
 
-    /// Takes a sample, and tests for drift, if they are due. The equilibration ends if no observable drifts. The run
-    /// ends if an equilibration without a limit still drifts after very many samples.
+    /// The equilibration ends if no observable drifts. The run ends if an equilibration without a limit still drifts
+    /// after very many samples.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Limit::default();
@@ -117,7 +115,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Returns how the run of a scene ends, and its number of events. A stage is interrupted after `most` events.
+    /// A stage is interrupted after `most` events.
     fn ending(scene: Scene, most: u64) -> (Ending, u64) {
         let go_on = |progress: &run::Progress| {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

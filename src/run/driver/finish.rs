@@ -7,14 +7,12 @@ use crate::run::stage::Stage;
 use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod};
 
 impl Driver<'_> {
-    /// Records the last row and frame of a measured stage, and stores its results.
     pub(super) fn end_measured_stage(&mut self) -> Result<(), Failed> {
         let results = self.results()?;
         self.state.measured_stages.push(results);
         Ok(())
     }
 
-    /// Records the last row and frame of the run, and returns its results and audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, Failed> {
         self.simulation.complete();
         let stage = self.state.stage.stage;

@@ -25,7 +25,6 @@ const CONTACTS: u64 = 10;
 /// of this interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct PressureCheck {
-    /// Simulated time at which the present average of the pressure began.
     since: f64,
     /// Number of physical events at the next check of the pressure, since the start of the simulation.
     next: u64,
@@ -63,7 +62,6 @@ impl Driver<'_> {
         self.begin_pressure_check();
     }
 
-    /// Starts an average of the pressure.
     fn begin_pressure_check(&mut self) {
         let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
         let event_counts = self.simulation.event_counts();
@@ -81,8 +79,7 @@ impl Driver<'_> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Returns the number of physical events at the next check, since the start of the simulation. A check concerns the
-    /// pressure of growing spheres, an automatic equilibration, or an event storm.
+    /// Returns the number of physical events at the next check, since the start of the simulation.
     pub(super) fn next_check(&self) -> u64 {
         let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next).min(self.next_storm_check());
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
@@ -207,7 +204,6 @@ mod tests {
         }
     }
 
-    /// Returns how a run ends in which 32 disks in a square of 8 x 8 grow to a packing fraction.
     fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
         let stage = StagePlan {
             name: "compress".into(),

@@ -15,7 +15,7 @@ use crate::run::state::{Measurement, NEAR};
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
-    /// Runs a measurement, or the rest of it. Returns how it ended.
+    /// Runs a measurement, or the rest of it.
     pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
@@ -59,7 +59,6 @@ impl Driver<'_> {
         Ok(ending)
     }
 
-    /// Whether the present stage is the last measurement.
     pub(super) fn is_last(&self) -> bool {
         self.state.stage.stage == Stage::Measurement
     }
@@ -118,7 +117,6 @@ impl Driver<'_> {
         self.state.measurement = Some(Measurement { rows, frames, instruments });
     }
 
-    /// Advances from one sampling time to the next and records the output, until the measurement ends.
     fn sample_until_end(&mut self) -> Result<Ending, Failed> {
         let (end_time, end_events) = self.state.stage.end();
         loop {
@@ -156,13 +154,11 @@ impl Driver<'_> {
         }
     }
 
-    /// Counts the rows and frames since the last event. Returns whether there are too many.
     fn is_too_quiet(&mut self) -> bool {
         self.state.quiet_rows += 1;
         self.state.quiet_rows > MOST_QUIET_ROWS && self.state.stage.limit.time.is_none()
     }
 
-    /// Records a row or a frame (or both) of the present state, unless it has already been recorded.
     pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), Failed> {
         let now = Some(self.simulation.time());
         if has_row && self.state.last_row != now {

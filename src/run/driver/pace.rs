@@ -39,7 +39,6 @@ pub(super) struct Pace {
     pub ending: Option<Ending>,
 }
 
-/// Result of a pilot run.
 pub(super) struct Found {
     /// Expected duration of the stage `[time]`.
     duration: f64,
@@ -274,7 +273,6 @@ impl Driver<'_> {
 /// Outcome of a pilot run that was simulated as the beginning of its stage.
 enum Outcome {
     Found(Found),
-    /// The caller stops.
     Interrupted,
     /// The pilot run is not finished, but a row may be due next. The pilot run has to continue on a copy.
     Undecided,

@@ -11,7 +11,6 @@ use crate::run::{Recorder, RunState, Stage};
 #[derive(Debug)]
 pub(super) struct Failed;
 
-/// Wraps a recorder and keeps its error.
 pub(super) struct KeepsError<'r, R: Recorder> {
     pub recorder: &'r mut R,
     pub error: Option<R::Error>,
@@ -25,7 +24,6 @@ impl<R: Recorder> KeepsError<'_, R> {
         })
     }
 
-    /// Returns the error of a recorder that failed.
     #[cfg_attr(
         not(test),
         expect(clippy::unreachable, reason = "a recorder that returns `Failed` has stored its error")

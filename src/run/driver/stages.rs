@@ -16,7 +16,6 @@ impl Driver<'_> {
         self.state.stage.stage.settings(&self.simulation.scene().run)
     }
 
-    /// Sets up the present stage.
     pub(super) fn enter(&mut self) {
         let stage = self.state.stage.stage;
         let Settings { mut limit, thermostat, barostat, growth, gravity, stream, .. } = self.settings();
@@ -54,7 +53,6 @@ impl Driver<'_> {
         self.describe();
     }
 
-    /// Returns the deepest overlap of a particle with a surface that appears in the present stage.
     fn blocked_by_surface(&mut self, stage: &str) -> Option<Blocked> {
         if self.simulation.scene().allow_invalid_start {
             return None;
@@ -64,7 +62,6 @@ impl Driver<'_> {
         Some(Blocked { particle, surface, stage: stage.to_owned(), depth, time: self.simulation.time() })
     }
 
-    /// Ends the present stage. The run continues with the stage `next`.
     pub(super) fn leave(&mut self, next: Stage) {
         self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
@@ -80,7 +77,7 @@ impl Driver<'_> {
         (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
-    /// Scales velocities to the temperature of the thermostat. The simulation has reached `time` within round-off.
+    /// The simulation has reached `time` within round-off.
     pub(super) fn rescale(&mut self, time: f64) {
         let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();
@@ -110,7 +107,6 @@ impl Driver<'_> {
             if self.state.stage.stage.is_measured() { time + interval / TEMPERATURES } else { f64::INFINITY };
     }
 
-    /// Samples the temperature at a time between two scalings of the velocities.
     pub(super) fn sample_temperature(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);

@@ -17,10 +17,8 @@ use crate::run::Ending;
 const MOST: u64 = 10_000;
 const FEWEST: u64 = 1_000_000;
 
-/// Counts the events since a time, to detect an event storm.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(in crate::run) struct StormWatch {
-    /// Simulated time since which events are counted.
     since: f64,
     /// Number of physical events at the next check for a storm, since the start of the simulation.
     next: u64,
@@ -30,7 +28,7 @@ pub(in crate::run) struct StormWatch {
 }
 
 impl StormWatch {
-    /// Starts the detection of storms. Returns `None` for a scene without gravity or without a contact time.
+    /// Returns `None` for a scene without gravity or without a contact time.
     pub fn of(scene: &Scene, simulation: &Simulation, moving: u64) -> Option<Self> {
         let fall = |species: &crate::model::Species| {
             let acceleration = species.acceleration.norm();
@@ -47,12 +45,10 @@ impl StormWatch {
 }
 
 impl Driver<'_> {
-    /// Returns the number of physical events at the next check for a storm, since the start of the simulation.
     pub(super) fn next_storm_check(&self) -> u64 {
         self.state.storm_watch.map_or(u64::MAX, |watch| watch.next)
     }
 
-    /// Ends the run if an event storm is detected.
     pub(super) fn check_storm(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.event_counts().physical();
         let now = self.simulation.time();

@@ -19,24 +19,20 @@ const STEP: f64 = 0.1;
 /// Minimum number of volume moves that can tune the amplitude.
 pub(in crate::run) const FEWEST_MOVES: u32 = 40;
 
-/// State of the volume moves in the present stage.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Moves {
-    /// Simulated time of the next volume move.
     pub(super) next: f64,
     random: Random,
     pub(in crate::run) done: VolumeMoves,
 }
 
 impl Moves {
-    /// Counts a move.
     fn note(&mut self, is_accepted: bool, is_too_small: bool) {
         self.done.attempted += 1;
         self.done.too_small += u64::from(is_too_small);
         self.done.accepted += u64::from(is_accepted);
     }
 
-    /// Adapts the amplitude after a move: increases it if the move was accepted, and otherwise decreases it.
     fn adapt(&mut self, is_accepted: bool) {
         let excess = f64::from(u8::from(is_accepted)) - ACCEPTANCE;
         self.done.amplitude = (self.done.amplitude * libm::exp(STEP * excess)).min(LARGEST_AMPLITUDE);
@@ -44,7 +40,6 @@ impl Moves {
 }
 
 impl Driver<'_> {
-    /// Starts the volume moves of the present stage. `seed` and `stream` determine their random numbers.
     pub(super) fn begin_moves(&mut self, barostat: Option<Barostat>, seed: u64, stream: usize) {
         self.state.moves = barostat.map(|barostat| {
             let particles: usize = self.simulation.population().iter().sum();
@@ -119,7 +114,6 @@ impl Driver<'_> {
         }
     }
 
-    /// Updates the box size that the instruments see, after a volume move.
     fn resize_system(&mut self) {
         if let Some(system) = self.system.as_mut().filter(|_| !self.is_pilot) {
             system.space = self.simulation.scene().space.clone();

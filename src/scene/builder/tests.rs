@@ -3,7 +3,6 @@
 use super::*;
 use crate::scene::Lattice;
 
-/// A builder with a periodic box, one species, and an interaction for bonds.
 fn begun() -> (SceneBuilder, SpeciesId) {
     let mut scene = SceneBuilder::new("dimers").space(Space::periodic_cube(12.0));
     let hard = InteractionDraft::new(Model::HardSphere).between("bead", "bead").restitution(0.9);

@@ -15,7 +15,6 @@ fn wells(depth: f64, lambda: f64) -> String {
     format!("{SPECIES}[[interaction]]\nspecies = [\"A\", \"A\"]\n{well}{hard}")
 }
 
-/// A square-well fluid after a number of events.
 fn simulation(events: u64) -> Simulation {
     let scene = Scene::from_toml(format!("{RUN}{}{FILL}", wells(1.0, 1.5)), "first.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
@@ -135,7 +134,6 @@ fn species_distributions_keep_their_common_name() {
     assert!(scene.interactions().iter().all(|interaction| interaction.restitution == 0.5));
     let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
     assert_eq!(radii(&scene), radii(before.scene()));
-    // A name without classes in the run is unknown.
     let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");
     let error = next(&unknown, &before).unwrap_err().to_string();
     assert!(error.contains("sand"), "{error}");

@@ -15,7 +15,6 @@ const SINGLE: f64 = 1e-6;
 /// A number in a file may be rounded at its last digit if it has at least this many digits.
 const ROUNDED: usize = 3;
 
-/// Radii, masses and momenta in a coordinate file.
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
@@ -52,7 +51,6 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Divides the momenta of a file by the masses of the scene's species to set the velocities.
     pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
         let masses: HashMap<&str, f64> =
             scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();

@@ -41,7 +41,6 @@ fn file_errors_name_the_line() {
     assert!(parse(b"99999999999999999\n\nA 1 2 3\n", 0).is_err(), "the announced number is not allocated");
 }
 
-/// A scene that starts from `start.xyz` with the given frame.
 fn started(frame: &Frame, scene: &str) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     write_frame(std::fs::File::create(folder.path().join("start.xyz")).unwrap(), frame).unwrap();
@@ -69,8 +68,7 @@ shortest = 0.5
 longest = 0.9
 "#;
 
-/// Two chains with different bonds. Bonded neighbours are closer than the hard core of their species, and the frame
-/// lists the particles in reverse.
+/// Bonded neighbours are closer than the hard core of their species, and the frame lists the particles in reverse.
 fn chains() -> Frame {
     let straight = |y, bond: &str| Chain {
         species: "bead".into(),
@@ -206,7 +204,6 @@ fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     for (a, b) in one.positions.iter().zip(&other.positions) {
         assert!(frame_of(&one).nearest_image(a - b).norm() < 1e-9, "{a} {b}");
     }
-    // Without the displacement of the images, particles overlap.
     let elsewhere = Frame { displacement: 0.0, ..frame.clone() };
     let found = started(&elsewhere, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap_err().to_string();
     assert!(found.contains("overlap at the start"), "{found}");
@@ -214,7 +211,7 @@ fn start_from_a_sheared_frame_keeps_its_image_displacement() {
     assert!(found.contains("`shear_rate` is missing: images of this start are displaced"), "{found}");
 }
 
-/// A frame with the box of a snapshot. Only the box is used, to find nearest images.
+/// Only the box is used, to find nearest images.
 fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);
@@ -225,7 +222,6 @@ fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
 fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     let file = "[[file]]\npath = \"start.xyz\"\n";
     let error = |frame: &Frame| started(frame, &format!("{BEADS}{file}")).unwrap_err().to_string();
-    // Particles whose radii exceed the radius of their species, for example after growth.
     let mut grown = chains();
     grown.particles.iter_mut().for_each(|particle| particle.radius *= 1.1);
     let found = error(&grown);
@@ -252,7 +248,6 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     started(&untold, &format!("{BEADS}{file}")).unwrap();
 }
 
-/// A scene of one species of mass 2 that starts from a file with this text.
 fn of_text(text: &str) -> Result<Scene, SceneError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("start.xyz"), text).unwrap();

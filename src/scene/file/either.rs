@@ -18,12 +18,10 @@ pub(super) struct Either<T, V> {
 }
 
 impl<'de, T: Deserialize<'de>, V> Either<T, V> {
-    /// Only a table.
     pub fn new(expected: &'static str, of_table: fn(T) -> V) -> Self {
         Self { of_table: Some(of_table), ..Self::plain(expected) }
     }
 
-    /// No notation yet.
     pub fn plain(expected: &'static str) -> Self {
         Self { expected, of_bool: None, of_number: None, of_word: None, of_table: None }
     }

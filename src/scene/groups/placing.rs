@@ -20,7 +20,6 @@ use crate::scene::limits::{
 };
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// Whether the particles of a group get random positions. Such groups are placed after all other groups.
 pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     match &placed.group {
         Group::Fill(fill) => fill.arrangement == Arrangement::Random,
@@ -29,7 +28,6 @@ pub(super) fn is_random(placed: &LocatedGroup) -> bool {
     }
 }
 
-/// Data that the placement of every group of particles uses.
 pub(crate) struct Placing<'a> {
     pub scene: &'a SceneBuilder,
     pub species: &'a [Species],
@@ -203,7 +201,6 @@ impl<'a> Placing<'a> {
         Ok(chain::straight(start, direction, chain.length, spacing))
     }
 
-    /// Rejects groups with both a temperature and a speed, and static groups with a speed.
     fn check_speeds(
         &self,
         temperature: Option<f64>,

@@ -9,7 +9,6 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::file::CountFile;
 
-/// Parses a region in which particles are counted. Also returns the file of its mesh, if it has one.
 pub(super) fn parse_count(
     file: CountFile,
     at: &ConfigPath,

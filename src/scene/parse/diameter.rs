@@ -7,12 +7,10 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::DistributionFile;
 use crate::scene::limits::{finite, positive};
 
-/// Maximum number of classes of one distribution.
 const MOST_CLASSES: usize = 64;
 
 const DEFAULT_CLASSES: u64 = 16;
 
-/// Kinds of distributions, and the keys of each kind.
 pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("uniform", &["lower", "upper", "classes"]),
     ("gaussian", &["mean", "deviation", "classes"]),
@@ -20,7 +18,6 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("list", &["diameters", "shares"]),
 ];
 
-/// Parses a distribution of diameters into classes.
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
     let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
     if word == "list" {

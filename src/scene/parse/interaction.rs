@@ -7,7 +7,6 @@ use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
 use crate::scene::unvalidated::{InteractionDraft, Model};
 
-/// Names of potentials, and the keys of each potential.
 pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("hard-sphere", &["diameter"]),
     ("square-well", &["diameter", "lambda", "well_depth"]),
@@ -58,7 +57,6 @@ fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> Conf
     }
 }
 
-/// Parses a bond: from its shortest and longest length, or from `lambda` and the contact distance.
 fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
     if let Some(lambda) = file.lambda {
         keys.allow(&["diameter", "lambda"])?;

@@ -8,7 +8,6 @@ use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::{LiveFile, SliderFile};
 use crate::scene::limits::finite;
 
-/// Words for the properties that can determine the colour of particles.
 pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("species", Colouring::Species),
     ("speed", Colouring::Speed),
@@ -16,13 +15,11 @@ pub(crate) const COLOURS: [(&str, Colouring); 4] = [
     ("history", Colouring::History),
 ];
 
-/// Words for the scales of sliders.
 pub(crate) const SCALES: [(&str, SliderScale); 2] = [("linear", SliderScale::Linear), ("log", SliderScale::Log)];
 
 /// Maximum number of characters of a slider's key or label.
 const LONGEST: usize = 200;
 
-/// Parses `[live]`, together with the description of the scene for the page.
 pub(super) fn parse_live(description: Option<String>, live: LiveFile) -> Result<LivePlan, SceneError> {
     let at = ConfigPath::root().key("live");
     if let Some(speed) = live.speed.filter(|speed| !(*speed > 0.0 && speed.is_finite())) {

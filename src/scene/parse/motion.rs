@@ -6,7 +6,6 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::MotionFile;
 
-/// Kinds of motion, and the keys of each kind.
 pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("translation", &["velocity", "acceleration"]),
     ("oscillation", &["amplitude", "frequency", "phase"]),

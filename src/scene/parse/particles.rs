@@ -28,7 +28,6 @@ pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, Sce
     })
 }
 
-/// Words for the arrangements of a fill.
 pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
     ("sc", Arrangement::Lattice(Lattice::SimpleCubic)),
     ("bcc", Arrangement::Lattice(Lattice::BodyCentredCubic)),
@@ -72,7 +71,6 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
     })
 }
 
-/// Shapes of regions, and the keys of each shape.
 pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
     ("box", &["lower", "upper"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
@@ -94,7 +92,6 @@ fn parse_region(file: &RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneE
     })
 }
 
-/// Shapes of static surfaces, and the keys of each shape.
 pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
     ("plane", &["corner", "edge_1", "edge_2"]),
     ("box", &["lower", "upper", "open"]),

@@ -17,7 +17,6 @@ use crate::scene::file::{
 };
 use crate::scene::validate::plan::SO_MANY_THREADS;
 
-/// Parses `[run]` and `[[stage]]` into the plan of a run.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
     let Some(run) = run else {
         return Err(missing(&ConfigPath::root(), "run", "a scene needs [run] with until_time or until_events"));
@@ -105,7 +104,6 @@ fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError
     Ok(Growth { rate: file.rate, until })
 }
 
-/// Kinds of thermostats, and the keys of each kind.
 pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
     [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
@@ -140,7 +138,6 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
     Ok(axes)
 }
 
-/// Parses `[exchange]` into the plan of a replica exchange.
 pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneError> {
     let ExchangeFile { temperatures, interval, rate, ensemble, umbrella } = file;
     let at = ConfigPath::root().key("exchange").key("ensemble");
@@ -154,14 +151,12 @@ pub(crate) fn parse_exchange(file: ExchangeFile) -> Result<ExchangePlan, SceneEr
     Ok(ExchangePlan { temperatures, interval, rate, ensemble, umbrella })
 }
 
-/// Words for the ensembles of replica exchange.
 pub(crate) const ENSEMBLES: [(&str, ExchangeEnsemble); 3] = [
     ("canonical", ExchangeEnsemble::Canonical),
     ("multicanonical", ExchangeEnsemble::Multicanonical),
     ("umbrella", ExchangeEnsemble::Umbrella),
 ];
 
-/// Parses the table `[measure]`.
 pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
     MeasurementPlan {
         pressure_tensor: file.pressure_tensor.0,

@@ -8,7 +8,6 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile};
 use crate::scene::limits;
 
-/// Words for the boundary conditions along an axis.
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("periodic", Boundary::Periodic),
     ("open", Boundary::OPEN),
@@ -16,7 +15,6 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("flat", Boundary::Flat),
 ];
 
-/// Words for one side of an axis. The word for a wall means an elastic wall.
 pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
 
 pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
@@ -39,7 +37,6 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
     Ok(())
 }
 
-/// Parses one side of an axis: its boundary condition, and the temperature of its wall.
 fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(Face, Option<f64>), SceneError> {
     let side = if key == "lower" { &sides.lower } else { &sides.upper };
     match side {
@@ -68,7 +65,6 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     checked_law(sides.restitution, sides.temperature, at).map(|_| ())
 }
 
-/// Checks the restitution and the temperature of a wall. Only one of them may be given.
 fn checked_law(
     restitution: Option<f64>,
     temperature: Option<f64>,

@@ -9,7 +9,6 @@ use crate::scene::file::{SceneFile, StartFile};
 use crate::scene::given::GivenParticles;
 use crate::scene::unvalidated::UnvalidatedStart;
 
-/// Parses `[start]`. Rejects a scene that also has particles, bonds or a start time of its own.
 pub(super) fn parse_start(
     start: &StartFile,
     file: &SceneFile,

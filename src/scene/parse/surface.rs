@@ -19,7 +19,6 @@ use crate::scene::file::{RotationFile, SurfaceFile};
 use crate::scene::limits::{corners, finite, finite_vector, not_negative, positive};
 use crate::scene::surface_draft::SurfaceDraft;
 
-/// Shapes of surfaces, and the keys of each shape.
 pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("plane", &["point", "normal"]),
     ("sphere", &["centre", "radius", "side"]),
@@ -39,7 +38,6 @@ pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true
 /// Default distance between a round surface and its triangles, relative to the largest radius.
 const TOLERANCE: f64 = 1e-3;
 
-/// Parses a surface. Also returns the file of its mesh, if it has one.
 pub(super) fn parse_surface(
     file: SurfaceFile,
     index: usize,
@@ -145,7 +143,6 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
     })
 }
 
-/// Turns a profile about an axis into a surface of revolution.
 fn turned(
     base_key: &'static str,
     profile: &[[f64; 2]],
@@ -175,7 +172,6 @@ fn turned(
 /// Maximum merging distance of vertices, relative to the largest extent of the mesh.
 const MOST_WELDED: f64 = 0.01;
 
-/// File of a mesh, and its transformation.
 pub(super) struct MeshSource<'f> {
     pub path: String,
     /// Reason why the mesh must be closed, for messages. `None` if the mesh may be open.
@@ -187,7 +183,6 @@ pub(super) struct MeshSource<'f> {
     pub checksum: Option<&'f str>,
 }
 
-/// Reads the mesh of a file, and applies the scaling, rotation and translation.
 pub(super) fn mesh(
     file: &MeshSource<'_>,
     at: &ConfigPath,

@@ -81,7 +81,6 @@ impl Speeds {
         class.species.iter().map(part).collect()
     }
 
-    /// Maxwell's distribution, averaged over each bin.
     fn maxwell(&self, class: &Class, rows: usize, system: &SystemDescription) -> Option<Published> {
         let parts = self.parts(class, system);
         if parts.is_empty() {

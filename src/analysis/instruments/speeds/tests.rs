@@ -10,7 +10,6 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 /// The masses are not powers of two, so that products with them are rounded.
 const MASSES: [f64; 2] = [0.7, 3.3];
 
-/// A periodic box of one to three dimensions, with edges of 30.
 fn space(dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(30.0);
     space.boundary[dimensions..].fill(Boundary::Flat);
@@ -20,8 +19,6 @@ fn space(dimensions: usize) -> Space {
     space
 }
 
-/// A mixture with the given number of particles of each species. The particles are hard spheres of diameter 1,
-/// or points that do not interact. `drawn` adds their velocities.
 fn mixture(space: Space, counts: &[u64], is_hard: bool, drawn: impl Fn(SceneBuilder) -> SceneBuilder) -> SceneBuilder {
     let names: Vec<String> = (0..counts.len()).map(|k| format!("S{k}")).collect();
     let mut scene = SceneBuilder::new("mixture").space(space).seed(3);
@@ -54,7 +51,6 @@ fn width(curve: &Curve) -> f64 {
     2.0 * curve.variables[0].values[0]
 }
 
-/// Fraction of all particles in the bins of a window.
 fn integral(curve: &Curve, window: usize) -> f64 {
     curve.series[window].values.iter().flatten().sum::<f64>() * width(curve)
 }
@@ -161,7 +157,6 @@ fn equal_speeds_of_a_mixture_become_maxwells_distribution() {
         for curve in &report(&instrument, &system).curves {
             let bin = trunc_to_usize(1.1 / width(curve));
             let [early, late] = [0, 1].map(|window| curve.series[window].values[bin].unwrap());
-            // Many particles still have their initial speed.
             assert!(early > 1.5 * late && early > 3.0 * curve.published[0].y[bin], "{early} {late}");
             assert_eq!(curve.series[1].name, "p(v) from 0.2 to 3");
         }
@@ -194,7 +189,6 @@ fn bins_grow_with_the_fastest_particle_unless_the_end_is_given() {
         let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 10.0 };
         let mut instrument = Speeds::new(plan, &setup);
         for k in 1..=10 {
-            // Two of forty particles move fast, with a total momentum of zero.
             (velocities[0], velocities[1]) = (Vector::x() * f64::from(k * k), -Vector::x() * f64::from(k * k));
             instrument.sample(&sample(f64::from(k), &positions, &velocities), &system);
         }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
-/// Largest number of shells.
 pub(super) const MOST_SHELLS: f64 = 60.0;
 
 /// Largest wave number in units of the smallest one. It limits the number of tabulated powers.
@@ -73,7 +72,6 @@ pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: u
     if !smallest.is_finite() {
         return Vec::new();
     }
-    // Shells are centred at multiples of their width. The last shell is cut off at the largest wave number.
     let largest = largest.min(MOST_MULTIPLES * smallest);
     let width = (largest / MOST_SHELLS).max(smallest);
     let count = trunc_to_u32(largest / width * (1.0 + 1e-9));
@@ -156,7 +154,6 @@ fn scattered(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     found.into_iter().collect()
 }
 
-/// Keeps at most `most` of the vectors, evenly spaced in the list.
 fn thin(vectors: &mut Vec<[i32; 3]>, most: usize) {
     let count = vectors.len();
     if count > most {

@@ -20,8 +20,7 @@ fn open(name: &str) -> SceneBuilder {
 
 #[test]
 fn mean_force_of_bouncing_balls_is_their_weight() {
-    // One ball bounces on a plane tilted by 1e-9, another on a wall. Over many bounces the mean force is the
-    // weight.
+    // One ball bounces on a plane tilted by 1e-9, another on a wall.
     let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };
     let walls = Boundary::Bounded {
         lower: crate::model::space::Face::Wall { restitution: 1.0 },
@@ -63,7 +62,6 @@ fn mean_force_of_bouncing_balls_is_their_weight() {
     assert_eq!((full(0), full(1)), (vec![0], vec![2]));
 }
 
-/// Particles at random positions in a cavity, at least a radius away from its surface.
 fn filled(
     (count, seed): (u32, u64),
     is_inside: impl Fn(&Vector) -> bool,
@@ -161,7 +159,6 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
             rates.push(mean("rate") * 2.0 * 1.85 / speed);
             pressures.push(mean("normal") * 1.5 * 1.85 / (0.7 * square));
         }
-        // The error is estimated from the scatter over the seeds.
         for ratios in [rates, pressures] {
             let mean = ratios.iter().sum::<f64>() / 8.0;
             let variance = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum::<f64>() / 7.0;

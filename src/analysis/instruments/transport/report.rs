@@ -38,7 +38,6 @@ fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4]
     [viscosity.filter(|_| dimensions > 1.0), viscosity, viscosity, heat]
 }
 
-/// Slope of the straight part of a curve of mean squares over time.
 fn slope(transport: &Transport, kind: usize) -> Option<Estimate> {
     // The terms are numbered by lag, so the offset is 0.
     let combination = |terms: &[(usize, f64)]| combination(transport, kind, terms);

@@ -104,7 +104,6 @@ fn fluid_virial_is_positive_and_rates_match_the_counts() {
     assert!((row.pressure.unwrap() / (z.mean * density * temperature) - 1.0).abs() < 1e-12);
 }
 
-/// A slit with walls along x.
 fn slit() -> Space {
     Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(10.0) }
 }

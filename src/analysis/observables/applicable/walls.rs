@@ -3,12 +3,10 @@
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Scene, Thermostat};
 
-/// For each axis, whether its lower and its upper side are walls of finite area.
 pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
     [0, 1, 2].map(|axis| space.walled_sides(axis).map(|is_wall| is_wall && space.wall_area(axis).is_some()))
 }
 
-/// The areas of the walls that have a temperature or dissipate.
 pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
     let is_soft = |face: Face| matches!(face, Face::Wall { restitution } if restitution < 1.0);
     [0, 1, 2].map(|axis| {
@@ -23,7 +21,6 @@ pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
     })
 }
 
-/// The only axis between two walls, if no thermostat acts along it.
 pub(super) fn balanced(walled: &[bool; 3], thermostat: Option<&Thermostat>) -> Option<usize> {
     let axis = walled.iter().position(|is_walled| *is_walled)?;
     let is_driven = match thermostat {
@@ -34,7 +31,6 @@ pub(super) fn balanced(walled: &[bool; 3], thermostat: Option<&Thermostat>) -> O
     (!is_driven && !walled[axis + 1..].contains(&true)).then_some(axis)
 }
 
-/// The axis with walls that exchange energy, if there is exactly one such axis and both of its walls do.
 pub(super) fn heated(areas: &[[Option<f64>; 2]; 3]) -> Option<usize> {
     let mut axes = (0..3).filter(|&axis| areas[axis] != [None; 2]);
     let axis = axes.next()?;

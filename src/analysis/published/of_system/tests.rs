@@ -3,7 +3,6 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::scene::SceneBuilder;
 
-/// Two particles of mass 3 and diameter 2 in a box of one to three dimensions.
 fn scene(dimensions: usize, potential: Potential, restitution: f64) -> Scene {
     let mut space = Space::periodic_cube(10.0);
     for axis in dimensions..3 {

@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 
 const EPS: f64 = f64::EPSILON;
 
-/// Number of random cases in each comparison.
 const CASES: u32 = 4000;
 /// Fewest random cases of each outcome. More than a hundred of each are expected.
 const FEWEST: u32 = 50;
@@ -84,7 +83,6 @@ fn restitution() -> impl Strategy<Value = f64> {
     prop_oneof![Just(1.0), Just(0.0), 0.0..1.0_f64]
 }
 
-/// A speed of zero, or of any order of magnitude.
 fn speed() -> impl Strategy<Value = f64> {
     prop_oneof![1 => Just(0.0), 9 => (-9.0..9.0_f64).prop_map(f64::exp)]
 }
@@ -110,7 +108,6 @@ fn reference_outcomes_match_the_engine() {
     let run = |((first, second, restitution, outer), (speed, recedes, step, length)): (Pair, Motion)| {
         let side = if outer { Side::Negative } else { Side::Positive };
         let sides = if outer { overlap::Side::Negative } else { overlap::Side::Positive };
-        // The inverse mass of a static partner is zero.
         let reduced_mass = 1.0 / (1.0 / first + second.map_or(0.0, f64::recip));
         let vn = if recedes { side.sign() } else { -side.sign() } * speed;
         let unit = if vn == 0.0 { 1.0 } else { vn * vn };
@@ -164,7 +161,6 @@ fn reference_tc_model_matches_the_engine() {
         let (mut ours, mut theirs) = (TcModel::new(contact_time, 4), ContactTimes::new(contact_time, 4));
         let mut time = 0.0;
         for ((first, step, gap), (restitution, approach, tangential, closing)) in contacts {
-            // The next contact follows after a random time, or after exactly one contact time.
             time += gap.map_or(contact_time, |gap: f64| gap * contact_time);
             let particles = [first, (first + step) % 4];
             let closing = closing * 0.01 * (approach + 0.1 * tangential) / contact_time;

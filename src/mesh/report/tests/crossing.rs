@@ -113,8 +113,7 @@ fn triangle_intersection_test_is_exact_on_integer_coordinates() {
 #[test]
 fn intersection_test_resolves_one_float_around_a_face() {
     let face = [Vector::new(0.1, 0.2, 0.7), Vector::new(1.3, 0.1, 0.3), Vector::new(0.4, 1.7, 0.9)];
-    // The tip starts in the middle of the face, up to round-off. The exact sign decides the result there and for the
-    // neighbouring floats.
+    // The tip starts in the middle of the face, up to round-off.
     let middle = face.iter().sum::<Vector>() / 3.0;
     let mut counts = [0; 2];
     for step in -3_i32..=3 {
@@ -134,7 +133,6 @@ fn tree_finds_the_same_intersections_as_brute_force() {
     for case in 0..30 {
         let soup = (0..1 + case * 7).map(|k| {
             let at = vector(&mut random, 1.0);
-            // Slivers among others.
             let thin = if k % 3 == 0 { 1e-9 } else { 0.3 };
             let along = vector(&mut random, 1.0);
             [at, at + along, at + along * 0.5 + vector(&mut random, thin)]

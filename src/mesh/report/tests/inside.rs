@@ -40,7 +40,6 @@ fn rays_and_solid_angles_agree_and_find_what_is_inside() {
 
 #[test]
 fn rays_through_edges_vertices_and_upright_faces_are_counted_once() {
-    // Every ray of this test runs along faces of the meshes, or through edges and vertices.
     let (lower, upper) = (Vector::zeros(), Vector::new(2.0, 3.0, 4.0));
     let mesh = cuboid(&lower, &upper).unwrap();
     let fine = icosphere(&Vector::zeros(), 2.0, 2).unwrap();
@@ -52,7 +51,6 @@ fn rays_through_edges_vertices_and_upright_faces_are_counted_once() {
         if (0..3).all(is_in) || !(0..3).all(is_on) {
             assert_eq!(inside.contains(&point), (0..3).all(is_in), "{point}");
         }
-        // Directly below vertices.
         if point.norm() < 1.8 || point.norm() > 2.0 {
             assert_eq!(inside_fine.contains(&point), point.norm() < 1.9, "{point}");
         }

@@ -38,7 +38,6 @@ fn open_sheets_have_one_distance_whichever_way_they_face() {
         assert_eq!((report.thinnest.unwrap().distance, report.wall, report.gap), (0.125, None, None));
     }
     assert_eq!(MeshReport::of(&sheet(0.0)).thinnest, None);
-    // Faces inclined to each other by more than 60 degrees are not a wall.
     let inclined = |degrees: f64| {
         let upper = sheet(3.0).transformed(1.0, &Rotation3::new(Vector::x() * degrees.to_radians()), &Vector::zeros());
         let wide = sheet(0.0).transformed(50.0, &Rotation3::identity(), &Vector::zeros());
@@ -55,8 +54,8 @@ fn tree_finds_the_same_thinnest_wall_as_brute_force() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // Search through all pairs. A ray along the normal hits another triangle if its intersection with the plane of
-        // this triangle forms three triangles with the corners that have the same total area.
+        // A ray along the normal hits another triangle if its intersection with the plane of this triangle forms three
+        // triangles with the corners that have the same total area.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

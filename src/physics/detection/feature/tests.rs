@@ -12,7 +12,6 @@ use mesh::{Mesh, sphere};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// A random number in `[0, 1)`.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }
@@ -21,8 +20,7 @@ fn vector(random: &mut ChaCha8Rng, scale: f64) -> Vector {
     Vector::from_fn(|_, _| scale * (2.0 * uniform(random) - 1.0))
 }
 
-/// Conservative advancement. Returns the first time at which the distance equals the contact distance, or `None` if
-/// there is no contact before `end`. No step can pass the first contact.
+/// Conservative advancement. No step can pass the first contact.
 fn by_advancement(mesh: &Mesh, state: &RelativeState, g: &Vector, contact: f64, end: f64) -> Option<f64> {
     let fastest = state.velocity.norm() + g.norm() * end;
     let mut t = 0.0;
@@ -91,12 +89,10 @@ fn foot_entering_a_face_within_contact_height_is_an_event() {
     let height = Parabola([0.5, -0.01, 0.0]);
     let extent = Parabola([-1.0, 1.0, 0.0]);
     assert_eq!(face(&height, 1.0, &[extent]), Some(1.0));
-    // The sphere rises, so it has no contact.
     assert_eq!(face(&Parabola([0.5, 0.01, 0.0]), 1.0, &[extent]), None);
     // The foot is never on the face, or reaches it only after the sphere has passed to the other side.
     assert_eq!(face(&height, 1.0, &[Parabola([-1.0, 0.0, 0.0])]), None);
     assert_eq!(face(&Parabola([0.5, -1.0, 0.0]), 1.0, &[extent]), None);
-    // From below.
     assert_eq!(face(&Parabola([-3.0, 2.0, 0.0]), 1.0, &[Parabola([0.0, 0.0, 0.0])]), Some(1.0));
 }
 
@@ -147,7 +143,7 @@ fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
     }
 }
 
-/// Simulates impacts of a ball in a mesh. Returns the deepest overlap.
+/// Returns the deepest overlap.
 fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize, random: &mut ChaCha8Rng) -> f64 {
     let mut ball = RelativeState { position: Vector::zeros(), velocity: vector(random, 1.0) };
     let mut deepest = 0.0_f64;
@@ -159,7 +155,6 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
         let vn = normal.dot(&ball.velocity);
         assert!(vn < 1e-7, "{impact}: it comes, {vn}");
         ball.velocity -= normal * ((1.0 + restitution) * vn.min(0.0));
-        // A ball that has lost most of its speed is pushed in a random direction away from the surface.
         if ball.velocity.norm() < 0.3 {
             let push = vector(random, 1.0);
             ball.velocity += if push.dot(&normal) > 0.0 { push } else { -push };
@@ -169,7 +164,6 @@ fn bounce(mesh: &Mesh, radius: f64, g: Vector, restitution: f64, impacts: usize,
     deepest
 }
 
-/// Number of impacts to simulate for each ball.
 fn impacts() -> usize {
     std::env::var("CAROM_IMPACTS").map_or(300, |impacts| impacts.parse().unwrap())
 }

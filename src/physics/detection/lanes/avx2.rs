@@ -3,7 +3,6 @@
 use super::Lanes;
 use std::arch::x86_64::*;
 
-/// Four numbers in one AVX2 register.
 #[derive(Debug, Clone, Copy)]
 pub struct Wide(__m256d);
 

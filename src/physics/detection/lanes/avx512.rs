@@ -4,7 +4,6 @@
 use super::Lanes;
 use std::arch::x86_64::*;
 
-/// Eight numbers in one AVX-512 register.
 #[derive(Debug, Clone, Copy)]
 pub struct Widest(__m512d);
 

@@ -31,7 +31,6 @@ impl Contacts {
         self.0.iter()
     }
 
-    /// Contact distances, multiplied by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self(self.0.map(|distance| Some(distance * factor)))
     }

@@ -29,11 +29,9 @@ const fn neighbours() -> [[i64; 3]; 27] {
 /// Marks the end of a linked list of particles.
 const NONE: u32 = u32::MAX;
 
-/// A placed particle.
 pub(super) struct Taken {
     pub(super) position: Vector,
     pub(super) species: u32,
-    /// Index of the next particle in the same linked list.
     next: u32,
 }
 
@@ -43,7 +41,6 @@ impl Taken {
     }
 }
 
-/// A hashed grid and the particles in it.
 pub(super) struct Grid<'a> {
     space: &'a Space,
     pub(super) periods: Vector,
@@ -57,7 +54,6 @@ pub(super) struct Grid<'a> {
     /// Longest contact that can be found in adjacent cells alone `[length]`.
     finest: f64,
     heads: Vec<u32>,
-    /// Indices of the particles in this grid.
     members: Vec<u32>,
 }
 
@@ -206,7 +202,6 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// Returns the first result of `found` for the particles of a linked list.
 fn find_in<T>(taken: &[Taken], first: u32, found: &impl Fn(u32) -> Option<T>) -> Option<T> {
     let mut number = first;
     while number != NONE {

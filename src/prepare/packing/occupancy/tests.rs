@@ -131,7 +131,6 @@ fn first_overlap_is_found_exactly_if_one_exists() {
         (0.3, 0.0, Boundary::Periodic),
     ] {
         let mut contacts = Contacts::new(4);
-        // Species 3 has no contacts.
         for (a, b, contact) in [(0, 0, 1.0), (0, 1, 0.7), (1, 1, 1.1), (2, 2, third), (0, 2, 0.9)] {
             contacts.set(a, b, contact);
         }

@@ -54,7 +54,6 @@ impl Kept {
         run.execute(self, &mut watch).unwrap();
     }
 
-    /// Continues from the last checkpoint to the end.
     fn resume(&mut self) {
         let (simulation, state, [rows, frames]) = self.checkpoint.take().unwrap();
         self.rows.truncate(rows);

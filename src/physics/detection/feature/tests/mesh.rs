@@ -12,7 +12,7 @@ struct Face {
     inwards: [Vector; 3],
 }
 
-/// A triangle mesh. Edges and points shared by several triangles are listed once.
+/// Edges and points shared by several triangles are listed once.
 pub struct Mesh {
     faces: Vec<Face>,
     edges: Vec<[Vector; 2]>,
@@ -98,7 +98,6 @@ impl Mesh {
         first
     }
 
-    /// Distance from a position to the nearest feature.
     pub fn distance(&self, at: &Vector) -> f64 {
         let on = |face: &&Face| (0..3).all(|k| face.inwards[k].dot(&(at - face.corners[k])) >= 0.0);
         let faces = self.faces.iter().filter(on).map(|face| face.normal.dot(&(at - face.corners[0])).abs());
