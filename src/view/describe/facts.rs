@@ -67,7 +67,6 @@ fn shear(rate: f64) -> String {
     format!("along x across y, at a rate of {}", digits(rate))
 }
 
-/// Describes how `auto` chooses the number of threads.
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
 /// Describes the number of threads that the scene requests. If only one is used anyway, the reason is added.
