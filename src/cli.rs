@@ -161,7 +161,6 @@ impl Changes {
         self.seed.is_none() && self.overrides.is_empty() && self.from.is_none()
     }
 
-    /// Returns the text of a scene that was loaded with these overrides.
     fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
         scene.record(path, &borrowed(&self.all()))
     }
@@ -275,7 +274,6 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Err(Failure::bad_input(format!("{folder} has no trajectory.xyz"), Some(&help)))
 }
 
-/// Kinds of folders that contain several runs.
 enum Several {
     Exchange,
     Sweep,
@@ -289,7 +287,6 @@ fn of_several(folder: &Path) -> Option<Several> {
     SweepFolder::existing(folder).is_ok().then_some(Several::Sweep)
 }
 
-/// Returns the policy for existing files and folders.
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
@@ -313,14 +310,12 @@ fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f6
 /// A word that the command line accepts, its help text, and its value.
 type Choice<T> = (&'static str, Option<&'static str>, T);
 
-/// Returns a parser that accepts one of the given words.
 fn one_of<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> ValueParser {
     let words = choices.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help));
     let meaning = |typed: String| choices.iter().find(|(word, ..)| *word == typed).map(|(.., meaning)| *meaning);
     PossibleValuesParser::new(words).try_map(move |typed| meaning(typed).ok_or("expected one of the words")).into()
 }
 
-/// Returns the number of processors available to the program.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
@@ -336,12 +331,11 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a report to standard output, wrapped to the width of the terminal.
 fn print_report(text: &str) -> Result<(), Failure> {
     print(&terminal::fitted(text))
 }
 
-/// Writes a warning to standard error. If standard error is closed, the results are still complete.
+/// If standard error is closed, the results are still complete.
 fn warn(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

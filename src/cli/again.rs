@@ -17,7 +17,6 @@ impl Again {
         Self(format!("carom {words} {}", quoted(&folder.to_string_lossy())))
     }
 
-    /// Appends an option with its value, if it was given.
     pub fn option(mut self, name: &str, value: Option<impl Display>) -> Self {
         if let Some(value) = value {
             // Writing to a string cannot fail.
@@ -26,13 +25,11 @@ impl Again {
         self
     }
 
-    /// Appends the wall time between two checkpoints, if it is not the default.
     pub fn checkpoint_every(self, interval: Duration) -> Self {
         let seconds = interval.as_secs_f64().to_string();
         self.option("checkpoint-every", (seconds != CHECKPOINT_EVERY).then_some(seconds))
     }
 
-    /// Appends options that have no value, if they were given.
     pub fn flags(mut self, flags: [(&str, bool); 2]) -> Self {
         for (name, _) in flags.into_iter().filter(|(_, is_given)| *is_given) {
             let _ = write!(self.0, " --{name}");
@@ -47,7 +44,6 @@ impl Display for Again {
     }
 }
 
-/// Returns a word for a shell, quoted if necessary.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '+' | ':' | '@' | '%' | ',');
     if !word.is_empty() && word.chars().all(is_plain) {

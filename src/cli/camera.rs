@@ -50,7 +50,6 @@ fn zoom(text: &str) -> Result<f64, String> {
 }
 
 impl Camera {
-    /// Returns the style with these options applied.
     pub fn applied_to(&self, style: Style) -> Style {
         let style = Style { zoom: self.zoom, has_box: !self.no_box, has_ground: !self.no_ground, ..style };
         match self.view {

@@ -101,7 +101,6 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         + &description::line("needs", &format!("some {memory} of memory; {work}"))
 }
 
-/// Returns the size estimate for all replicas, or the given estimate if the scene has no replica exchange.
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
     let (replicas, time) = (plan.replicas() as f64, scene.run().limit.time.unwrap_or(0.0));
@@ -117,12 +116,10 @@ fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     }
 }
 
-/// Formats a number. From 10000 on, the text has two digits and an exponent.
 fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// Returns a warning if the run needs `--force` because of its size.
 fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {

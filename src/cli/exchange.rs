@@ -114,7 +114,6 @@ impl ExchangeCommand {
         super::print(&format!("exchange.temperatures=[{}]\n", all.join(", ")))
     }
 
-    /// Whether the command only shows the results of a complete exchange.
     fn only_shows(&self) -> bool {
         let changes_nothing = self.until_time.is_none() && self.changes.are_none() && self.out.is_none();
         changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
@@ -138,7 +137,6 @@ impl ExchangeCommand {
         Ok((scene, record, path))
     }
 
-    /// Returns the overrides of the scene, including the time of `--until-time`.
     fn replaced(&self) -> Vec<(String, String)> {
         let mut all = self.changes.all();
         all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
@@ -199,7 +197,6 @@ impl ExchangeCommand {
     }
 }
 
-/// Parses a number between 0 and 1.
 fn probability(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| 0.0 < *number && *number < 1.0);
     number.ok_or_else(|| "expected a number between 0 and 1".to_owned())
@@ -224,7 +221,6 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     Err(Failure::of_audit(faults))
 }
 
-/// Advice for an exchange without a density of states.
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
@@ -268,7 +264,6 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns a line with the distances at which the free energy and the potential of mean force are lowest.
 fn lowest(summary: &ExchangeSummary) -> Option<String> {
     let at = |of| MeanForcePoint::lowest(&summary.potential_of_mean_force, of).map(|point| digits(point.distance));
     let (free_energy, potential) = (at(|it| it.free_energy)?, at(|it| it.potential_of_mean_force)?);

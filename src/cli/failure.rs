@@ -22,9 +22,7 @@ pub struct Failure {
     code: u8,
 }
 
-/// Exit code of a failure with valid input.
 const FAILED: u8 = 1;
-/// Exit code of invalid input.
 const BAD_INPUT: u8 = 2;
 
 impl Failure {
@@ -181,7 +179,6 @@ impl From<ConvertError> for Failure {
     }
 }
 
-/// A message with a suggested solution.
 #[derive(Debug)]
 struct Problem {
     message: String,

@@ -11,7 +11,6 @@ use crate::run::Run;
 use super::failure::Failure;
 use super::signals;
 
-/// Returns a failure if the processes have different arguments, or if there are too many of them.
 pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Result<(), Failure> {
     let arguments = arguments.iter().flat_map(|argument| [argument.as_encoded_bytes(), b"\0"].concat());
     let all = transport.share(arguments.collect());

@@ -13,9 +13,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Interval between progress lines if standard error is not a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
-/// Interval between updates of the progress bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
-/// Number of steps of the progress bar.
 const STEPS: u64 = 1000;
 
 /// Returns a progress bar. It is hidden if `is_quiet` is set, or if standard error is not a terminal.
@@ -33,9 +31,7 @@ pub struct Display {
     is_quiet: bool,
     shown: Option<Instant>,
     stage: Option<Begun>,
-    /// Events per second.
     events: Rate,
-    /// Growth rate of the completed fraction.
     done: Rate,
 }
 
@@ -47,7 +43,6 @@ struct Begun {
     fraction: f64,
 }
 
-/// Progress of a task.
 pub struct State {
     stage: &'static str,
     time: f64,
@@ -57,7 +52,6 @@ pub struct State {
     unit: &'static str,
 }
 
-/// Name of the items that runs and verifications count.
 const EVENTS: &str = "events";
 
 impl From<&run::Progress> for State {
@@ -114,7 +108,6 @@ impl Display {
         Self::named(scene.name().to_owned(), is_quiet)
     }
 
-    /// Returns a display for the task `name`.
     pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
         let now = Instant::now();
@@ -122,7 +115,6 @@ impl Display {
         Self { name, bar, is_quiet, shown: None, stage: None, events, done }
     }
 
-    /// Shows the progress, unless the last update was too recent.
     pub fn show(&mut self, progress: impl Into<State>) {
         let progress = progress.into();
         if self.is_quiet {
@@ -175,7 +167,6 @@ impl Display {
         since
     }
 
-    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }

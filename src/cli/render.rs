@@ -53,10 +53,8 @@ pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// File extensions of picture formats that are not supported.
 const OTHER_FORMATS: [&str; 9] = ["bmp", "gif", "jpeg", "jpg", "pdf", "svg", "tif", "tiff", "webp"];
 
-/// Rejects a file name with the extension of an unsupported picture format.
 fn refuse_other_format(out: &Path) -> Result<(), Failure> {
     let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     match extension {

@@ -59,7 +59,6 @@ impl Report {
         Ok(default)
     }
 
-    /// Writes the page of a replica exchange, by default into the folder of the exchange.
     fn of_exchange(&self) -> Result<(), Failure> {
         let page = report::exchange_page(&self.run)?;
         let out = self.place(report::exchange_page_in(&self.run))?;

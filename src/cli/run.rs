@@ -118,7 +118,6 @@ impl Run {
         }
     }
 
-    /// Prepares a new or resumed run.
     fn ready(&self) -> Result<Ready, Failure> {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
@@ -128,7 +127,6 @@ impl Run {
         }
     }
 
-    /// Prepares a new run.
     fn begin(&self, file: &Path) -> Result<Ready, Failure> {
         let mut scene = self.changes.load(file)?;
         super::refuse_exchange(
@@ -161,7 +159,6 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::without_start(scene)), folder, display })
     }
 
-    /// Prepares a run that continues from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<Ready, Failure> {
         let (folder, checkpoint) =
             Folder::resume_with(path, self.limit(), &[]).map_err(|error| not_a_run(path, error))?;
@@ -171,7 +168,6 @@ impl Run {
         Ok(Ready { run: self.on_threads(run::Run::resume(checkpoint)), folder, display })
     }
 
-    /// Returns the command that resumes the run in a folder.
     fn again(&self, folder: &Path) -> Again {
         Again::new("run --resume", folder)
             .option("threads", self.threads)
@@ -203,8 +199,7 @@ impl Run {
     }
 }
 
-/// Returns the failure for a folder without a run that can be resumed. If the folder contains an exchange or a sweep,
-/// the message says so.
+/// Returns the failure for a folder without a run that can be resumed.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
@@ -222,7 +217,6 @@ fn not_a_run(path: &Path, error: OutputError) -> Failure {
     Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), Some(&cure))
 }
 
-/// A run that is ready to start, its folder, and its progress display.
 struct Ready {
     run: run::Run,
     folder: Folder,
@@ -230,7 +224,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// Executes the run to its end. If there are other MPI processes, they take part.
+    /// If there are other MPI processes, they take part.
     fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
@@ -297,7 +291,6 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     format!("The run in {run} is unchanged: the new run {why}\n{next}`--force` starts another\n")
 }
 
-/// Returns a failure if the run did not reach its end, or if its audit found faults.
 fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match &finished.ending {

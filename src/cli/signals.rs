@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Whether a signal has arrived.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
 /// Whether the work has checked for signals. Each check sets this flag.
@@ -42,7 +41,6 @@ fn listen(then: fn()) {
     });
 }
 
-/// Returns [`ControlFlow::Break`] if a signal has arrived.
 pub fn flow() -> ControlFlow<()> {
     IS_ASKED.store(true, Ordering::Relaxed);
     if IS_STOPPED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

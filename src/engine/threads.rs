@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Smallest number of particles for which domains run on several threads.
 const FEW: usize = 4_000;
 
-/// Whether this platform has threads. A WebAssembly module leaves out the code for several cores.
+/// A WebAssembly module leaves out the code for several cores.
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
@@ -56,7 +56,6 @@ impl Simulation {
         }
     }
 
-    /// Whether the number of threads is chosen automatically.
     pub(crate) fn chooses_threads(&self) -> bool {
         self.threads == Threads::Auto
     }
@@ -135,7 +134,7 @@ impl Simulation {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Sets the number of domains and threads of each process. A single domain runs serially.
+    /// A single domain runs serially.
     pub(super) fn set_domains(&mut self, domains: usize, threads: usize, transport: Option<Arc<dyn Transport>>) {
         self.join();
         // With few particles, starting the threads takes longer than simulating a time window.
@@ -157,12 +156,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         in_domains.unwrap_or_else(|| self.advance_for(steps, until, observe))
     }
 
-    /// Copies the states of all particles from the domains to the engine, so that they can be read.
     pub(super) fn settle(&mut self) {
         self.with_domains(Domains::settle);
     }
 
-    /// Copies everything from the domains to the engine, so that it can be saved or continue.
     pub(super) fn complete(&mut self) {
         self.with_domains(Domains::complete);
     }
@@ -172,7 +169,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.with_domains(Domains::join);
     }
 
-    /// Calls `work` with the domains and this engine; returns `None` without domains.
     fn with_domains<R>(&mut self, work: impl FnOnce(&mut Domains<FALLING, TABLE>, &mut Self) -> R) -> Option<R> {
         if !HAS_DOMAINS {
             return None;

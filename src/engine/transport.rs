@@ -61,7 +61,7 @@ pub mod tests {
         }
     }
 
-    /// Runs a function in `count` threads that act as processes. Returns the result of each.
+    /// Runs a function in `count` threads that act as processes.
     pub fn in_processes<R: Send>(count: usize, work: impl Fn(Arc<dyn Transport>) -> R + Send + Sync) -> Vec<R> {
         let mut processes: Vec<Channels> =
             (0..count).map(|rank| Channels { rank, to: Vec::new(), from: Vec::new() }).collect();

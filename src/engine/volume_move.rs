@@ -38,7 +38,6 @@ pub(crate) struct Scaled {
 }
 
 impl Scaling {
-    /// Collects the constants of volume moves from the present state of a simulation.
     pub fn of(simulation: &Simulation) -> Self {
         let scene = &simulation.scene;
         let mut species = Vec::new();
@@ -62,7 +61,7 @@ impl Scaling {
         }
     }
 
-    /// Returns the number of molecules. A particle without bonds counts as a molecule.
+    /// A particle without bonds counts as a molecule.
     pub fn molecules(&self) -> usize {
         self.molecules.count
     }
@@ -98,7 +97,6 @@ impl Simulation {
         Some(Scaled { energy_change: energy - self.energy().pair, space, positions })
     }
 
-    /// Returns the potential energy of all pairs at the given positions; `None` if any pair overlaps.
     fn energy_in(&self, scaling: &Scaling, space: &Space, positions: &[Vector]) -> Option<f64> {
         let scene = &self.scene;
         let inside: Vec<Vector> = positions.iter().map(|position| space.wrapped(*position)).collect();
@@ -130,8 +128,7 @@ impl Simulation {
         (!overlap).then_some(energy)
     }
 
-    /// Accepts the proposed state of a volume move. Velocities, times and event counts are unchanged, and the energy
-    /// change counts as supplied energy.
+    /// Velocities, times and event counts are unchanged, and the energy change counts as supplied energy.
     pub(crate) fn take_scaled(&mut self, scaled: Scaled) {
         let Scaled { space, positions, .. } = scaled;
         self.scene.space = space;

@@ -30,7 +30,6 @@ impl Exchange {
         self.check_windows()
     }
 
-    /// Records the positions of the replicas on their walks through the energies in a multicanonical exchange.
     fn see_energies(&mut self) {
         let is_measured = self.is_measured();
         let Some(weights) = self.multicanonical.as_ref().and_then(Multicanonical::weights) else { return };
@@ -42,7 +41,6 @@ impl Exchange {
         }
     }
 
-    /// Swaps neighbouring temperatures or windows, and updates the averages.
     fn swap_neighbours(&mut self) {
         let mut changed = vec![false; self.places.len()];
         // Two replicas form a single pair, which is tried at every attempt.
@@ -93,7 +91,6 @@ impl Exchange {
         Ok(())
     }
 
-    /// Index of the highest temperature.
     fn highest(&self) -> usize {
         let temperatures = &self.temperatures;
         if temperatures[0] > temperatures[temperatures.len() - 1] { 0 } else { temperatures.len() - 1 }
@@ -109,7 +106,6 @@ impl Exchange {
         self.replicas[replica].simulation.set_planned_thermostat(Some(&bath), self.seed, stream);
     }
 
-    /// Probability of swapping the replica at a temperature with the replica at the next one.
     fn acceptance(&self, lower: usize) -> f64 {
         let [beta, other] = [lower, lower + 1].map(|place| self.temperatures[place].recip());
         let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);

@@ -15,7 +15,6 @@ use crate::model::{ExchangePlan, Scene};
 /// attempts.
 const POTENTIAL: &str = "potential_energy_per_particle";
 
-/// Averages at a temperature.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct AtTemperature {
     observer: Observer,
@@ -33,7 +32,6 @@ impl AtTemperature {
         Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None, others: Vec::new() }
     }
 
-    /// Begins to average over the replica that is now at this temperature.
     pub fn begin(&mut self, simulation: &Simulation) {
         self.observer.interrupt();
         self.observer.row(simulation);
@@ -44,7 +42,6 @@ impl AtTemperature {
         self.observer.row(simulation);
     }
 
-    /// Adds a potential energy and the other quantities sampled with it.
     fn add(&mut self, energy: f64, others: &[f64]) {
         self.others.resize(others.len(), BlockAverage::new(1.0));
         self.others.iter_mut().zip(others).for_each(|(average, value)| average.add(*value, 1.0));
@@ -53,7 +50,6 @@ impl AtTemperature {
         self.square.add(deviation * deviation, 1.0);
     }
 
-    /// Means at a temperature, including the means of other quantities.
     fn measured(&self, temperature: f64, names: &[&'static str]) -> Vec<(&'static str, Estimate)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
@@ -75,7 +71,6 @@ impl AtTemperature {
     }
 }
 
-/// All averages.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
@@ -103,14 +98,12 @@ impl Averages {
         self.temperatures[0].observer.applicable()
     }
 
-    /// Adds an attempt to swap the replica at a temperature with the replica at the next one.
     pub fn attempt(&mut self, pair: usize, is_swapped: bool) {
         self.swaps[pair].add(if is_swapped { 1.0 } else { 0.0 }, 1.0);
         self.counts[pair][0] += 1;
         self.counts[pair][1] += u64::from(is_swapped);
     }
 
-    /// Adds the potential energies at all temperatures, and the other quantities sampled with them.
     /// `others` holds all quantities of the first temperature, then of the second, and so on.
     pub fn sample(&mut self, energies: &[f64], others: &[f64]) {
         let each = others.len() / energies.len().max(1);
@@ -122,7 +115,6 @@ impl Averages {
         }
     }
 
-    /// Means at each temperature.
     pub fn results(&self, temperatures: &[f64], names: &[&'static str]) -> Vec<TemperatureResult> {
         let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
             temperature: *temperature,
@@ -134,7 +126,6 @@ impl Averages {
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }
 
-    /// Results of each pair of neighbours.
     pub fn neighbours(&self, temperatures: &[f64]) -> Vec<NeighbouringTemperatures> {
         let swaps = self.swaps.iter().zip(&self.counts);
         let neighbours =

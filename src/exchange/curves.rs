@@ -135,7 +135,6 @@ impl PotentialEnergies {
     }
 }
 
-/// Properties of the system that are needed for values per particle.
 struct System<'n> {
     particles: f64,
     dimensions: f64,
@@ -190,8 +189,7 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// Computes the curves from the energies of an exchange. `visit` passes the energies of all attempts, and is
-    /// called twice.
+    /// `visit` passes the energies of all attempts, and is called twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,
@@ -229,8 +227,6 @@ impl ThermalCurves {
     }
 }
 
-/// Computes the points of the curves at the given temperatures, and the peak of the heat capacity if there is a
-/// maximum between the lowest and the highest temperature.
 fn curve(
     reweighting: &Reweighting,
     grid: &[f64],
@@ -278,7 +274,6 @@ impl ThermalPoint {
         }
     }
 
-    /// Returns the quantities that do not refer to the highest temperature, by name.
     pub(super) fn means(&self) -> BTreeMap<String, Estimate> {
         let all = self.quantities().into_iter();
         let of = |(name, it): (&str, Estimate)| (name.to_owned(), it);
@@ -298,12 +293,10 @@ impl ThermalPoint {
     }
 }
 
-/// Index of the largest number.
 fn highest(numbers: &[f64]) -> usize {
     (1..numbers.len()).fold(0, |best, place| if numbers[place] > numbers[best] { place } else { best })
 }
 
-/// Temperatures in ascending order, with intermediate temperatures at constant ratios.
 fn grid(temperatures: &[f64]) -> Vec<f64> {
     let mut ascending = temperatures.to_vec();
     ascending.sort_by(f64::total_cmp);

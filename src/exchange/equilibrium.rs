@@ -8,10 +8,8 @@ use crate::model::ExchangeEnsemble;
 /// initial state is still too strong for reliable errors.
 const FEWEST_TRIPS: u64 = 10;
 
-/// Warning that there are no curves.
 pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
 
-/// Warning that there is no potential of mean force.
 pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the distances in some windows do not overlap with those in the others; let the windows overlap more";
 
 impl ExchangeResults {
@@ -80,13 +78,11 @@ fn constant(at: &TemperatureResult) -> Option<f64> {
     (all.width == 0.0).then_some(all.energy)
 }
 
-/// Temperatures in words.
 fn temperatures(all: &[&TemperatureResult]) -> String {
     let all: Vec<String> = all.iter().map(|at| digits(at.temperature)).collect();
     format!("at T = {}", all.join(", "))
 }
 
-/// Windows in words.
 fn windows(all: &[&TemperatureResult]) -> String {
     let all: Vec<String> = all.iter().map(|at| at.place()).collect();
     format!("in {}", all.join(", "))

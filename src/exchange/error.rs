@@ -15,9 +15,7 @@ use super::multicanonical::Torn;
 /// Reasons why the averages of an exchange cannot begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Unprepared {
-    /// The energies do not overlap sufficiently to determine multicanonical weights.
     Torn,
-    /// A replica has not reached its window.
     Outside { window: usize, ends: [f64; 2], distance: f64 },
 }
 
@@ -170,7 +168,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// Suggestion for an exchange whose checkpoint cannot be used. An exchange keeps no older checkpoint.
+/// An exchange keeps no older checkpoint.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

@@ -54,19 +54,16 @@ pub trait ExchangeRecorder {
     }
 }
 
-/// Discards everything.
 impl ExchangeRecorder for () {
     type Error = Infallible;
 }
 
-/// A task for a thread: advance a replica to a time.
 struct Task {
     number: usize,
     replica: Box<Replica>,
     time: f64,
 }
 
-/// A replica that a thread has advanced.
 struct Done {
     number: usize,
     replica: Box<Replica>,
@@ -82,7 +79,6 @@ struct Watch<'w> {
 }
 
 impl Watch<'_> {
-    /// Calls `watch` if enough wall time has passed since the last call.
     fn look(&mut self, attempts: [u64; 2]) {
         if self.asked.elapsed() >= PAUSE {
             self.asked = Instant::now();
@@ -176,14 +172,12 @@ impl Exchange {
     }
 }
 
-/// A replica that could not continue.
 struct Failed {
     number: usize,
     source: EngineError,
 }
 
-/// Advances one replica after the other to the next attempt, on this thread. Stops early if there is a reason to
-/// pause.
+/// Stops early if there is a reason to pause.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,
@@ -209,7 +203,6 @@ struct Crew<'p> {
     pauses: &'p AtomicBool,
 }
 
-/// Takes replicas from the queue and advances them, until the queue is closed.
 fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
     loop {
         // A poisoned lock does no harm, because no thread panics while it holds the lock.
@@ -224,7 +217,6 @@ fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBoo
 }
 
 impl Crew<'_> {
-    /// Advances all replicas to the next attempt, or less far if there is a reason to pause.
     fn advance<R: ExchangeRecorder>(
         &self,
         exchange: &mut Exchange,

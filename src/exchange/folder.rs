@@ -172,8 +172,7 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    /// Returns the exchange of the last checkpoint, with the end given in the present scene. Also returns the entries
-    /// of its files in the checkpoint, after checking that the files still have this content.
+    /// Returns the exchange of the last checkpoint, with the end given in the present scene.
     fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
         let (mut exchange, files): Content =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
@@ -366,7 +365,6 @@ impl ExchangeRecorder for ExchangeFolder {
     }
 }
 
-/// Rejects a table that does not match its checksum in the summary, if there is one.
 fn refuse_other(
     folder: &Path,
     name: &str,

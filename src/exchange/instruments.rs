@@ -19,7 +19,7 @@ pub(super) struct InstrumentsAtTemperatures {
 }
 
 impl InstrumentsAtTemperatures {
-    /// Begins to measure. `simulations` are in the order of the temperatures.
+    /// `simulations` are in the order of the temperatures.
     pub fn begin<'s>(
         &mut self,
         plan: &ExchangePlan,
@@ -39,7 +39,6 @@ impl InstrumentsAtTemperatures {
         }
     }
 
-    /// Passes the simulation at each temperature to its instruments after an attempt.
     pub fn sample<'s>(
         &mut self,
         simulations: impl Iterator<Item = &'s Simulation>,
@@ -52,14 +51,12 @@ impl InstrumentsAtTemperatures {
         }
     }
 
-    /// Results of the instruments at each temperature so far; empty if the scene requests none.
     pub fn report(&self, example: &Simulation, applicable: &ApplicableObservables) -> Vec<Measured> {
         let report = |it: &Instruments| it.report(description(&self.system, example, applicable));
         self.each.iter().map(report).collect()
     }
 }
 
-/// The description that all simulations share, created once.
 fn description<'c>(
     known: &'c OnceLock<SystemDescription>,
     simulation: &Simulation,

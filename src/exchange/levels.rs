@@ -34,8 +34,7 @@ impl LevelDensity {
     }
 }
 
-/// Computes the populations of the levels at the given temperatures by reweighting. If there are more than a hundred
-/// levels, they are merged into bins.
+/// If there are more than a hundred levels, they are merged into bins.
 pub(super) fn populations(reweighting: &Reweighting, temperatures: &[f64]) -> Vec<Vec<Population>> {
     let energies: Vec<f64> = reweighting.density().levels().map(|(energy, _)| energy).collect();
     let bins = bins(&energies);

@@ -87,8 +87,7 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// Computes the potential of mean force. `visit` passes the distances in all windows at each attempt, and is
-    /// called twice.
+    /// `visit` passes the distances in all windows at each attempt, and is called twice.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -108,8 +107,7 @@ impl MeanForce {
     }
 }
 
-/// Index of the lowest free energy. Estimates with an error are preferred. A bin has no error if it is empty in any
-/// of the resamples.
+/// Estimates with an error are preferred. A bin has no error if it is empty in any of the resamples.
 fn lowest(all: impl Iterator<Item = Estimate>) -> Option<usize> {
     let by = |a: &Estimate, b: &Estimate| {
         let is_vague = |it: &Estimate| it.standard_error.is_none();

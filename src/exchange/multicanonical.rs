@@ -50,7 +50,7 @@ impl Multicanonical {
         self.weights.as_ref()
     }
 
-    /// Records the energies at all temperatures at an attempt. Returns whether there are new weights.
+    /// Returns whether there are new weights.
     pub fn see(&mut self, attempt: u64, energies: &[f64], temperatures: &[f64]) -> Result<bool, Torn> {
         let [first, second, third] = self.ends;
         let quarter = match attempt {
@@ -72,8 +72,6 @@ impl Multicanonical {
         Ok(true)
     }
 
-    /// Determines the weights from the energies of the second quarter or, at the end of the third, from those of both
-    /// quarters.
     fn learned(&self, quarter: usize, temperatures: &[f64]) -> Result<EnergyWeights, Torn> {
         let mut ensembles = Ensemble::canonical(temperatures);
         let [canonical, weighted] = &self.rows;

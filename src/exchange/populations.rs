@@ -21,7 +21,6 @@ const MOST_VALUES: usize = 128;
 /// potentials. This allows for round-off in their sums.
 const SAME: f64 = 1e-9;
 
-/// A level of the potential energy, or a bin of levels, and its populations.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Level {
     /// The energy of an exact level, or the index of a bin.
@@ -58,7 +57,6 @@ impl Populations {
         }
     }
 
-    /// Adds the energies of one attempt, one for each temperature.
     pub fn add(&mut self, energies: &[f64]) {
         let levels: Vec<usize> = {
             for energy in energies {
@@ -90,7 +88,6 @@ impl Populations {
         }
     }
 
-    /// Inserts a level for an energy if it has none.
     fn make_room(&mut self, energy: f64) {
         let Err(place) = self.find(energy) else { return };
         // Adding zero removes the sign of a negative zero.
@@ -126,7 +123,6 @@ impl Populations {
         self.levels = merged;
     }
 
-    /// Populations of all levels at the temperature with index `place`, in ascending order of energy.
     pub fn at(&self, place: usize) -> Vec<Population> {
         let nothing = Estimate { mean: 0.0, standard_error: None };
         let population = |level: &Level| Population {

@@ -12,7 +12,6 @@ use crate::run::audit::Ledger;
 /// Steps of the engine between two checks for a pause: a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
-/// A simulation, and the ledger that audits its energy.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Replica {
     pub simulation: Simulation,
@@ -20,7 +19,6 @@ pub(super) struct Replica {
 }
 
 impl Replica {
-    /// Creates the replica with this number. It begins at the temperature with the same index.
     pub fn new(scene: &Scene, plan: &ExchangePlan, seed: u64, number: usize) -> Result<Self, StartError> {
         let mut own = scene.clone();
         own.exchange = None;
@@ -48,18 +46,16 @@ impl Replica {
         energy.potential
     }
 
-    /// Multiplies all velocities.
     pub fn scale_velocities(&mut self, factor: f64) {
         self.simulation.scale_velocities(factor, &Vector::zeros());
         self.note();
     }
 
-    /// Returns the faults found by the audit of the energy, in words.
     pub fn faults(&self) -> Vec<String> {
         self.ledger.close(&self.simulation).faults().iter().map(ToString::to_string).collect()
     }
 
-    /// Advances to a time, unless `pauses` returns true on the way. Returns whether the time has been reached.
+    /// Returns whether the time has been reached.
     pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
         loop {
             if self.simulation.advance_for(STEPS, Until::time(time), None)?.is_some() {

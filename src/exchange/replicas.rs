@@ -61,7 +61,6 @@ pub struct Exchange {
     pub(super) equilibration: u64,
     total: u64,
     frame_every: u64,
-    /// Attempts so far.
     pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
     /// Index of the replica at each temperature or in each window.
@@ -82,7 +81,6 @@ pub struct Exchange {
     pub(super) averages: Averages,
     pub(super) instruments: InstrumentsAtTemperatures,
     pub(super) walk: Walk,
-    /// State of a multicanonical exchange.
     pub(super) multicanonical: Option<Multicanonical>,
 }
 
@@ -206,7 +204,6 @@ impl Exchange {
         }
     }
 
-    /// Present weights of the energy, if any.
     pub(super) fn weights(&self) -> Option<&EnergyWeights> {
         self.multicanonical.as_ref().and_then(Multicanonical::weights)
     }
@@ -218,7 +215,6 @@ impl Exchange {
         self.places.get(place).map(|number| &self.replicas[*number].simulation)
     }
 
-    /// The simulations in the order of the temperatures.
     pub(super) fn simulations(&self) -> impl Iterator<Item = &Simulation> {
         in_order(&self.places, &self.replicas)
     }
@@ -280,12 +276,10 @@ impl Exchange {
         }
     }
 
-    /// Whether averages have begun.
     pub(super) fn is_measured(&self) -> bool {
         self.attempts > self.equilibration
     }
 
-    /// Whether frames are due at the last attempt.
     pub(super) fn has_frame(&self) -> bool {
         self.is_measured() && (self.attempts - self.equilibration).is_multiple_of(self.frame_every)
     }
@@ -294,7 +288,6 @@ impl Exchange {
         self.start + attempt as f64 * self.plan.interval
     }
 
-    /// Simulated time of the next attempt `[time]`.
     pub(super) fn next_time(&self) -> f64 {
         self.time_of(self.attempts + 1)
     }

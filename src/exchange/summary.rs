@@ -92,7 +92,6 @@ impl ExchangeSummary {
         }
     }
 
-    /// Adds the thermal curves to the summary.
     #[must_use]
     pub(super) fn with_curves(mut self, mut curves: ThermalCurves) -> Self {
         self.warnings.extend(curves.is_torn.then(|| equilibrium::TORN.to_owned()));
@@ -105,7 +104,6 @@ impl ExchangeSummary {
         Self { heat_capacity_peak: peak, curves: points, density_of_states, ..self }
     }
 
-    /// Adds the potential of mean force to the summary.
     #[must_use]
     pub(super) fn with_mean_force(mut self, found: MeanForce) -> Self {
         self.warnings.extend(found.is_torn.then(|| equilibrium::TORN_WINDOWS.to_owned()));
@@ -125,7 +123,6 @@ impl ExchangeSummary {
         DensityOfStates::of_levels(levels).temperatures_for(ends(&temperatures), acceptance)
     }
 
-    /// Text of `summary.json`.
     pub(super) fn text(&self) -> String {
         // Serialization cannot fail, because JSON can represent all these types.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"

@@ -27,7 +27,6 @@ pub(super) fn header(temperatures: usize, measured: &[&str]) -> String {
     line + "\n"
 }
 
-/// Returns the line of `exchange.csv` for an attempt.
 pub(super) fn line(row: &ExchangeRow<'_>) -> String {
     let mut line = Cell(Some(row.time)).to_string();
     for (replica, energy) in row.replicas.iter().zip(row.potential) {
@@ -72,19 +71,16 @@ pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, 
     are_numbers && energies.len() == temperatures
 }
 
-/// Returns the header of `curves.csv`: the temperature, then each quantity followed by its error.
 fn heads_of(point: &ThermalPoint) -> String {
     let names = point.quantities().into_iter().map(|(name, _)| format!(",{name},{name}_error"));
     format!("temperature{}", names.collect::<String>())
 }
 
-/// `curves.csv`.
 pub(super) fn curves(points: &[ThermalPoint]) -> String {
     let mut text = heads_of(points.first().unwrap_or(&ThermalPoint::default())) + "\n";
     for point in points {
         text.push_str(&Cell(Some(point.temperature)).to_string());
         for (_, it) in point.quantities() {
-            // Writing to a string cannot fail.
             let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
         }
         text.push('\n');
@@ -92,7 +88,6 @@ pub(super) fn curves(points: &[ThermalPoint]) -> String {
     text
 }
 
-/// Reads the points of `curves.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
     let (mut lines, heads) = (text.lines(), heads_of(&ThermalPoint::default()));
     let Some(others) = lines.next().and_then(|line| line.strip_prefix(heads.as_str())) else {
@@ -108,17 +103,14 @@ pub(super) fn read_curves(text: &str) -> Result<Vec<ThermalPoint>, String> {
 
 const DENSITY_HEADS: &str = "energy,log_density_of_states,log_density_of_states_error";
 
-/// `density_of_states.csv`.
 pub(super) fn density_of_states(levels: &[LevelDensity]) -> String {
     let mut text = format!("{DENSITY_HEADS}\n");
     for LevelDensity { energy, log_density_of_states: it, .. } in levels {
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "{},{},{}", Cell(Some(*energy)), Cell(Some(it.mean)), Cell(it.standard_error));
     }
     text
 }
 
-/// Reads the levels of `density_of_states.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, String> {
     read_lines(behind(text, DENSITY_HEADS)?, "an energy, and a number with its error", |cells| {
         Some(LevelDensity::new(cells.number(0)?, cells.estimate(1)?))
@@ -128,13 +120,11 @@ pub(super) fn read_density_of_states(text: &str) -> Result<Vec<LevelDensity>, St
 const MEAN_FORCE_HEADS: &str =
     "distance,width,free_energy,free_energy_error,potential_of_mean_force,potential_of_mean_force_error";
 
-/// `potential_of_mean_force.csv`.
 pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
     let mut text = format!("{MEAN_FORCE_HEADS}\n");
     for MeanForcePoint { distance, width, free_energy, potential_of_mean_force } in points {
         let _ = write!(text, "{},{}", Cell(Some(*distance)), Cell(Some(*width)));
         for it in [free_energy, potential_of_mean_force] {
-            // Writing to a string cannot fail.
             let _ = write!(text, ",{},{}", Cell(Some(it.mean)), Cell(it.standard_error));
         }
         text.push('\n');
@@ -142,7 +132,6 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
     text
 }
 
-/// Reads the points of `potential_of_mean_force.csv`. If the text is damaged, returns a description of the fault.
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
     let expected = "a distance and a width, and two numbers with their errors";
     read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
@@ -157,7 +146,6 @@ pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String>
 
 const HEADS: &str = "temperature,energy,width,population,population_error";
 
-/// `energies.csv`.
 pub(super) fn energies(results: &ExchangeResults) -> String {
     let mut text = format!("{HEADS}\n");
     for at in &results.temperatures {
@@ -171,7 +159,6 @@ pub(super) fn energies(results: &ExchangeResults) -> String {
     text
 }
 
-/// Adds the populations of `energies.csv` to the results. If the text is damaged, returns a description of the fault.
 pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let temperatures = &mut results.temperatures;
     read_lines(behind(text, HEADS)?, "four numbers, and a fifth number or an empty cell", |cells| {
@@ -184,7 +171,6 @@ pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result
     .map(|_| ())
 }
 
-/// Cells of a line of a table.
 struct Cells<'t>(Vec<&'t str>);
 
 impl Cells<'_> {
@@ -198,13 +184,11 @@ impl Cells<'_> {
     }
 }
 
-/// The lines of a table after its header.
 fn behind<'t>(text: &'t str, heads: &str) -> Result<Lines<'t>, String> {
     let mut lines = text.lines();
     if lines.next() == Some(heads) { Ok(lines) } else { Err(format!("line 1: expected `{heads}`")) }
 }
 
-/// Converts each line after the header with `made`. If this fails, returns a message with the text `expected`.
 fn read_lines<T>(
     lines: Lines<'_>,
     expected: &str,

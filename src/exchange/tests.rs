@@ -194,7 +194,6 @@ fn multicanonical_exchange_resumes_bitwise() {
     }
 }
 
-/// When the first weights are set, the velocities of all replicas are scaled to the highest temperature.
 #[test]
 fn replicas_have_the_highest_temperature_when_weights_begin() {
     let mut parts = fluid(0.2, 10).into_parts();

@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Direction in which a replica walks. It follows from the end that the replica visited last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Heading {
     /// The replica has not visited the upper end yet.
@@ -14,12 +13,10 @@ enum Heading {
     Up,
 }
 
-/// Round trips of all replicas between the ends of the temperatures, of the windows, or of the energies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Walk {
     /// Indices of the two ends: the highest and the lowest temperature, or the last and the first window.
     ends: [usize; 2],
-    /// Direction of each replica.
     headings: Vec<Heading>,
     trips: Vec<u64>,
 }
@@ -33,15 +30,13 @@ impl Walk {
         Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
     }
 
-    /// Records which replicas are now at the highest and at the lowest temperature. Round trips that end before the
-    /// measurement are not counted.
+    /// Round trips that end before the measurement are not counted.
     pub fn see(&mut self, places: &[usize], is_measured: bool) {
         let [highest, lowest] = self.ends.map(|end| places[end]);
         self.visit(highest, [false, true], is_measured);
         self.visit(lowest, [true, false], is_measured);
     }
 
-    /// Records that a replica is at the lower end, at the upper end or at neither.
     pub fn visit(&mut self, replica: usize, [is_low, is_high]: [bool; 2], is_measured: bool) {
         let heading = &mut self.headings[replica];
         if is_high {
@@ -52,7 +47,6 @@ impl Walk {
         }
     }
 
-    /// Number of round trips of each replica so far.
     pub fn trips(&self) -> &[u64] {
         &self.trips
     }

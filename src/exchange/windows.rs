@@ -45,8 +45,7 @@ impl Exchange {
         }
     }
 
-    /// Samples the distances of all replicas. A replica outside its window gets a window extended to its
-    /// present distance.
+    /// A replica outside its window gets a window extended to its present distance.
     pub(super) fn see_distances(&mut self) {
         let Some(umbrella) = &self.plan.umbrella else { return };
         for (place, window) in umbrella.windows.iter().enumerate() {
@@ -67,7 +66,6 @@ impl Exchange {
         is_within(self.distances[lower], windows[lower + 1]) && is_within(self.distances[lower + 1], windows[lower])
     }
 
-    /// Completes a swap between two neighbouring windows: each replica gets the window of the other one.
     pub(super) fn swap_windows(&mut self, lower: usize) {
         self.distances.swap(lower, lower + 1);
         let Some(umbrella) = &self.plan.umbrella else { return };

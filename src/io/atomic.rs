@@ -124,7 +124,6 @@ pub(crate) fn sync_folder(folder: &Path) {
     }
 }
 
-/// Returns the folder that contains a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -17,10 +17,8 @@ use crate::run::checkpoint;
 const LAST: &str = "checkpoint";
 const PREVIOUS: &str = "checkpoint.previous";
 
-/// Names of complete checkpoints.
 pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
 
-/// Interval between two checkpoints unless one is given.
 const INTERVAL: Duration = Duration::from_secs(300);
 
 /// Time from the start of a new run to the first checkpoint. Shorter runs write no intermediate checkpoint.
@@ -34,18 +32,15 @@ pub(super) fn previous(folder: &Path) -> PathBuf {
     folder.join(PREVIOUS)
 }
 
-/// The checkpoint to continue from: the last one, or the previous one if the last is missing.
 pub(super) fn newest(folder: &Path) -> PathBuf {
     let [last, previous] = NAMES.map(|name| folder.join(name));
     if !last.exists() && previous.exists() { previous } else { last }
 }
 
-/// Whether a folder has a checkpoint to continue from.
 pub(super) fn has_any(folder: &Path) -> bool {
     NAMES.iter().any(|name| folder.join(name).exists())
 }
 
-/// Paths of the checkpoints, and when the next one is due.
 #[derive(Debug)]
 pub(crate) struct Checkpoints {
     last: PathBuf,
@@ -57,22 +52,18 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Begins the checkpoints of a new run. The first one is written early.
     pub fn begin(last: PathBuf) -> Self {
         Self { is_first: true, ..Self::go_on(last) }
     }
 
-    /// Continues the checkpoints of a resumed run.
     pub fn go_on(last: PathBuf) -> Self {
         Self { last, previous: None, interval: INTERVAL, since: Instant::now(), is_first: false }
     }
 
-    /// Also keeps the previous checkpoint, under the given path.
     pub fn keeping(self, previous: PathBuf) -> Self {
         Self { previous: Some(previous), ..self }
     }
 
-    /// Whether the next checkpoint is due.
     pub fn is_due(&self) -> bool {
         let interval = if self.is_first { self.interval.min(FIRST) } else { self.interval };
         self.since.elapsed() >= interval

@@ -5,19 +5,16 @@ use crate::base::shortest::Shortest;
 use crate::engine::event::{Event, EventKind};
 use crate::physics::response::Outcome;
 
-/// The header of `contacts.csv`.
 pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
 
 /// Units of the columns of `contacts.csv`, in their order.
 const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
 
-/// Names and units of the columns.
 pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// Returns the line for an event. For a contact with a wall, the partner is the side of the box, such as `-z` for the
-/// lower z wall.
+/// For a contact with a wall, the partner is the side of the box, such as `-z` for the lower z wall.
 pub(super) fn line(event: &Event) -> Vec<u8> {
     // This capacity is enough for most lines.
     let mut text = Vec::with_capacity(128);

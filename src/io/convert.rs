@@ -131,17 +131,14 @@ pub struct Converted {
     pub is_truncated: bool,
 }
 
-/// A frame, its index, and whether its velocities are known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment<'a> {
     /// Index of the frame in its file, from 0.
     pub index: u64,
     pub frame: &'a Frame,
-    /// Whether the source contains velocities.
     pub has_velocities: bool,
 }
 
-/// Writes frames in a format, one after the other.
 pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
@@ -239,7 +236,7 @@ struct Reading {
 }
 
 impl Reading {
-    /// Returns the next frame. A truncated frame counts as the end of the file, unless it is the first frame.
+    /// A truncated frame counts as the end of the file, unless it is the first frame.
     fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
@@ -264,7 +261,6 @@ impl Reading {
     }
 }
 
-/// Creates the writer of a format. Surfaces are read from the files beside the source.
 fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dyn Writer>, ConvertError> {
     let file = || draft(target.partial()).map_err(ConvertError::write(target.partial()));
     Ok(match format {

@@ -16,7 +16,6 @@ use crate::trajectory::Frame;
 
 const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 
-/// The table that is being written.
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,

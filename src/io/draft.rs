@@ -24,9 +24,6 @@ pub(crate) struct UnnamedFile {
 
 impl UnnamedFile {
     /// Creates an empty file under a temporary name, in the folder of its final path.
-    ///
-    /// # Errors
-    /// System errors.
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
         // If the path is a link, the file that it points to is replaced, not the link.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
@@ -35,7 +32,6 @@ impl UnnamedFile {
         Ok((Self { temporary, target }, file))
     }
 
-    /// Its temporary path.
     pub fn path(&self) -> &Path {
         &self.temporary.path
     }
@@ -100,7 +96,6 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     }
 }
 
-/// Whether a file has the name of a draft.
 pub(crate) fn is_draft(name: &OsStr) -> bool {
     let inner = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX));
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());

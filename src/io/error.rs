@@ -151,7 +151,6 @@ impl OutputError {
     }
 }
 
-/// Returns a suggestion for an error of writing a file.
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     /// Error numbers for too many open files, in the whole system and in one process. They are the same on all Unix

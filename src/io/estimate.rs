@@ -128,7 +128,6 @@ impl SizeEstimate {
     }
 }
 
-/// Number of triangles in all meshes of a scene.
 fn triangles(scene: &Scene) -> f64 {
     let of = |surface: &SceneSurface| match &surface.shape {
         SurfaceShape::Mesh(mesh) => mesh.triangles.len(),
@@ -148,19 +147,16 @@ fn rests(scene: &Scene) -> bool {
     is_at_rest && !is_pushed && !is_driven && !scene.allow_invalid_start && !scene.has_moving_surfaces()
 }
 
-/// The stages before the last measurement, with their settings.
 fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {
     let all = Stage::all(&scene.run).filter(|stage| *stage != Stage::Measurement);
     all.map(|stage| (stage, stage.settings(&scene.run)))
 }
 
-/// Number of rows of `thermo.csv` in the stages before the last measurement; `None` if the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     let simulated = earlier(scene).filter(|(_, settings)| settings.has_end());
     simulated.map(|(_, settings)| at_times(&settings, rate, scene.output.thermo_interval, ROWS)).sum()
 }
 
-/// Number of frames of the earlier measured stages; `None` if the scene does not determine it.
 fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option<f64> {
     let measured = earlier(scene).filter(|(stage, _)| stage.is_measured());
     let frames = |(stage, settings): (Stage, Settings)| {

@@ -25,7 +25,6 @@ use crate::base::numbers::index;
 use crate::engine::event::Event;
 use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
 
-/// Name of the folder with the columns.
 pub(super) const FOLDER: &str = "events";
 
 /// A column of the log: name of its file, NumPy type, shape of an entry, and bytes per entry.
@@ -51,7 +50,6 @@ pub(super) fn bytes_of_event() -> f64 {
     COLUMNS.iter().map(|(.., size)| *size as f64).sum()
 }
 
-/// Writer of the event log. It buffers entries in memory.
 #[derive(Debug)]
 pub(super) struct EventLog {
     columns: Vec<PartialFile>,
@@ -60,7 +58,6 @@ pub(super) struct EventLog {
 }
 
 impl EventLog {
-    /// Creates the column files, without entries, in the folder of a run.
     pub fn create(run: &Path) -> Result<Self, OutputError> {
         let folder = run.join(FOLDER);
         fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source })?;
@@ -72,7 +69,6 @@ impl EventLog {
         Ok(Self::of(COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()?))
     }
 
-    /// Continues the column files that a checkpoint records.
     pub fn resume(run: &Path, manifest: &Manifest) -> Result<Self, OutputError> {
         let column = |(name, ..): &Kind| {
             let (name, path) = (format!("{FOLDER}/{name}"), run.join(FOLDER).join(name));
@@ -104,7 +100,6 @@ impl EventLog {
         if kind.len() < GATHERED { Ok(()) } else { self.hand_on() }
     }
 
-    /// Writes the buffered entries to the files.
     fn hand_on(&mut self) -> Result<(), OutputError> {
         for (column, entries) in self.columns.iter_mut().zip(&mut self.gathered) {
             column.write_bytes(entries)?;
@@ -119,8 +114,7 @@ impl EventLog {
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()
     }
 
-    /// Writes the buffered events and syncs all column files to disk. Returns a description of each file for the
-    /// checkpoint.
+    /// Writes the buffered events and syncs all column files to disk.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
         self.hand_on()?;
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
@@ -137,7 +131,6 @@ impl EventLog {
     }
 }
 
-/// Returns two vectors as little-endian bytes.
 fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
     let mut bytes = [0; 48];
     for (to, x) in bytes.chunks_exact_mut(8).zip(vectors.iter().flatten()) {

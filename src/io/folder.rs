@@ -44,7 +44,6 @@ use crate::run::{Recorder, RunState, Stage};
 pub(super) const SUMMARY: &str = "summary.json";
 /// Name of the old summary of a continued run, until the new summary is written.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
-/// Name of the file with a copy of the scene.
 pub(super) const SCENE: &str = "scene.toml";
 /// Name of the file with particles that a program has passed to the scene. The copy of the scene refers to this file.
 pub(super) const PARTICLES: &str = "particles.xyz";
@@ -94,7 +93,6 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 pub struct Folder {
     /// This field is dropped first, so that its thread finishes writing before the locks are released.
     trajectory: Trajectory,
-    /// The requested folder.
     target: PathBuf,
     /// Folder in which the files are written: the requested folder, or a folder inside it if this run is to replace an
     /// old run.

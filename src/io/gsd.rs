@@ -32,7 +32,6 @@ use crate::base::numbers::{single, trunc_to_i32};
 use crate::trajectory::Frame;
 use chunks::{Chunks, Kind};
 
-/// Writer of a GSD trajectory.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
@@ -50,7 +49,7 @@ impl Trajectory {
         Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
-    /// Writes a chunk, unless the first frame has an equal chunk. A chunk without rows is not written.
+    /// Writes a chunk, unless the first frame has an equal chunk.
     fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
         let first = self.first.iter().find(|(known, _)| *known == name);
         if first.is_some_and(|(_, first)| *first == bytes) {
@@ -198,7 +197,6 @@ fn count(number: usize) -> Result<u32, FrameError> {
     u32::try_from(number).map_err(|_| FrameError::TooMany(number))
 }
 
-/// Little-endian single precision.
 fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, FrameError> {
     let mut bytes = Vec::new();
     for &number in numbers {

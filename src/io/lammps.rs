@@ -37,7 +37,6 @@ use std::io::Write;
 use super::convert::{Draft, FrameError, Moment, Writer, finish};
 use super::number::Cell;
 
-/// Writer of a LAMMPS dump.
 #[derive(Debug)]
 pub(super) struct Dump {
     file: Draft,

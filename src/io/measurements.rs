@@ -15,9 +15,7 @@ use crate::analysis::instruments::{Curve, Measured};
 use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
 
-/// Name of the file with all results.
 pub(crate) const FILE: &str = "measurements.json";
-/// Name of the folder with a table for each curve.
 pub(crate) const TABLES: &str = "measurements";
 
 /// Content of `measurements.json`: the results of the instruments in the last measurement of a run and in its earlier
@@ -43,7 +41,6 @@ pub struct StageMeasured {
 }
 
 impl Measurements {
-    /// Collects the results of a run.
     pub(super) fn of(finished: &Finished) -> Self {
         let stage =
             |stage: &MeasuredStage| StageMeasured { name: stage.name.clone(), measured: stage.measured.clone() };
@@ -74,7 +71,7 @@ impl Measurements {
         )
     }
 
-    /// Writes the files under temporary names. There are no files if nothing was measured.
+    /// Writes the files under temporary names.
     pub(crate) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
         if *self == Self::default() {
             return Ok(Vec::new());
@@ -101,7 +98,6 @@ impl Measurements {
     }
 }
 
-/// Whether a file with this name is a table of measurements.
 pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }

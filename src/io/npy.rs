@@ -31,7 +31,6 @@ use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 use array::Array;
 
-/// Writer of a folder of NumPy arrays.
 #[derive(Debug)]
 pub(super) struct Arrays {
     folder: PathBuf,

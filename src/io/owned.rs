@@ -30,10 +30,8 @@ const REPLACEMENT: &str = "replacement ";
 /// Progress of the replacement of a run by a new run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Replacement {
-    /// No replacement is in progress.
     #[default]
     None,
-    /// The new run has begun.
     Begun,
     /// The new run is complete, and its files are replacing the files of the old run.
     Complete,
@@ -69,7 +67,6 @@ pub(super) fn is_run(folder: &Path) -> bool {
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
-/// Returns the progress of the replacement of the run in a folder, from the list in this folder.
 pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
@@ -127,7 +124,6 @@ impl Owned {
         self.replacement
     }
 
-    /// Records the progress of the replacement of this run by a new run.
     pub fn set_replacement(&mut self, state: Replacement) -> Result<(), OutputError> {
         if self.replacement != state {
             self.append(&format!("{REPLACEMENT}{}\n", state.word()))?;
@@ -198,13 +194,11 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes all listed files of the run.
     pub fn remove_all(&mut self) -> Result<(), OutputError> {
         let names: Vec<String> = self.names.iter().cloned().collect();
         self.remove(&names)
     }
 
-    /// Removes the unfinished version of a file or folder, if it exists.
     pub fn remove_partial(&self, name: &str) -> Result<(), OutputError> {
         let partial = partial_of(&self.folder.join(name.trim_end_matches('/')));
         if name.ends_with('/') { convert::remove_converted(&partial) } else { remove(&partial) }
@@ -234,7 +228,6 @@ pub(crate) fn note(path: &Path) {
     }
 }
 
-/// Content of the list of files.
 #[derive(Debug, Default)]
 struct List {
     /// Names of files that were added and not removed later.
@@ -262,7 +255,6 @@ impl List {
     }
 }
 
-/// Reads the list of files in a folder, if there is one.
 fn read(folder: &Path) -> Option<List> {
     let text = plain::read(&folder.join(FILE), u64::MAX).ok()?;
     List::of(&text).map(|(list, _)| list)

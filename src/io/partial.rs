@@ -9,11 +9,8 @@ use super::plain;
 use crate::base::durability;
 use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
-/// Suffix of the name of an unfinished file.
 const SUFFIX: &str = ".partial";
 
-/// A file that has a temporary name until it is complete.
-///
 /// Its checksum is updated while it is written, so that a checkpoint does not have to read it again.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
@@ -33,7 +30,6 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
-    /// Creates a file under a temporary name, and writes a text to it. `path` is its final path.
     pub fn with_text(path: PathBuf, text: &str) -> Result<Self, OutputError> {
         let mut file = Self::create(path)?;
         file.write(text)?;
@@ -47,8 +43,7 @@ impl PartialFile {
         if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Checks that a file still contains the data that a checkpoint records. The file may have its temporary or its
-    /// final name.
+    /// Checks that a file still contains the data that a checkpoint records.
     pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
@@ -74,7 +69,6 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: 0 })
     }
 
-    /// Appends bytes.
     pub fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
@@ -121,7 +115,6 @@ impl PartialFile {
         &mut self.file
     }
 
-    /// Appends text.
     pub fn write(&mut self, text: &str) -> Result<(), OutputError> {
         self.write_bytes(text.as_bytes())
     }
@@ -131,18 +124,15 @@ impl PartialFile {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }
 
-    /// Syncs the file to disk.
     pub fn sync(&mut self) -> Result<(), OutputError> {
         self.flush()?;
         durability::sync_all(self.file.get_ref().inner()).map_err(OutputError::write(&self.partial))
     }
 
-    /// Removes the unfinished file instead of completing it.
     pub fn discard(self) -> Result<(), OutputError> {
         fs::remove_file(&self.partial).map_err(OutputError::write(&self.partial))
     }
 
-    /// Syncs the file to disk and gives it its final name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
         self.sync()?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
@@ -168,7 +158,6 @@ fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
     BufWriter::with_capacity(1 << 16, file)
 }
 
-/// Returns the temporary name of a file.
 pub(super) fn partial_of(path: &Path) -> PathBuf {
     let mut partial = path.as_os_str().to_owned();
     partial.push(SUFFIX);

@@ -52,8 +52,8 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens or creates the file that marks a folder as Carom's. Returns the file and its content. The file stays locked
-/// for this process until it is dropped.
+/// Opens or creates the file that marks a folder as Carom's. The file stays locked for this process until it is
+/// dropped.
 ///
 /// # Errors
 /// [`OutputError::Busy`] if another process has locked the file, [`OutputError::NotPlain`] or [`OutputError::Write`] if

@@ -13,10 +13,8 @@ use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
 use super::owned::{self, Owned, Replacement};
 
-/// Name of the folder of a new run inside the folder of the run that it is to replace.
 pub(super) const FOLDER: &str = "replacement";
 
-/// Returns the path of the folder for a run that is to replace `run`.
 pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
@@ -73,7 +71,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Moves a file or a folder to its final path. A missing file or folder has been moved before.
+/// A missing file or folder has been moved before.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };

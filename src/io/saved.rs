@@ -146,7 +146,6 @@ pub fn simulation_from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<(Simul
         .unwrap_or_else(|error| Err(SavedError::Damaged { name: name.to_owned(), why: error.to_string() }))
 }
 
-/// Reads a simulation, and checks that no bit of the file has changed.
 fn read<T: DeserializeOwned>(input: impl Read + Seek, name: &str) -> io::Result<Result<(Simulation, T), SavedError>> {
     let name = name.to_owned();
     let found = match read_sealed::<(Simulation, T)>(input, Kind::Simulation)? {

@@ -11,13 +11,12 @@ use crate::model::Limit;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// Writes the text of a scene. Returns a checksum that identifies the scene even if the limit of the run changes.
+/// Returns a checksum that identifies the scene even if the limit of the run changes.
 pub(super) fn create(path: PathBuf, text: &str) -> Result<u32, OutputError> {
     PartialFile::with_text(path, text)?.flush()?;
     Ok(identity(text))
 }
 
-/// Checks that the text of the scene agrees with the checksum in a checkpoint.
 pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
     let path = PartialFile::present(path);
     let text =
@@ -26,7 +25,6 @@ pub(super) fn check(path: &Path, expected: u32) -> Result<(), CheckpointError> {
     if found == expected { Ok(()) } else { Err(CheckpointError::Scene { path, found, expected }) }
 }
 
-/// Writes the limit of a continued run into the text of the scene, if the limit has changed.
 pub(super) fn set_limit(path: &Path, limit: Limit) -> Result<(), OutputError> {
     let partial = partial_of(path);
     let text = fs::read_to_string(&partial).map_err(OutputError::write(&partial))?;
@@ -37,7 +35,6 @@ pub(super) fn set_limit(path: &Path, limit: Limit) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Returns the checksum of the text of a scene without the limit of the run.
 fn identity(text: &str) -> u32 {
     checksum(without_limit(text).as_bytes())
 }

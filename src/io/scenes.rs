@@ -84,7 +84,6 @@ pub fn read_scene_with(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, Some(particles), &open)
 }
 
-/// Reads the state at the end of a finished run.
 fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     let refused =
         |problem: String, cure: String| Err(SceneErrorKind::NoStart { path: folder.to_owned(), problem, cure });
@@ -130,7 +129,6 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
 }
 
-/// Suggestion for the user if a run cannot start from a checkpoint.
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {

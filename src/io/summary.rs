@@ -309,7 +309,6 @@ impl Speed {
     }
 }
 
-/// Means with their standard errors and their verdicts on stationarity, by name.
 fn observables(
     estimates: &[(&'static str, Estimate)],
     stationarity: &[(&'static str, Stationarity)],
@@ -322,8 +321,7 @@ fn observables(
 }
 
 /// Returns published values for the system in a stage, or in the last measurement if `stage` is `None`, at the mean
-/// temperature. Diameters are the diameters in the scene times `scale`. The list is empty if a barostat may have
-/// changed the volume.
+/// temperature. Diameters are the diameters in the scene times `scale`.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -368,7 +366,6 @@ fn events(measurement: &MeasurementPeriod) -> Events {
     }
 }
 
-/// Default of the diameter factor in files without this key.
 fn not_grown() -> f64 {
     1.0
 }

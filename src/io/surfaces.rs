@@ -22,10 +22,8 @@ use super::partial::PartialFile;
 use crate::mesh::{WriteStlError, shown, write_stl};
 use crate::model::{Scene, SurfaceMotion};
 
-/// Name of the folder of surfaces, inside the folder of a run.
 const FOLDER: &str = "surfaces";
 
-/// Name of the list of surfaces.
 const LIST: &str = "surfaces.json";
 
 const EXTENSION: &str = "stl";
@@ -58,7 +56,6 @@ pub struct ListedSurface {
     pub motions: Vec<SurfaceMotion>,
 }
 
-/// Whether the scene needs a list of surfaces, because some surfaces move or are absent in some stages.
 fn is_listed(scene: &Scene) -> bool {
     scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
 }

@@ -35,11 +35,9 @@ impl Column {
 /// a row.
 type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
 
-/// Columns of `thermo.csv` for a scene.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
     applicable: ApplicableObservables,
-    /// Whether energy can be supplied from outside.
     is_driven: bool,
     regions: Vec<String>,
     /// Plan of the run, with the names of its stages.
@@ -47,7 +45,6 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Columns of a new run.
     pub fn of(scene: &Scene) -> Self {
         Self::with(scene, ApplicableObservables::of(scene))
     }
@@ -59,13 +56,11 @@ impl Columns {
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }
     }
 
-    /// Returns the first line of the table.
     pub fn header(&self) -> String {
         let names: Vec<String> = self.columns().into_iter().map(|column| column.name).collect();
         names.join(",") + "\n"
     }
 
-    /// Names and units of the columns of `thermo.csv`. The names are identifiers.
     pub fn columns(&self) -> Vec<Column> {
         let dimensions = trunc_to_usize(self.applicable.dimensions);
         let mut columns = vec![Column::new("time", "time"), Column::new("events", "1")];
@@ -79,7 +74,6 @@ impl Columns {
         columns
     }
 
-    /// The quantities of a row, in the order of their columns.
     fn quantities(&self) -> [Quantity; 9] {
         let applicable = &self.applicable;
         [
@@ -95,7 +89,6 @@ impl Columns {
         ]
     }
 
-    /// Returns a row of the table.
     pub fn line(&self, stage: Stage, row: &Row) -> String {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
         for (has, .., of) in self.quantities() {

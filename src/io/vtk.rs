@@ -32,7 +32,6 @@ use crate::trajectory::Frame;
 use poly_data::PolyData;
 pub(super) use surfaces::Surfaces;
 
-/// Writer of a folder of VTK files.
 #[derive(Debug)]
 pub(super) struct Series {
     folder: PathBuf,
@@ -85,7 +84,6 @@ impl Writer for Series {
     }
 }
 
-/// Returns a frame with a point for each particle and a line for each bond.
 fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     let Moment { frame, has_velocities, .. } = *moment;
     let mut data = PolyData::default();
@@ -125,7 +123,6 @@ fn leaves_through_a_side(frame: &Frame, ends: [u32; 2]) -> bool {
     (0..3).any(|axis| frame.periodic[axis] && 2.0 * separation[axis].abs() > frame.size[axis])
 }
 
-/// Returns the edges of the box as lines.
 fn outline(frame: &Frame) -> PolyData {
     let corners: Vec<_> = (0..8_u32)
         .map(|corner| {

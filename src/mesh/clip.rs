@@ -33,8 +33,7 @@ pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64)
     TriangleMesh::welded(pieces)
 }
 
-/// Returns the part of a convex polygon inside all half spaces, by the algorithm of Sutherland and Hodgman. The result
-/// is empty if there is no such part.
+/// Returns the part of a convex polygon inside all half spaces, by the algorithm of Sutherland and Hodgman.
 pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64) -> Vec<Vector> {
     for space in spaces {
         let mut kept = Vec::with_capacity(polygon.len() + 1);

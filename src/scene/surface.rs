@@ -59,7 +59,6 @@ impl Surface {
         Ok(())
     }
 
-    /// Validates a two-dimensional shape.
     fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         let Some(axes) = plane_axes(space) else {
             let (is_in, cure) = match space.dimensions() {
@@ -93,7 +92,6 @@ impl Surface {
     }
 }
 
-/// Checks that the open sides of a rectangle exist, and that at least one side is closed.
 fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
     let sides = || BoxSide::NAMES.iter().filter(|(_, side)| axes.contains(&side.axis));
     if let Some((index, side)) = open.iter().enumerate().find(|(_, side)| !axes.contains(&side.axis)) {

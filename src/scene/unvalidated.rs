@@ -248,7 +248,6 @@ impl SpeciesDraft {
         Self { is_static: true, ..self }
     }
 
-    /// Creates the draft of a validated species.
     pub(crate) fn of(species: &Species) -> Self {
         Self {
             name: species.name.clone(),
@@ -259,7 +258,6 @@ impl SpeciesDraft {
         }
     }
 
-    /// Requires a mass for a species that moves, and rejects a mass for a static species.
     pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self.mass {
             None if !self.is_static => Err(missing(at, "mass", "every species that moves needs one")),
@@ -274,7 +272,6 @@ impl SpeciesDraft {
 pub struct InteractionDraft {
     /// Name by which bonds refer to the interaction.
     pub(crate) name: Option<String>,
-    /// Species of the pairs to which the interaction applies.
     pub(crate) species: Option<[String; 2]>,
     pub(crate) model: Model,
     /// Contact distance; if `None`, half the sum of the diameters of the two species.
@@ -327,7 +324,6 @@ pub(crate) struct Listed {
 }
 
 impl Listed {
-    /// Lists a single particle.
     pub fn one(species: &str, position: Vector, velocity: Vector) -> Self {
         let particle = Particle { species: SpeciesId(0), position, velocity };
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
@@ -351,7 +347,6 @@ pub(crate) struct UnvalidatedBond {
 /// A start from the end of an earlier run, and which other parts the scene gives.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
-    /// Folder of the run from whose end the scene starts.
     pub from: PathBuf,
     /// Expected checksum of the last checkpoint in `from`, if the scene gives one.
     pub checksum: Option<String>,
@@ -370,7 +365,6 @@ pub(crate) enum Group {
     Surface(SurfaceFill),
 }
 
-/// A group of particles and its config path.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LocatedGroup {
     pub at: ConfigPath,

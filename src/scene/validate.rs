@@ -80,7 +80,6 @@ impl SceneBuilder {
         self.check_displacement()
     }
 
-    /// Checks that the positions of particles are valid, unless invalid starts are allowed.
     pub(super) fn check_places(&self, start: &Configuration<'_>) -> Result<(), SceneError> {
         if self.parts.allow_invalid_start {
             return Ok(());
@@ -102,7 +101,6 @@ impl SceneBuilder {
         Ok(scene)
     }
 
-    /// Assembles the scene from its validated parts.
     pub(super) fn assembled(&self, start: Configuration<'_>) -> Scene {
         let Configuration { groups, interactions, space, displacement, surfaces } = start;
         let species = interactions.species.to_vec();
@@ -122,7 +120,6 @@ impl SceneBuilder {
         })
     }
 
-    /// Checks the names of stages and of surfaces that consist of static spheres.
     fn check_names(&self) -> Result<(), SceneError> {
         for (index, stage) in self.parts.run.stages.iter().enumerate() {
             names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;

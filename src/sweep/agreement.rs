@@ -105,7 +105,6 @@ mod tests {
     use crate::analysis::published::CRYSTAL_LABEL as CRYSTAL;
     use crate::sweep::{Group, MeasuredQuantity, Pooled, StageMeans};
 
-    /// Creates a state point with one mean, its error, and published values.
     fn group(mean: f64, error: f64, published: &[(&str, f64, f64)]) -> Group {
         let known = |(label, value, finite_size): &(&str, f64, f64)| PublishedValue {
             quantity: "z".to_owned(),

@@ -27,7 +27,7 @@ const DIGITS: usize = 12;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     keys: Vec<String>,
-    /// Values of each key. All lists have the same length.
+    /// All lists have the same length.
     values: Vec<Vec<String>>,
 }
 
@@ -99,7 +99,6 @@ impl Axis {
         self.len() == 0
     }
 
-    /// Returns each key with its value at an index on the axis.
     pub(super) fn settings(&self, at: usize) -> impl Iterator<Item = (String, String)> {
         self.keys.iter().zip(&self.values).map(move |(key, values)| (key.clone(), values[at].clone()))
     }
@@ -138,7 +137,6 @@ impl fmt::Display for Axis {
     }
 }
 
-/// Parses a list of values and ranges.
 fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     let mut values = Vec::new();
     for part in split(list, ',') {
@@ -157,7 +155,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// Parses a range. `low` is the text before the dots, `rest` the text after them.
+/// `low` is the text before the dots, `rest` the text after them.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);

@@ -54,7 +54,7 @@ impl Sweep {
         keys.zip(names).flat_map(|(key, name)| self.numbers_of(key, &name)).collect()
     }
 
-    /// Numbers in the values of a key. Numbers that are equal at all points are left out.
+    /// Numbers that are equal at all points are left out.
     fn numbers_of(&self, key: &str, name: &str) -> Vec<Entry> {
         let settings = self.points().iter().flat_map(Point::settings).filter(|(other, _)| other == key);
         let mut all: Vec<BTreeMap<String, f64>> = settings.map(|(_, value)| numbers(value)).collect();

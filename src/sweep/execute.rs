@@ -188,8 +188,7 @@ impl SweepFolder {
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
-    /// Returns the outcome of a run that has already ended. Conversions that are missing, for example because the disk
-    /// was full, are made now.
+    /// Conversions that are missing, for example because the disk was full, are made now.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
         // A run that was continued outside the sweep may have failed without a record in the folder of the sweep.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
@@ -236,7 +235,6 @@ fn finish(
     Ok(finished.trouble().map(Fate::Failed).or_else(failure).unwrap_or(Fate::Done))
 }
 
-/// Turns an error into the outcome of a failed point: its message and its causes, in one line.
 fn failed(error: &dyn std::error::Error) -> Fate {
     Fate::Failed(with_causes(error).replace('\n', " "))
 }

@@ -18,7 +18,6 @@ use crate::io::{Existing, Folder, FolderState, OutputError, Summary, remove};
 use crate::run::Ending;
 use crate::scene::read_text;
 
-/// Name of the file that describes a sweep, in the folder of the sweep.
 const SWEEP: &str = "sweep.toml";
 
 /// Name of the file that keeps the text of the scene in the folder of the sweep, if the scene has no file of its own.
@@ -85,7 +84,6 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// Content of `sweep.toml`.
     fn file(&self) -> SweepFile {
         let absolute = match self.text_alone() {
             Some(_) => PathBuf::from(SCENE),
@@ -132,7 +130,7 @@ impl SweepFolder {
     }
 
     /// Creates `sweep.toml`, or checks that the existing file describes the same sweep. A new file gets its final name
-    /// in one step and never replaces another file. If several sweeps start in one folder, only one of them gets it.
+    /// in one step and never replaces another file.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -214,7 +212,6 @@ impl SweepFolder {
         &self.path
     }
 
-    /// Path of the file that describes the sweep.
     fn record(&self) -> PathBuf {
         self.path.join(SWEEP)
     }
@@ -231,8 +228,7 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// Returns the state of the run of a point. An interrupted run counts as unfinished, even if it ended in good
-    /// order.
+    /// An interrupted run counts as unfinished, even if it ended in good order.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -241,7 +237,6 @@ impl SweepFolder {
         Ok(if is_interrupted { FolderState::Unfinished } else { state })
     }
 
-    /// Returns the recorded reason why the run of a point has failed, if it has.
     pub(super) fn failure(&self, point: &Point) -> Option<String> {
         fs::read_to_string(self.failure_file(point)).ok().map(|text| text.trim_end().to_owned())
     }
@@ -265,7 +260,6 @@ impl SweepFolder {
         Ok(write_text(&path, &format!("{message}\n"))?)
     }
 
-    /// Writes a table or a page into the folder of the sweep.
     pub(super) fn write(&self, name: &str, text: &str) -> Result<PathBuf, SweepError> {
         let path = self.path.join(name);
         refuse_others(&self.path, name)?;

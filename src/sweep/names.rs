@@ -79,7 +79,6 @@ fn short_value(text: &str) -> (String, bool) {
     }
 }
 
-/// Collects the values in a list or a table, in order.
 fn gather(value: &Value, parts: &mut Vec<String>) {
     match value {
         Value::Array(list) => list.iter().for_each(|it| gather(it, parts)),

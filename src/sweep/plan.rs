@@ -14,10 +14,10 @@ use crate::model::Scene;
 use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
-/// Key of the seed. Points that differ only in the seed are repetitions of the same state point.
+/// Points that differ only in the seed are repetitions of the same state point.
 const SEED: &str = "seed";
 
-/// Key of the barostat. Runs with a barostat measure quantities that other scenes prescribe, such as the density.
+/// Runs with a barostat measure quantities that other scenes prescribe, such as the density.
 const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: its axes and its points. From point to point, the last axis varies fastest.
@@ -196,7 +196,6 @@ impl Sweep {
         short_names(&self.keys(), self.has_barostat())
     }
 
-    /// Whether the scene, or one of its variations, has a barostat.
     fn has_barostat(&self) -> bool {
         let is_key = |key: &str| key.split('.').any(|part| part.trim() == BAROSTAT);
         let scene = self.text.parse().is_ok_and(|table| has_key(&toml::Value::Table(table), BAROSTAT));
@@ -217,7 +216,6 @@ impl Sweep {
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
     }
 
-    /// Checksum of the text of the scene.
     pub(super) fn checksum(&self) -> String {
         format!("crc32:{:08x}", checksum(self.text.as_bytes()))
     }
@@ -239,7 +237,6 @@ impl Sweep {
         Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Files that the scene at a point refers to.
     pub(super) fn inputs_at(&self, point: &Point) -> Result<Vec<(PathBuf, NamedInput)>, SceneError> {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }

@@ -30,7 +30,7 @@ const FIRST: [&str; 10] = [
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-/// Returns the position of a quantity in tables. In runs with measured stages, the temperature comes first.
+/// Returns the position of a quantity in tables.
 fn rank(name: &str, has_stages: bool) -> usize {
     if has_stages && name == "temperature" {
         return 0;
@@ -231,7 +231,6 @@ pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     summary.trouble.clone().or_else(faults)
 }
 
-/// Returns the results of the measured stages of a run, and of its last measurement.
 fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<MeasuredQuantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
     let mut placed = |values: Vec<(MeasuredQuantity, Value)>| {
@@ -272,7 +271,6 @@ fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<
     all
 }
 
-/// Names of the measurements of all points, with the last measurement at the end.
 fn stages(points: &[PointResult]) -> Vec<String> {
     let mut stages: Vec<String> = Vec::new();
     for measurement in points.iter().flat_map(|point| &point.measurements) {
@@ -343,7 +341,6 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
     groups
 }
 
-/// Calculates the means of a measurement over runs of a state point.
 fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans {
     let of_stage =
         || runs.iter().filter_map(|run| run.measurements.iter().find(|measurement| measurement.stage == stage));
@@ -356,7 +353,6 @@ fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans
     }
 }
 
-/// Pools the values of several runs, with equal weights.
 fn pooled(values: &[Value]) -> Option<Pooled> {
     let number = values.len() as f64;
     let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;

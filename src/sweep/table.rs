@@ -21,7 +21,6 @@ const RUNS: &str = "sweep.csv";
 const MEANS: &str = "sweep-mean.csv";
 const COLUMNS: &str = "sweep-columns.csv";
 
-/// Name of the column that contains the measurement of a row.
 const STAGE: &str = "stage";
 
 impl SweepFolder {
@@ -45,12 +44,10 @@ fn line(text: &mut String, cells: impl Iterator<Item = String>) {
     text.push('\n');
 }
 
-/// Names of the columns for the numbers in varied lists and tables.
 fn entry_heads(sweep: &Sweep) -> impl Iterator<Item = String> {
     sweep.entries().into_iter().map(|entry| entry.name().to_owned())
 }
 
-/// Name of the column for the measurement. It exists only if runs have several measurements.
 fn stage_head(results: &Results) -> impl Iterator<Item = String> {
     results.has_stages().then(|| STAGE.to_owned()).into_iter()
 }

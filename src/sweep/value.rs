@@ -25,7 +25,6 @@ pub(super) fn plain(text: &str) -> String {
     }
 }
 
-/// Whether a value is or contains a table that has this key.
 pub(super) fn has_key(value: &Value, key: &str) -> bool {
     match value {
         Value::Table(table) => table.contains_key(key) || table.values().any(|value| has_key(value, key)),

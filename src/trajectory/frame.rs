@@ -144,7 +144,6 @@ impl Frame {
         }
     }
 
-    /// Time, box, table and bonds of a scene at its start, without the particles.
     pub(crate) fn without_particles(scene: &Scene) -> Self {
         let (bond_names, bond_kinds) = Self::kinds_of_bonds(scene);
         Self {
@@ -226,7 +225,7 @@ impl Frame {
         self.size[axis] == 0.0
     }
 
-    /// The box of the frame as the space of a scene. Axes that are neither periodic nor flat are open.
+    /// Axes that are neither periodic nor flat are open.
     pub(crate) fn space(&self) -> Space {
         let boundary = |axis: usize| match self.periodic[axis] {
             true => Boundary::Periodic,
@@ -247,7 +246,6 @@ impl Frame {
         Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
     }
 
-    /// Extent that files give to flat axes: the largest diameter of the particles, or 1 if no diameter is positive.
     pub(crate) fn thickness_for(radii: impl Iterator<Item = f64>) -> f64 {
         let widest = radii.map(|radius| 2.0 * radius).fold(0.0, f64::max);
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }

@@ -30,7 +30,7 @@ impl Row {
     }
 }
 
-/// Returns the audit of a run. `scene`, if it could be read, gives the reasons why momentum is not conserved.
+/// `scene`, if it could be read, gives the reasons why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
     let how = "relative error of the sum of kinetic, potential and dissipated energy, less the supplied energy";

@@ -196,7 +196,6 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// Formats a vector, for example `(0, 0, -9.81)`.
 fn vector(v: &Vector) -> String {
     format!("({}, {}, {})", digits(v.x), digits(v.y), digits(v.z))
 }

@@ -203,7 +203,6 @@ fn told(Burden { cause, seconds }: Burden) -> String {
     }
 }
 
-/// Formats a wall time in a suitable unit.
 fn wall_time(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} seconds"),

@@ -166,7 +166,6 @@ fn ending(path: &Path) -> String {
 }
 
 impl ViewError {
-    /// Error of writing a file.
     pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         |source| match source.kind() {
@@ -175,7 +174,6 @@ impl ViewError {
         }
     }
 
-    /// Error of reading a trajectory.
     pub(super) fn trajectory(path: &Path) -> impl Fn(ReadError) -> Self + Copy {
         move |source| Self::Trajectory { path: path.to_owned(), source }
     }

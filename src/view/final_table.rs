@@ -14,14 +14,12 @@ use crate::model::VolumeMoves;
 use crate::run::{Ending, Finished, Stage};
 use crate::view::{audit, describe};
 
-/// Values, each with the name of its observable.
 type Means<T> = [(&'static str, T)];
 
 /// Largest number of lines for results of instruments: enough for one instrument of each kind with a few
 /// species.
 const MOST_NUMBERS: usize = 48;
 
-/// Largest number of lines for rates of events.
 const MOST_RATES: usize = 12;
 
 /// Table of the results of a run: the system, the end, the means and the audit.
@@ -133,7 +131,6 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// Adds the means of a measurement.
     fn means(
         &mut self,
         means: &Means<Estimate>,
@@ -149,14 +146,13 @@ impl Lines {
         }
     }
 
-    /// Adds a line about the volume moves of a barostat, if there is one.
     fn moves(&mut self, moves: Option<&VolumeMoves>) {
         if let Some(moves) = moves {
             self.pair("volume moves", &describe::volume_moves(moves));
         }
     }
 
-    /// Adds the results of instruments. Results with too few data get a line too.
+    /// Results with too few data get a line too.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {
@@ -176,7 +172,6 @@ impl Lines {
         }
     }
 
-    /// Adds the rates of events by kind and species, if there are several.
     fn rates(&mut self, all: &[Rate]) {
         let all = told_apart(all);
         if all.is_empty() {
@@ -191,7 +186,6 @@ impl Lines {
         }
     }
 
-    /// Adds a line about how the work was shared among threads, if the scene requested several.
     fn threads(&mut self, simulation: &Simulation) {
         let threads = match simulation.processes() {
             1 => simulation.threads().to_string(),

@@ -53,7 +53,6 @@ const PROGRAM: [&str; 24] = [
     include_str!("live/live.js"),
 ];
 
-/// The scripts of the worker.
 const WORKER: [&str; 13] = [
     include_str!("live/engine.js"),
     include_str!("live/observables_displacement.js"),
@@ -119,7 +118,6 @@ fn scripts() -> String {
     json!({ "texts": texts, "program": format!("\"use strict\";\n(() => {{\n{program}}})();\n") }).to_string()
 }
 
-/// Returns the scene in the form that the page reads.
 fn description(scene: &Scene, source: &Source) -> String {
     let live = scene.live();
     let written = live.description.clone().unwrap_or_else(|| first_comment(&source.text));

@@ -68,7 +68,6 @@ const MOST_MEMORY: u64 = 2 << 30;
 /// in the image, and the shading of other particles.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
-/// Largest number of images per second in any format.
 const MOST_PER_SECOND: u32 = 120;
 
 /// Largest turn of the camera, ten full turns `[degrees]`.
@@ -219,7 +218,6 @@ pub fn write(
 }
 
 impl Movie {
-    /// Rejects options that are invalid for a format.
     fn refuse(&self, format: MovieFormat) -> Result<(), ViewError> {
         render::refuse_style(&self.style)?;
         let option = |name, value: f64, expected| Err(ViewError::Option { name, value, expected });
@@ -253,7 +251,6 @@ fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     }
 }
 
-/// Everything that is needed to draw the images of a movie.
 struct Reel<'a> {
     trajectory: &'a Path,
     path: &'a Path,
@@ -265,7 +262,6 @@ struct Reel<'a> {
 }
 
 impl Reel<'_> {
-    /// Draws, compresses and writes all images.
     fn write<C: Codec>(
         &self,
         codec: &C,
@@ -308,7 +304,6 @@ impl Reel<'_> {
         render::cores().min(fitting).min(self.index.places.len()).max(1)
     }
 
-    /// Reads a frame and draws it.
     fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, ViewError> {
         let fault = |source| self.index.fault(self.trajectory, place, source);
         let frame = self.index.read(self.trajectory, place)?;

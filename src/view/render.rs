@@ -156,7 +156,6 @@ fn paint(
     scenery.colours(team)
 }
 
-/// Creates an image from pixels.
 fn image(camera: &Camera, pixels: &[Colour], team: &Team) -> Image {
     let mut bytes = vec![[0; 4]; pixels.len()];
     let size = 1 << 14;
@@ -175,7 +174,6 @@ fn refuse_frame(frame: &Frame) -> Result<(), ViewError> {
     refuse_numbers(frame)
 }
 
-/// Rejects values that cannot be drawn.
 pub(super) fn refuse_numbers(frame: &Frame) -> Result<(), ViewError> {
     let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
     if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {

@@ -19,7 +19,6 @@ pub struct Margins {
     pub flight: f64,
 }
 
-/// Replaces `worst` by the ratio of `by` to `bound`, if that is larger.
 pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
     if bound > 0.0 {
         *worst = worst.max(by / bound);
@@ -125,7 +124,6 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Returns the certificate before the first event is proven.
     pub(super) fn blank(first_event: u64, start: f64) -> Self {
         Self { first_event, start, ..Self::default() }
     }

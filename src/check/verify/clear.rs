@@ -9,7 +9,6 @@ use super::rules::Side;
 /// Rounding error of a position, relative to the lengths that were added to compute it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Largest number of pieces of a flight that are searched.
 const MOST_PIECES: u32 = 10_000;
 
 /// Factor that makes a computed distance or time large enough in spite of rounding.

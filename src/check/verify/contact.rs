@@ -52,7 +52,6 @@ impl Contact {
         Self::Pair([a.min(b), a.max(b)])
     }
 
-    /// The particles.
     pub(super) fn particles(&self) -> impl Iterator<Item = u32> + use<> {
         let (first, second) = match self {
             Self::Pair([a, b]) => (a.0, Some(b.0)),

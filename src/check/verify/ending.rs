@@ -16,7 +16,6 @@ const MOST_IMAGES: f64 = 1e6;
 
 /// Result of a search for an event at any future time.
 enum Search {
-    /// There will be no event.
     Never,
     /// The next event is due after this time from now `[time]`.
     Due(f64),
@@ -47,8 +46,7 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Searches for future events of a particle at the walls. Returns a contact for which no event is found but an
-    /// event cannot be excluded.
+    /// Returns a contact for which no event is found but an event cannot be excluded.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -65,8 +63,7 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Searches for future events of a particle at the surfaces. Returns a contact for which no event is found but an
-    /// event cannot be excluded.
+    /// Returns a contact for which no event is found but an event cannot be excluded.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -115,7 +112,7 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Searches for future events of a pair. Returns true if no event is found but an event cannot be excluded.
+    /// Returns true if no event is found but an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);

@@ -25,7 +25,6 @@ const NEAR: f64 = 1.001;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facet {
     pub feature: Feature,
-    /// Index of the surface in the scene.
     pub surface: u32,
     /// Lower and upper corner of the feature's bounding box `[length]`.
     bounds: [Vector; 2],
@@ -34,7 +33,6 @@ pub(super) struct Facet {
     slenderness: f64,
 }
 
-/// Returns the facets of all surfaces of a scene.
 pub(super) fn facets(scene: &Scene, periods: &Vector) -> Vec<Facet> {
     let radius = 0.5 * scene.species.iter().map(|species| species.diameter).fold(0.0, f64::max);
     let all = features(&scene.surfaces).into_iter();
@@ -75,12 +73,10 @@ impl Facet {
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }
 
-    /// Returns the contact of a particle with the facet's surface.
     pub fn contact(&self, i: u32) -> Contact {
         Contact::Surface { particle: ParticleId(i), surface: self.surface }
     }
 
-    /// Whether the facet's bounding box overlaps the given box.
     pub fn reaches(&self, [lower, upper]: &[Vector; 2]) -> bool {
         let [start, end] = &self.bounds;
         (0..3).all(|k| start[k] <= upper[k] && lower[k] <= end[k])
@@ -93,7 +89,6 @@ impl Facet {
         self.reaches(&[position - around, position + around])
     }
 
-    /// Whether the facet has no end along an axis.
     pub fn is_endless(&self, axis: usize) -> bool {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
@@ -104,9 +99,8 @@ impl Facet {
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
     }
 
-    /// Returns the flight of a particle towards the facet. `piece` is the present piece of the surface's motions, or
-    /// `None` if the surface never moves. The flight begins at the simulated time `now`, which is the time `since` in
-    /// the window.
+    /// `piece` is the present piece of the surface's motions, or `None` if the surface never moves. The flight begins
+    /// at the simulated time `now`, which is the time `since` in the window.
     pub fn approach_in(&self, piece: Option<&Piece>, motion: &Motion, now: f64, since: f64) -> Approach {
         let slenderness = self.slenderness;
         let Some(piece) = piece else { return approach_of(&self.feature, slenderness, motion, since) };

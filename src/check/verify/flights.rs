@@ -8,8 +8,6 @@ use crate::engine::States;
 use crate::model::ParticleId;
 
 impl Verifier {
-    /// Checks that all particles fly freely, without jumps. Only particles that take part in the event may change their
-    /// velocity.
     pub(super) fn check_flights(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
         for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();

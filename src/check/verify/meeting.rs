@@ -23,7 +23,6 @@ struct Meeting {
 }
 
 impl Meeting {
-    /// Whether the particle's foot lies on the feature, within round-off.
     fn has_foot(&self) -> bool {
         self.approach.foot.is_none_or(|foot| foot.within(0.0) >= -self.bounds.distance)
     }
@@ -72,8 +71,6 @@ impl Verifier {
         }
     }
 
-    /// Checks an event of two particles. It must be at a discontinuity of their potential, it must be due, and its
-    /// outcome must be right.
     pub(super) fn check_pair(
         &mut self,
         event: &Event,
@@ -128,7 +125,6 @@ impl Verifier {
         Some((side, seen, interaction.restitution))
     }
 
-    /// Checks an event at a wall of the box. It must be due, and its outcome must be right.
     pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let radius = self.world.radius(i);
@@ -147,8 +143,6 @@ impl Verifier {
         Ok(())
     }
 
-    /// Checks an event at a surface of the scene. It must be at a feature of the surface, it must be due, and its
-    /// outcome must be right.
     pub(super) fn check_surface(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
         let i = event.particle.0;
         let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };

@@ -23,7 +23,6 @@ const MOST_SEARCHED: f64 = 1e3;
 /// fraction of a period.
 const RESOLVED: f64 = 0.125;
 
-/// The motions of the surfaces of a scene.
 #[derive(Debug, Default)]
 pub(super) struct Motions {
     /// Simulated time at which the elapsed time of states is 0 `[time]`.
@@ -76,7 +75,7 @@ pub(super) struct Sway {
 }
 
 impl Motions {
-    /// Returns the motions of surfaces. The elapsed time of states counts from the simulated time `start_time`.
+    /// The elapsed time of states counts from the simulated time `start_time`.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -89,7 +88,6 @@ impl Motions {
         self.start_time + elapsed.total()
     }
 
-    /// Whether a surface moves at any time.
     pub fn moves(&self, surface: u32) -> bool {
         self.timeline(surface).is_some()
     }
@@ -111,7 +109,6 @@ impl Motions {
         self.timeline(surface).map(|timeline| timeline.piece_at(now + self.rounding(now)))
     }
 
-    /// Returns the pieces of a surface's motions from the elapsed time on, in order.
     pub fn pieces_from(&self, surface: u32, elapsed: &Elapsed) -> impl Iterator<Item = &Piece> {
         let next = move |piece: &&Piece| {
             let until = piece.until;
@@ -134,7 +131,6 @@ impl Motions {
         pieces.into_iter().map(of).collect()
     }
 
-    /// Returns the magnitudes that determine the rounding errors of a particle beside a surface.
     pub fn sway_beside(&self, surface: u32, motion: Motion, elapsed: &Elapsed) -> Sway {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
@@ -251,7 +247,7 @@ impl Beside<'_> {
         self.piece.map_or(self.motion, |piece| self.motion.seen(piece, self.now))
     }
 
-    /// Returns the contact of the particle with a feature of the surface. Directions are along the axes of the box.
+    /// Directions are along the axes of the box.
     pub fn contact(&self, facet: &Facet) -> Touch {
         let touch = facet.feature.contact(&self.seen().position);
         let Some(piece) = self.piece else { return touch };
@@ -260,7 +256,6 @@ impl Beside<'_> {
         Touch { normal: normal.unwrap_or(touch.normal), along, ..touch }
     }
 
-    /// Returns the motion of the surface at the particle.
     pub fn carried(&self) -> Carried {
         let Motion { position, velocity, acceleration, .. } = &self.motion;
         let Some(piece) = self.piece else {

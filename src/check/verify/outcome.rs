@@ -68,8 +68,7 @@ impl Motion<'_> {
 }
 
 impl Encounter<'_> {
-    /// Checks the outcome of a pair event: Core, Capture, Release or Bounce. The energy step and the radial kinetic
-    /// energy decide which outcome is right.
+    /// The energy step and the radial kinetic energy decide which outcome is right.
     pub fn check_pair(
         &mut self,
         j: u32,
@@ -113,7 +112,6 @@ impl Encounter<'_> {
         self.check_barrier(&motion, restitution, &bend, &arriving)
     }
 
-    /// Checks a reflection off a wall of the box.
     pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
         let mut normal = Vector::zeros();
         normal[usize::from(wall.axis)] = wall.inwards();
@@ -133,7 +131,7 @@ impl Encounter<'_> {
         self.check_reflection(&normal, restitution, &bend, &velocity)
     }
 
-    /// Checks a reflection off a wall or a surface, which may move. The normal points to the particle.
+    /// The normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
@@ -195,8 +193,7 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// Checks the motion after the contact with a barrier, which cannot be crossed. `arriving` are the round-off bounds
-    /// before the contact.
+    /// `arriving` are the round-off bounds before the contact.
     fn check_barrier(
         &mut self,
         motion: &Motion,
@@ -309,7 +306,6 @@ impl Encounter<'_> {
         self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
     }
 
-    /// Checks that a deviation is within its round-off bound.
     fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {
         if by <= bound {
             note(&mut self.margins.outcome, by, bound);

@@ -26,7 +26,6 @@ impl Pace {
         Self { target: duration(speed, acceleration, FIRST * world.longest_length) }
     }
 
-    /// Adjusts the target for the next window to the number of events in the window that ended.
     pub fn learn(&mut self, window: &Window, world: &World) {
         let wanted = (world.moving.len() as u64).max(FEWEST) as f64;
         self.target = window.length * (wanted / window.events.max(1) as f64).clamp(0.25, 4.0);
@@ -55,7 +54,6 @@ pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], w
     particles.iter().map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the time to travel a distance, with the initial `speed` and a constant acceleration along the path.
 fn duration(speed: f64, acceleration: f64, distance: f64) -> f64 {
     // Positive solution `t` of `speed t + acceleration t^2 / 2 = distance`.
     2.0 * distance / (speed + (speed * speed + 2.0 * acceleration * distance).sqrt())

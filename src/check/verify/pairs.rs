@@ -43,7 +43,6 @@ impl Start {
     }
 }
 
-/// The states of captured and bonded pairs.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
     /// Pair states of each particle, by partner. Each pair is stored for both particles. State 0 is stored only for
@@ -52,7 +51,6 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// Derives the pair states from the distances of all pairs. Later, distances never decide a pair state.
     pub fn from_distances(world: &World, states: &States) -> Self {
         let at_start = |i, j, bond: &Potential| Start::of(world, states, i, j).state(bond);
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
@@ -90,7 +88,7 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// Returns the states of bonded pairs only. The function `state_of` gives the state of each bonded pair.
+    /// Returns the states of bonded pairs only.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {
@@ -111,7 +109,6 @@ impl Pairs {
         self.states[j as usize].insert(i, state);
     }
 
-    /// Makes a pair uncaptured.
     pub fn forget(&mut self, i: u32, j: u32) {
         self.states[i as usize].remove(&j);
         self.states[j as usize].remove(&i);

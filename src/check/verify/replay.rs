@@ -147,7 +147,6 @@ struct Replay<'w> {
 }
 
 impl Replay<'_> {
-    /// Returns the number of physical events so far.
     fn events(&self) -> u64 {
         self.simulation.event_counts().physical()
     }
@@ -194,7 +193,6 @@ impl Replay<'_> {
         }
     }
 
-    /// Returns how the verification ends when the replay is at the end of the run.
     fn ended(&self) -> End {
         let (events, time) = (self.events(), self.simulation.time());
         if let Some(recorded) = self.recorded {
@@ -244,14 +242,12 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// Creates the verifier at the start of the range.
     fn verifier(&mut self) -> Result<Verifier, Fault> {
         let mut verifier = self.verifier_of_first_stage()?;
         self.tell_stage(&mut verifier)?;
         Ok(verifier)
     }
 
-    /// Tells the verifier about a stage that has begun.
     fn tell_stage(&mut self, verifier: &mut Verifier) -> Result<(), Fault> {
         let Some(Stretch { stage, gravity, .. }) = self.begun.take() else { return Ok(()) };
         verifier.enter_stage(&stage, &self.states)?;
@@ -271,7 +267,6 @@ impl Replay<'_> {
         Verifier::resume_from(scene, states, &self.simulation.captured_pairs(), start_time)
     }
 
-    /// Proves the events one after the other.
     fn prove(&mut self, verifier: &mut Verifier) -> End {
         let end = loop {
             let done = verifier.proof.counts.events();

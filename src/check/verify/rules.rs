@@ -14,7 +14,6 @@ pub(super) enum Side {
 }
 
 impl Side {
-    /// Returns 1 if the valid side is at larger distances, and -1 if it is at smaller distances.
     pub fn sign(self) -> f64 {
         match self {
             Self::Positive => 1.0,
@@ -44,7 +43,6 @@ impl Step {
         Some(Self { distance: *radii.get(radius)?, energy: energies.get(beyond)? - energies.get(state)? })
     }
 
-    /// Whether the energy step is infinite, so that no pair crosses the discontinuity.
     pub fn is_barrier(&self) -> bool {
         self.energy == f64::INFINITY
     }

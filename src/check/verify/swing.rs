@@ -25,7 +25,6 @@ pub(super) struct Swing {
     since: f64,
 }
 
-/// A time interval within the window.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     from: f64,
@@ -42,7 +41,6 @@ impl Swing {
         Approach { swing: Some(Arc::clone(self)), ..self.snapshot(time) }
     }
 
-    /// Returns the time of the first event between two times in the window.
     pub fn next_event(&self, from: f64, until: f64) -> Option<f64> {
         let found = self.passage.first_between(from - self.since, until - self.since, MOST_LOOKS);
         found.filter(|_| from <= until).map(|after| self.since + after)

@@ -38,7 +38,6 @@ pub struct Verifier {
     overdue: Vec<Due>,
     pub(super) pace: Pace,
     pub(super) start_time: f64,
-    /// Certificate for the events proven so far.
     pub(super) proof: Certificate,
 }
 
@@ -225,7 +224,6 @@ impl Verifier {
         self.settle(self.window.time(elapsed), executed)
     }
 
-    /// Opens the next window at the end of the present window.
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
         // `end` is computed in the epoch of the latest states. In the epoch of the window's start, it might have fewer
         // digits.

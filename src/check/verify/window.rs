@@ -56,10 +56,8 @@ impl Ord for Due {
     }
 }
 
-/// The window.
 #[derive(Debug)]
 pub(super) struct Window {
-    /// Start of the window.
     pub origin: Elapsed,
     /// Length of the window `[time]`.
     pub length: f64,
@@ -71,7 +69,6 @@ pub(super) struct Window {
     versions: Vec<u32>,
 }
 
-/// Data for the search for the next events of particles.
 struct Scan<'a> {
     world: &'a World,
     pairs: &'a Pairs,
@@ -110,7 +107,6 @@ impl Window {
         Ok(window)
     }
 
-    /// Ends the window at `time`, if this is earlier than its end.
     pub fn end_by(&mut self, time: f64) {
         self.length = self.length.min(time);
     }
@@ -151,7 +147,6 @@ impl Window {
         due
     }
 
-    /// Whether a predicted event is still valid: the flights of its particles have not changed.
     pub fn is_valid(&self, due: &Due) -> bool {
         self.versions_of(&due.claim.contact) == due.versions
     }
@@ -164,8 +159,6 @@ impl Window {
         versions
     }
 
-    /// Computes the next events of a particle with other particles, walls and surfaces. The function `is_wanted`
-    /// selects the other particles.
     fn ask_particle(&mut self, scan: &Scan<'_>, i: u32, is_wanted: impl Fn(u32) -> bool) -> Result<(), Fault> {
         let Scan { world, pairs, states, ref reaches } = *scan;
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
@@ -185,7 +178,6 @@ impl Window {
         Ok(())
     }
 
-    /// Computes when a pair reaches the discontinuities of its state.
     fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: usize) -> Result<(), Fault> {
         let Some(interaction) = world.interaction(i, j) else { return Ok(()) };
         let (contact, now) = (Contact::pair(ParticleId(i), ParticleId(j)), self.time(&states.elapsed));
@@ -238,7 +230,7 @@ impl Window {
     }
 }
 
-/// Returns the flight of a particle towards a wall. The first coordinate is the gap between the particle and the wall.
+/// The first coordinate is the gap between the particle and the wall.
 pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
     let (k, inwards) = (usize::from(wall.axis), wall.inwards());
     let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);

@@ -10,7 +10,6 @@ use crate::model::space::{Boundary, Face};
 use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw};
 use std::collections::BTreeMap;
 
-/// A wall of the box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wall {
     pub axis: u8,
@@ -27,20 +26,18 @@ impl Wall {
     }
 }
 
-/// Data of the scene that the verifier needs. `inverse_masses` and `accelerations` have an entry for each particle.
+/// `inverse_masses` and `accelerations` have an entry for each particle.
 #[derive(Debug)]
 pub(super) struct World {
     scene: Scene,
     pub inverse_masses: Vec<f64>,
     pub accelerations: Vec<Vector>,
-    /// Ids of the moving particles.
     pub moving: Vec<u32>,
     /// Interactions of bonded pairs. The lower id of a pair comes first.
     pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
     /// Features of all surfaces of the scene, with their periodic images.
     pub facets: Vec<Facet>,
-    /// Motions of the surfaces of the scene.
     pub motions: Motions,
     /// For each species and each surface, whether the two interact in the present stage.
     meetings: Vec<Vec<bool>>,
@@ -66,7 +63,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// Collects the data of a scene. The elapsed time of states counts from the simulated time `start_time`.
+    /// The elapsed time of states counts from the simulated time `start_time`.
     pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
@@ -143,12 +140,10 @@ impl World {
         i < j || (i > j && self.is_static(j))
     }
 
-    /// Returns half the diameter `[length]`.
     pub fn radius(&self, i: u32) -> f64 {
         0.5 * self.scene.species_of(ParticleId(i)).diameter
     }
 
-    /// Returns the interaction of a pair, if it has one.
     pub fn interaction(&self, i: u32, j: u32) -> Option<&Interaction> {
         let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
         let species = |i: u32| self.scene.particles[i as usize].species;
@@ -160,13 +155,11 @@ impl World {
         self.bonds.contains_key(&(i.min(j), i.max(j)))
     }
 
-    /// Returns the wall of a contact, if the box has this wall.
     pub fn wall(&self, contact: &Contact) -> Option<Wall> {
         let Contact::Wall { axis, is_upper, .. } = *contact else { return None };
         self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
     }
 
-    /// Whether a pair can be in a state: its particles exist, and its potential allows the state.
     pub fn has_state(&self, i: u32, j: u32, state: usize) -> bool {
         let count = self.scene.particles.len();
         let exist = i != j && (i as usize) < count && (j as usize) < count;

@@ -10,7 +10,6 @@ use crate::io::{OutputError, plain};
 const MARK: &str = ".exchange";
 const HEADER: &str = "the folder of a replica exchange of carom\n";
 
-/// Whether a folder is marked as the folder of an exchange.
 pub(super) fn is_there(folder: &Path) -> bool {
     plain::read(&folder.join(MARK), HEADER.len() as u64 + 1).is_ok_and(|bytes| bytes == HEADER.as_bytes())
 }

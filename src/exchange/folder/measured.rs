@@ -30,7 +30,6 @@ pub(super) fn measurements(results: &ExchangeResults) -> Measurements {
     Measurements { stages: if has_any { all } else { Vec::new() }, ..Measurements::default() }
 }
 
-/// Adds the measurements from the text of `measurements.json` to the results.
 pub(super) fn read(text: &str, results: &mut ExchangeResults) -> Result<(), String> {
     let read: Measurements = serde_json::from_str(text).map_err(|error| error.to_string())?;
     let [found, expected] = [read.stages.len(), results.temperatures.len()];

@@ -37,14 +37,11 @@ pub(super) fn places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64,
     lines.take(rows).step_by(every.max(1)).map(place).collect()
 }
 
-/// Computes the curves from the energies of all rows. The rows are read twice, so that they need not be kept in
-/// memory.
+/// The rows are read twice, so that they need not be kept in memory.
 pub(super) fn curves(path: &Path, exchange: &Exchange) -> Result<ThermalCurves, ExchangeFolderError> {
     ThermalCurves::of(exchange, |see| visit(path, exchange, |energies, measured| see(energies, measured)))
 }
 
-/// Computes the potential of mean force from the distances of all rows. The rows are read twice, so that they need
-/// not be kept in memory.
 pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, ExchangeFolderError> {
     let each = exchange.measured_names().len();
     let mut distances = Vec::new();
@@ -58,7 +55,6 @@ pub(super) fn mean_force(path: &Path, exchange: &Exchange) -> Result<MeanForce, 
     })
 }
 
-/// Calls `see` with the energies of each row and the quantities sampled with them.
 fn visit(path: &Path, exchange: &Exchange, mut see: impl FnMut(&[f64], &[f64])) -> Result<(), ExchangeFolderError> {
     let count = exchange.temperatures().len();
     let of_each = exchange.measured_names().len();

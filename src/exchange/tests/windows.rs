@@ -43,7 +43,6 @@ fn window_exchange_resumes_bitwise() {
     }
 }
 
-/// Two particles with a square-well potential, in windows of their distance.
 fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(6.0))

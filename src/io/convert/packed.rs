@@ -12,7 +12,6 @@ use super::target::{Draft, finish};
 /// Length of the text in a Zstandard frame `[bytes]`.
 const FRAME: usize = 1 << 20;
 
-/// Kinds of compression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Compressed {
     Gzip,
@@ -20,7 +19,6 @@ pub(super) enum Compressed {
 }
 
 impl Compressed {
-    /// Returns the kind of compression for the ending `.gz` or `.zst` of a name; `None` for other endings.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
@@ -31,7 +29,6 @@ impl Compressed {
     }
 }
 
-/// A text file being written.
 pub(super) enum Text {
     Plain(Draft),
     Gzip(GzEncoder<Draft>),
@@ -40,7 +37,6 @@ pub(super) enum Text {
 }
 
 impl Text {
-    /// Begins an empty file.
     pub fn new(file: Draft, kind: Option<Compressed>) -> Self {
         match kind {
             None => Self::Plain(file),
@@ -49,7 +45,6 @@ impl Text {
         }
     }
 
-    /// Writes the remaining text, and syncs the file to disk.
     pub fn finish(self) -> io::Result<()> {
         match self {
             Self::Plain(file) => finish(file),

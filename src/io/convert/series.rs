@@ -73,7 +73,6 @@ impl FrameSeries {
     }
 }
 
-/// Adds the path of the target to a write error, and also the index of the frame to any other error.
 fn failed(error: FrameError, index: u64, target: &Path) -> ConvertError {
     let path = target.to_owned();
     match error {

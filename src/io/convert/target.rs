@@ -52,12 +52,11 @@ impl Target {
         &self.path
     }
 
-    /// The temporary path.
     pub fn partial(&self) -> &Path {
         &self.partial
     }
 
-    /// Gives the file or folder its final name. An existing target is replaced if this is permitted.
+    /// Gives the file or folder its final name.
     pub fn complete(self) -> Result<(), ConvertError> {
         if self.format.is_folder() {
             sync_folder(&self.partial);
@@ -80,12 +79,10 @@ impl Drop for Target {
 /// An output file that is not complete.
 pub(in crate::io) type Draft = BufWriter<File>;
 
-/// Creates an empty file for an output.
 pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
     Ok(BufWriter::with_capacity(1 << 16, plain::create(path)?))
 }
 
-/// Completes a file and syncs it to disk.
 pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
     draft.flush()?;
     durability::sync_all(draft.get_ref())
@@ -112,7 +109,6 @@ fn is_same(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Rejects a target that is not an earlier conversion to this format.
 fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     let foreign = foreign_in(path, format).map_err(ConvertError::write(path))?;
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
@@ -141,7 +137,6 @@ pub(in crate::io) fn foreign_in(path: &Path, format: Format) -> io::Result<Optio
     Ok(None)
 }
 
-/// Removes a file, or a folder of files, if it exists.
 fn remove(path: &Path) -> io::Result<()> {
     let removed = match fs::symlink_metadata(path) {
         Ok(metadata) if metadata.is_dir() => fs::remove_dir_all(path),

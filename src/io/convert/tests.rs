@@ -40,7 +40,6 @@ pub(in crate::io) fn chain() -> Frame {
     }
 }
 
-/// Writes frames to a file in extended XYZ.
 pub(in crate::io) fn trajectory(path: &Path, frames: &[Frame]) {
     let mut text = Vec::new();
     for frame in frames {
@@ -49,7 +48,6 @@ pub(in crate::io) fn trajectory(path: &Path, frames: &[Frame]) {
     fs::write(path, text).unwrap();
 }
 
-/// Converts frames to a format, and returns the content of the output file.
 pub(crate) fn converted(frames: &[Frame], format: Format) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("source.xyz"), folder.path().join("target"));

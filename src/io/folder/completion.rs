@@ -82,7 +82,6 @@ impl Folder {
     }
 }
 
-/// Writes the summary under a temporary name and syncs it to disk.
 fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError> {
     let path = folder.join(SUMMARY);
     let text =

@@ -19,7 +19,6 @@ pub struct Conversions {
 }
 
 impl Conversions {
-    /// Converts a trajectory to the given formats. The new files are beside the trajectory.
     pub(super) fn make(trajectory: &Path, formats: &[Format]) -> Self {
         let mut made = Self::default();
         for &format in formats {

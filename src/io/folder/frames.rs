@@ -23,13 +23,11 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    /// Prepares the frames of a new run.
     pub fn of(scene: &Scene) -> Self {
         let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
         Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
-    /// Prepares the frames of a continued run.
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {
@@ -59,7 +57,6 @@ impl Frames {
         self.count
     }
 
-    /// Writes a snapshot as a frame, with additional scalars of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.size = snapshot.size;
@@ -76,7 +73,6 @@ impl Frames {
         writer.end()
     }
 
-    /// Writes the present state of a simulation as a frame.
     pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
         self.frame.size = simulation.scene().space.size;

@@ -11,24 +11,18 @@ use crate::model::Format;
 use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
-    /// Name of the file with the numerical results.
     pub(crate) const SUMMARY: &'static str = SUMMARY;
-    /// Name of the file with the final table.
     pub(crate) const REPORT: &'static str = REPORT;
-    /// Name of the file with the scene.
     pub(crate) const SCENE: &'static str = SCENE;
     /// Name of the list of files.
     pub(crate) const LIST: &'static str = owned::FILE;
 
-    /// Name of the folder of a run that is to replace this run.
     pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
 
-    /// Whether a file with this name is a checkpoint.
     pub(crate) fn is_checkpoint(name: &str) -> bool {
         checkpoints::NAMES.contains(&name)
     }
 
-    /// Whether a file with this name contains measurements.
     pub(crate) fn is_measurement(name: &str) -> bool {
         name == measurements::FILE || measurements::is_table(name)
     }
@@ -43,10 +37,6 @@ impl Folder {
         listed_formats(run)
     }
 
-    /// Reads a checkpoint of a run. `name` is the name of its file.
-    ///
-    /// # Errors
-    /// The errors of [`Checkpoint::read`].
     pub(crate) fn read_checkpoint(run: &Path, name: &str) -> Result<Checkpoint, CheckpointError> {
         Checkpoint::read(&run.join(name))
     }

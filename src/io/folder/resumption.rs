@@ -117,7 +117,6 @@ impl Folder {
     }
 }
 
-/// Checks that the files recorded in a checkpoint exist and are unchanged.
 fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     if let Some(checksum) = manifest.scene {
         scene_copy::check(&path.join(SCENE), checksum)?;

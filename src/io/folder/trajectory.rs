@@ -22,7 +22,6 @@ const LEAST: usize = 256;
 pub(super) struct Trajectory {
     path: PathBuf,
     desk: Arc<Mutex<Desk>>,
-    /// Thread that writes the pending frame.
     writer: Option<JoinHandle<()>>,
     /// Length of the file before the pending frame `[bytes]`.
     before: u64,
@@ -34,12 +33,10 @@ struct Desk {
     file: PartialFile,
     frames: Frames,
     due: Option<(Snapshot, Vec<Scalar>)>,
-    /// Result of writing the last frame.
     written: Result<(), OutputError>,
 }
 
 impl Desk {
-    /// Writes the pending frame, if there is one.
     fn write(&mut self) {
         if let Some((snapshot, scalars)) = self.due.take() {
             let written = self.frames.write(self.file.writer(), &snapshot, scalars);
@@ -86,7 +83,7 @@ impl Trajectory {
         self.begin()
     }
 
-    /// Starts a thread that writes the pending frame. If no thread can be started, writes it directly.
+    /// Starts a thread that writes the pending frame.
     fn begin(&mut self) -> Result<(), OutputError> {
         self.before = locked(&self.desk).file.length();
         let desk = Arc::clone(&self.desk);
@@ -98,7 +95,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Waits until the frame in progress has been written. Returns its error if it could not be written.
+    /// Waits until the frame in progress has been written.
     fn settled(&mut self) -> Result<MutexGuard<'_, Desk>, OutputError> {
         let is_lost = self.writer.take().is_some_and(|writer| writer.join().is_err());
         let mut desk = locked(&self.desk);
@@ -120,8 +117,7 @@ impl Trajectory {
         }
     }
 
-    /// Waits for the frame in progress and syncs everything written so far to disk. Returns the entry of the file for a
-    /// checkpoint.
+    /// Waits for the frame in progress and syncs everything written so far to disk.
     ///
     /// # Errors
     /// If a frame could not be written, or if syncing fails.

@@ -49,7 +49,6 @@ struct Entry {
     kind: Kind,
 }
 
-/// Writer of the chunks of a GSD file.
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: Draft,

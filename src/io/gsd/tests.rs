@@ -21,7 +21,6 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(number(bytes, at))
 }
 
-/// Reads all arrays of a GSD file, by frame and name.
 fn parse(bytes: &[u8]) -> HashMap<(u64, String), Chunk> {
     assert_eq!(u64_at(bytes, 0), 0x65DF65DF65DF65DF);
     let [index_at, index_length, names_at, names_pieces] = [8, 16, 24, 32].map(|at| index(u64_at(bytes, at)));

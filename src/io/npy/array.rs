@@ -14,7 +14,6 @@ pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 /// Length of the header without its first ten bytes, as the header states it.
 const STATED_SIZE: u16 = 118;
 
-/// An array that grows row by row in its file.
 #[derive(Debug)]
 pub(super) struct Array {
     file: Draft,
@@ -24,14 +23,13 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// Creates an array without rows. `kind` is a NumPy type such as `<f8`.
+    /// `kind` is a NumPy type such as `<f8`.
     pub fn create(path: &Path, kind: &str, row_shape: &[usize]) -> io::Result<Self> {
         let mut file = draft(path)?;
         file.write_all(&[0; HEADER_SIZE])?;
         Ok(Self { file, kind: kind.to_owned(), row_shape: row_shape.to_vec(), rows: 0 })
     }
 
-    /// Writes an array with a known number of rows.
     pub fn whole(
         path: &Path,
         kind: &str,
@@ -55,14 +53,12 @@ impl Array {
         Self::whole(path, &format!("<U{longest}"), words.len(), &[], codes)
     }
 
-    /// Appends a row.
     pub fn add(&mut self, bytes: impl IntoIterator<Item = u8>) -> io::Result<()> {
         self.rows += 1;
         let bytes: Vec<u8> = bytes.into_iter().collect();
         self.file.write_all(&bytes)
     }
 
-    /// Writes the header with the final number of rows.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
         self.file.write_all(&header(&self.kind, &self.row_shape, self.rows))?;
@@ -70,7 +66,7 @@ impl Array {
     }
 }
 
-/// Returns the header of an array. `kind` is a NumPy type such as `<f8`.
+/// `kind` is a NumPy type such as `<f8`.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

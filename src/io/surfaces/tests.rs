@@ -10,7 +10,6 @@ use crate::model::{Limit, MotionKind, RunPlan, SurfaceShape, TriangleMesh};
 use crate::run::Run;
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
-/// Two particles in a box with a sphere, a cuboid, and a plane outside the box.
 fn scene() -> Scene {
     let mesh = TriangleMesh::cuboid(&Vector::repeat(1.0), &Vector::repeat(2.0));
     let sphere = SurfaceShape::Sphere { centre: Vector::repeat(7.0), radius: 1.0, is_inside: false };
@@ -128,8 +127,6 @@ fn surface_motions_are_written_beside_their_meshes() {
         |file: &str, motions: &[SurfaceMotion]| ListedSurface { file: file.to_owned(), motions: motions.to_vec() };
     let expected = [listed("a_box.stl", &[]), listed("sphere.stl", &motions), listed("beyond.stl", &[])];
     assert_eq!(listed_surfaces(&target).unwrap(), expected);
-    // A surface that is absent in some stages is listed too. If all surfaces are at rest, there is no list. The error
-    // for a damaged list names its file.
     let mut parts = scene().into_parts();
     parts.surfaces[1].stages = vec!["measurement".to_owned()];
     let going = place.path().join("going");

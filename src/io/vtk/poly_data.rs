@@ -8,7 +8,6 @@ use std::path::Path;
 use crate::Vector;
 use crate::io::convert::draft;
 
-/// Geometry of a VTK PolyData file: points, vertices, lines and triangles, with arrays of data.
 #[derive(Debug, Default)]
 pub(super) struct PolyData {
     fields: String,
@@ -32,12 +31,11 @@ impl PolyData {
         self.fields += &append(&mut self.appended, "Float64", name, components, Some(tuples), &bytes);
     }
 
-    /// Adds three small integers that belong to the whole frame.
     pub fn byte_field(&mut self, name: &str, bytes: [u8; 3]) {
         self.fields += &append(&mut self.appended, "UInt8", name, 1, Some(3), &bytes);
     }
 
-    /// Adds words that belong to the whole frame. VTK stores each word as character codes, followed by a zero.
+    /// VTK stores each word as character codes, followed by a zero.
     pub fn words<'a>(&mut self, name: &str, words: impl Iterator<Item = &'a str>) {
         let mut count = 0;
         let mut codes = String::new();
@@ -54,7 +52,6 @@ impl PolyData {
         );
     }
 
-    /// Sets the points.
     pub fn points<'a>(&mut self, points: impl Iterator<Item = &'a Vector>) {
         let bytes = vector_bytes(points);
         self.point_count = bytes.len() / 24;
@@ -68,13 +65,11 @@ impl PolyData {
         self.vertices = self.cells(&cells);
     }
 
-    /// Adds lines, each between two points.
     pub fn lines(&mut self, ends: &[[u32; 2]]) {
         self.line_count = ends.len();
         self.lines = self.cells(ends);
     }
 
-    /// Adds triangles, each with three points.
     pub fn triangles(&mut self, corners: &[[u32; 3]]) {
         self.polygon_count = corners.len();
         self.polygons = self.cells(corners);
@@ -93,7 +88,6 @@ impl PolyData {
         points + &append(&mut self.appended, "Int64", "offsets", 1, None, &ends.collect::<Vec<u8>>())
     }
 
-    /// Writes the file.
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let mut file = draft(path)?;
         write!(

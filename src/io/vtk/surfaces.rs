@@ -13,7 +13,6 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::Timeline;
 use crate::trajectory::Frame;
 
-/// A surface with its triangles and its motion.
 #[derive(Debug)]
 struct Placed {
     /// Name of the surface's VTK files, without frame number and extension.
@@ -33,7 +32,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Reads the surfaces beside a trajectory. The error contains the path of a file and a description of its problem.
+    /// The error contains the path of a file and a description of its problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;
@@ -51,7 +50,7 @@ impl Surfaces {
         Ok(Self { all, list: None })
     }
 
-    /// Writes the surfaces in their positions at the time of a frame. A surface at rest has one file for all frames.
+    /// A surface at rest has one file for all frames.
     pub fn write(&mut self, folder: &Path, index: u64, frame: &Frame) -> Result<(), FrameError> {
         if self.all.is_empty() {
             return Ok(());
@@ -90,7 +89,6 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Ends the list.
     pub fn finish(self) -> Result<(), FrameError> {
         match self.list {
             Some(mut list) => {

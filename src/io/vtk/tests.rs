@@ -10,7 +10,6 @@ use crate::io::convert::tests::{chain, trajectory};
 use crate::model::Format;
 use crate::trajectory::Frame;
 
-/// Returns the value of an XML attribute.
 fn attribute<'a>(text: &'a str, name: &str) -> &'a str {
     let start = text.find(&format!("{name}=\"")).unwrap() + name.len() + 2;
     &text[start..start + text[start..].find('"').unwrap()]
@@ -32,7 +31,6 @@ impl File {
         Self { text: String::from_utf8(bytes[..at].to_vec()).unwrap(), appended }
     }
 
-    /// Returns the XML elements inside a tag.
     fn section(&self, tag: &str) -> &str {
         let (open, close) = (format!("<{tag}>"), format!("</{tag}>"));
         &self.text[self.text.find(&open).unwrap()..self.text.find(&close).unwrap()]
@@ -191,7 +189,6 @@ fn surfaces_are_written_at_the_time_of_each_frame() {
     };
     let ends: Vec<(f64, f64)> = files.iter().map(|[_, file]| ends(file)).collect();
     assert_eq!(ends, [(0.0, 1.0), (0.0, 1.0), (1.0, 2.0)]);
-    // The error names a surface file that is not a mesh.
     fs::write(surfaces.join("gate.stl"), "solid\nfacet").unwrap();
     let error = convert(&source, Format::Vtk, &folder.path().join("other"), &Default::default()).unwrap_err();
     assert!(error.to_string().contains("gate.stl") && !folder.path().join("other").exists(), "{error}");

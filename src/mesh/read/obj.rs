@@ -29,7 +29,6 @@ struct Polygon {
     corners: usize,
 }
 
-/// Reads an OBJ file.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut faces = Faces::default();
@@ -45,7 +44,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Reads three coordinates. A weight or a colour may follow and is ignored.
+/// A weight or a colour may follow and is ignored.
 fn position(words: &mut Words<'_>) -> Result<Vector, MeshFileProblem> {
     let mut position = Vector::zeros();
     for coordinate in position.iter_mut() {
@@ -56,7 +55,6 @@ fn position(words: &mut Words<'_>) -> Result<Vector, MeshFileProblem> {
 }
 
 impl Faces {
-    /// Reads the corners of a face.
     fn read(&mut self, line: usize, words: &mut Words<'_>) -> Result<(), MeshFileProblem> {
         let (mut first, mut last, mut corners) = (0, 0, 0);
         while let Some(word) = words.next_on_line() {
@@ -101,7 +99,6 @@ impl Faces {
         }
     }
 
-    /// Returns the mesh, after checking that all faces refer to existing vertices.
     fn finish(mut self) -> Result<TriangleMesh, MeshFileProblem> {
         let (farthest, line) = self.farthest;
         let vertices = self.positions.len();

@@ -68,7 +68,6 @@ fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Ve
     sines().all(|sine| sine >= -rounding) && turned < std::f64::consts::TAU
 }
 
-/// Cuts a polygon into triangles by ear clipping.
 fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, PolygonProblem> {
     // Projects the polygon onto two axes, as seen from the tip of its normal.
     let across = normal.iamax();
@@ -136,7 +135,6 @@ mod tests {
 
     const L: [[f64; 2]; 6] = [[10.0, 0.0], [10.0, 4.0], [4.0, 4.0], [4.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
 
-    /// Maps corners of a plane figure to a tilted plane away from the origin.
     fn tilted(corners: &[[f64; 2]]) -> Vec<Vector> {
         let along = Vector::new(0.48, 0.6, -0.64);
         let up = Vector::new(0.8, 0.0, 0.6);

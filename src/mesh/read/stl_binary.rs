@@ -24,7 +24,6 @@ pub(super) fn is_binary(content: &[u8]) -> bool {
     has_zeros(content) || !is_solid
 }
 
-/// Whether the beginning of a file contains a zero byte. Binary STL files contain one there, text files do not.
 fn has_zeros(content: &[u8]) -> bool {
     content.iter().take(PROBED).any(|byte| *byte == 0)
 }
@@ -45,7 +44,6 @@ pub(super) fn extra(content: &[u8]) -> usize {
     content.len().saturating_sub(usize::try_from(expected).unwrap_or(usize::MAX))
 }
 
-/// Reads a binary STL file.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let Some(triangles) = announced(content) else {
         return Err(MeshFileProblem::NoStl { found: content.len() });
@@ -72,7 +70,6 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     Ok(welder.finish())
 }
 
-/// Returns the corners of a triangle from its bytes in the file.
 fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
     let mut corners = [Vector::zeros(); 3];
     let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());

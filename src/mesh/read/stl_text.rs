@@ -84,18 +84,15 @@ fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     Ok(corners)
 }
 
-/// The next word.
 fn next<'a>(words: &mut Words<'a>, expected: &'static str) -> Result<Word<'a>, MeshFileProblem> {
     words.next().ok_or(MeshFileProblem::Truncated { line: words.line(), expected })
 }
 
-/// Skips a keyword.
 fn keyword(words: &mut Words<'_>, keyword: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if word.is(keyword) { Ok(()) } else { Err(word.unexpected(expected)) }
 }
 
-/// Skips the words that end a part of a facet, such as `endloop`.
 fn end(words: &mut Words<'_>, part: &str, expected: &'static str) -> Result<(), MeshFileProblem> {
     let word = next(words, expected)?;
     if is_end(&word, words, part) { Ok(()) } else { Err(word.unexpected(expected)) }

@@ -41,14 +41,12 @@ fn obj(mesh: &TriangleMesh) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Returns the error message for a file that must be rejected.
 fn refused(extension: &str, content: impl AsRef<[u8]>) -> String {
     let error = read_mesh("part", extension, content.as_ref()).unwrap_err();
     let message = error.to_string();
     message.strip_prefix("part: ").unwrap_or_else(|| panic!("{message}")).to_owned()
 }
 
-/// Returns a facet of text STL with the given vertices.
 fn facet(vertices: &str) -> String {
     format!("facet normal 0 0 1\nouter loop\n{vertices}\nendloop\nendfacet\n")
 }
@@ -230,7 +228,6 @@ fn obj_faces_are_read_in_all_notations() {
     // Negative vertex numbers count backwards from the last vertex before the face.
     let mesh = read_mesh("a", "obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -3 -1").unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3]]);
-    // A triangle with two equal corners is kept.
     assert_eq!(read_mesh("a", "obj", b"v 0 0 0\nv 1 0 0\nf 1 1 2").unwrap().triangles, [[0, 0, 1]]);
 }
 

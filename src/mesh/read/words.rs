@@ -11,17 +11,14 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// Whether the word is this keyword, ignoring case.
     pub fn is(&self, keyword: &str) -> bool {
         self.text.eq_ignore_ascii_case(keyword.as_bytes())
     }
 
-    /// Returns the error that this word was found instead of `expected`.
     pub fn unexpected(&self, expected: &'static str) -> MeshFileProblem {
         MeshFileProblem::Unexpected { line: self.line, found: shorten(self.text), expected }
     }
 
-    /// Parses the word as a coordinate.
     pub fn coordinate(&self) -> Result<f64, MeshFileProblem> {
         let text = std::str::from_utf8(self.text).ok();
         let Some(x) = text.and_then(|text| text.parse::<f64>().ok()) else {
@@ -34,7 +31,6 @@ impl Word<'_> {
     }
 }
 
-/// Reader that splits a text into words and counts its lines.
 #[derive(Debug, Clone)]
 pub(super) struct Words<'a> {
     rest: &'a [u8],
@@ -52,7 +48,6 @@ impl<'a> Words<'a> {
         self.line
     }
 
-    /// Returns the next word of the text; `None` at the end of the text.
     pub fn next(&mut self) -> Option<Word<'a>> {
         let blanks = self.rest.iter().position(|byte| !is_blank(*byte)).unwrap_or(self.rest.len());
         let (before, rest) = self.rest.split_at(blanks);
@@ -98,7 +93,6 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Whether a byte is a line end, LF or CR.
 fn is_line_end(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
@@ -109,7 +103,6 @@ fn line_ends(text: &[u8]) -> usize {
     (0..text.len()).filter(|&at| is_end(at)).count()
 }
 
-/// Whether a byte separates words.
 fn is_blank(byte: u8) -> bool {
     byte.is_ascii_whitespace() || byte == b'\x0b'
 }

@@ -14,8 +14,6 @@ use crate::scene::file::SceneFile;
 const MOST: usize = 10;
 
 impl Source {
-    /// Collects all errors of a rejected file in one error.
-    ///
     /// Each invalid key or value is removed, and the rest is parsed again. If the removal makes a table or an array
     /// incomplete, this is not reported as a further error.
     pub(super) fn mistakes(&self, first: &toml::de::Error) -> SceneError {
@@ -92,7 +90,6 @@ mod tests {
 
     use crate::model::Scene;
 
-    /// Returns the line and the message of each error.
     fn mistakes(text: &str, overrides: &[(&str, &str)]) -> Vec<(usize, String)> {
         let error = Scene::from_toml_with(text, Path::new("scene.toml"), overrides).unwrap_err();
         let all = std::iter::once(&error).chain(error.others());
@@ -124,7 +121,7 @@ mod tests {
                 .len(),
             1
         );
-        // Without the invalid value, its table or list is incomplete. This is not reported as a second error.
+        // Without the invalid value, its table or list is incomplete.
         assert_eq!(mistakes("[[bond]]\nparticles = [0, -1]\ninteraction = \"a\"\n", &[]).len(), 1);
         assert_eq!(mistakes("[[measure.flow]]\nname = 3\naxis = \"x\"\nat = 1.0\n", &[]).len(), 1);
     }

@@ -8,16 +8,13 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::validate::measure::asked;
 
-/// Instruments that work in a changing volume.
 const OF_ANY_VOLUME: [&str; 2] = ["speeds", "chains"];
 
-/// Rejects invalid parameters of a barostat.
 pub(super) fn check_numbers(barostat: Option<&Barostat>, at: &ConfigPath) -> Result<(), SceneError> {
     let checked = barostat.map_or(Ok(()), Barostat::check);
     checked.or_else(|error| refuse(at.key(error.name), shortest(error.value), error.expected))
 }
 
-/// Thermostat, barostat and growth of a stage or of the measurement.
 struct Phase<'a> {
     at: ConfigPath,
     thermostat: Option<&'a Thermostat>,
@@ -146,7 +143,6 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     )
 }
 
-/// Checks that a heat bath acts in a stage with a barostat, and that nothing grows in it.
 fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
     if phase.growth.is_some() {
         return refuse(

@@ -15,7 +15,6 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::validate::measure::asked;
 
 impl SceneParts {
-    /// Validates the plan of a replica exchange, and rejects features that it does not support.
     pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
         let Some(plan) = &self.exchange else { return Ok(()) };
         match plan.ensemble {
@@ -159,7 +158,6 @@ impl SceneParts {
 const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
-    /// Checks that the system has an equilibrium at each temperature of a replica exchange.
     pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(plan) = &scene.exchange else { return Ok(()) };
         let root = ConfigPath::root();
@@ -222,7 +220,6 @@ fn check_energies(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// Requires several positive temperatures in ascending or descending order, and no umbrella windows.
 fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = &plan.temperatures;
     if plan.umbrella.is_some() {
@@ -255,7 +252,7 @@ fn check_temperatures(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Checks that the sides of an axis confine particles and conserve their energy. Walls must not have a temperature.
+/// Checks that the sides of an axis confine particles and conserve their energy.
 fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneError> {
     match scene.space.boundary[axis] {
         Boundary::Flat => Ok(()),
@@ -278,7 +275,6 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
     }
 }
 
-/// Rejects surfaces that move, have a temperature, or take energy from particles.
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
         let expected = "none together with [exchange]: a system that a surface drives has no equilibrium";

@@ -5,7 +5,6 @@ use crate::model::space::Boundary;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 
-/// Rejects instruments whose results are meaningless in the scene.
 pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError> {
     let plan = &scene.measure;
     if plan.is_empty() {

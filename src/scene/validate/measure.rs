@@ -12,7 +12,6 @@ use crate::scene::limits::{finite, finite_vector, positive, positive_if_given};
 use crate::scene::names::Taken;
 
 impl SceneParts {
-    /// Validates intervals, bins, names and species of instruments.
     pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");
         check_numbers(&self.measure, &at)?;
@@ -59,7 +58,6 @@ impl SceneParts {
     }
 }
 
-/// Validates planes, directions and windows of flows.
 fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     for (index, flow) in plan.flows.iter().enumerate() {
         let at = at.key("flow").index(index);
@@ -172,7 +170,6 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
     Ok(())
 }
 
-/// Validates the number of time windows of speed distributions, and requires a species that moves.
 fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let Some(plan) = &plan.speeds else { return Ok(()) };
     if let Some(count) = plan.windows.filter(|count| !(1..=MOST_WINDOWS).contains(count)) {
@@ -187,7 +184,6 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
     Ok(())
 }
 
-/// Limits the number of intervals in the span of a correlation.
 fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
     let spans = [
         ("diffusion", plan.diffusion.as_ref().map(|it| (it.interval, it.span)), MOST_DIFFUSION_STEPS),

@@ -9,7 +9,6 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::limits::{finite, finite_vector};
 
-/// Rejects motions that overlap in time, have NaN or infinite numbers, or do not fit the box.
 pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPath) -> Result<(), SceneError> {
     let mut before = f64::NEG_INFINITY;
     for (index, motion) in surface.motions.iter().enumerate() {

@@ -79,7 +79,7 @@ impl Scene {
     }
 }
 
-/// Requires existing species and permitted positions and velocities. Wraps particles into the box.
+/// Wraps particles into the box.
 fn check_particles(particles: &mut [Particle], species: &[Species], space: &Space) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
     if particles.is_empty() {
@@ -129,7 +129,6 @@ fn check_bonds(
     Ok(())
 }
 
-/// Requires that surfaces consist of existing static particles.
 fn check_surfaces(surfaces: &[StaticSurface], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
     let count = particles.len();
     for (index, surface) in surfaces.iter().enumerate() {
@@ -153,7 +152,6 @@ mod tests {
     use crate::model::{Bond, InteractionId, Potential, SpeciesId};
     use crate::scene::{Amount, Lattice};
 
-    /// A fluid of 108 square-well spheres, two of which are bonded.
     fn fluid() -> Scene {
         SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)

@@ -15,7 +15,6 @@ use crate::scene::validate::barostat;
 
 pub(in crate::scene) const SO_MANY_THREADS: &str = "a whole number from 1 to 64, or \"auto\"";
 
-/// Validates the gravity of a stage, which must be zero along flat axes.
 fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
@@ -60,7 +59,6 @@ fn is_file_name(name: &str) -> bool {
 }
 
 impl SceneParts {
-    /// Validates limits, thermostats and growth.
     pub(super) fn check_run(&self) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("run");
         check_limit(self.run.equilibration, at.key("equilibration_time"), at.key("equilibration_events"))?;
@@ -91,8 +89,6 @@ impl SceneParts {
         Ok(())
     }
 
-    /// Checks that a measured stage has an end and no growth. Its name must be unique, and valid as the name of a
-    /// folder.
     fn check_measured_stage(&self, index: usize) -> Result<(), SceneError> {
         let stage = &self.run.stages[index];
         let at = ConfigPath::entry("stage", index);
@@ -160,7 +156,6 @@ fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<
     thermostat.map_or(Ok(()), |thermostat| thermostat.check().or_else(|error| refuse_thermostat(error, at)))
 }
 
-/// Returns the error for an invalid thermostat, at the key that must be changed.
 fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), SceneError> {
     match error {
         ThermostatError::Number { name, value } => positive(value, at.key(name)).map(drop),

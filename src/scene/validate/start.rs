@@ -18,7 +18,6 @@ use crate::scene::unvalidated::UnvalidatedBond;
 /// Relative round-off of a particle's coordinates. By this much, a particle may exceed a wall, and a bond its range.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Initial configuration: particles and bonds in their box, with their interactions.
 pub(crate) struct Configuration<'a> {
     pub groups: Groups,
     pub interactions: Interactions<'a>,
@@ -81,7 +80,6 @@ pub(crate) fn check_surfaces(groups: &Groups, species: &[Species], surfaces: &Su
     Ok(())
 }
 
-/// Checks that the length of every bond is within its range at the start.
 pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let periods = space.periods();
@@ -106,7 +104,7 @@ pub(crate) fn check_bonds(start: &Configuration<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Checks that no cores overlap. Bonded pairs are left out, because their bonds have cores of their own.
+/// Bonded pairs are left out, because their bonds have cores of their own.
 pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError> {
     let Configuration { groups, interactions, space, displacement, .. } = start;
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
@@ -125,7 +123,7 @@ pub(crate) fn check_overlaps(start: &Configuration<'_>) -> Result<(), SceneError
     }
 }
 
-/// Adds the bonds listed in a scene after the bonds of its chains. At least one particle of each pair must move.
+/// Adds the bonds listed in a scene after the bonds of its chains.
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     drafts: &[UnvalidatedBond],

@@ -61,7 +61,6 @@ impl SceneBuilder {
         Ok(Surfaces::of_parts((space, &self.parts.wall_temperatures, self.parts.start_time), &surfaces, &ids, stage))
     }
 
-    /// Rejects unknown stages.
     fn check_stages(&self, named: &[String], at: &ConfigPath) -> Result<(), SceneError> {
         let mut named = named.iter().enumerate();
         named.try_for_each(|(index, name)| self.check_stage(name, &at.key("stages").index(index)))
@@ -108,7 +107,6 @@ impl SceneBuilder {
         Ok(time)
     }
 
-    /// Rejects shear and growth, which a scene with surfaces does not support.
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
         let expected =
             "none together with a [[surface]]: surfaces need particles of constant size in a box without shear";
@@ -127,7 +125,6 @@ fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Rejects shapes without extent, or with NaN or infinite numbers.
 fn check_shape(shape: &SurfaceShape, at: &ConfigPath) -> Result<(), SceneError> {
     match shape {
         SurfaceShape::Plane { point, normal } => {
@@ -161,7 +158,6 @@ pub(super) fn direction(vector: &Vector, at: &ConfigPath) -> Result<(), SceneErr
     positive(vector.norm(), at.clone()).map(drop)
 }
 
-/// Checks that triangles have existing vertices.
 fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     let at = at.key("path");
     if mesh.triangles.is_empty() {
@@ -185,7 +181,6 @@ fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Checks that a shape fits the box: its flat axes and its images.
 fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     for k in 0..3 {
         let axis = AXES[k];
@@ -229,7 +224,6 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
 /// How far a surface may extend beyond the box, in periods. This limits the number of images, which are all stored.
 const MOST_PERIODS: f64 = 30.0;
 
-/// Rejects shapes with too many images along a periodic axis.
 fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (key, ends) = match shape {
         SurfaceShape::Plane { .. } => return Ok(()),

@@ -24,9 +24,7 @@ pub(super) struct Columns {
     /// Column of the momenta; `None` if there are velocities.
     pub momentum: Option<usize>,
     pub mass: Option<usize>,
-    /// Names of columns that are ignored.
     pub unused: Vec<String>,
-    /// Name and column of each scalar.
     pub scalars: Vec<(String, usize)>,
 }
 
@@ -40,7 +38,6 @@ const RADIUS: &[&str] = &["radius"];
 const ID: &[&str] = &["id"];
 const IMAGE: &[&str] = &["map_shift", "images", "image"];
 
-/// Describes valid boxes, for error messages.
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
@@ -48,7 +45,6 @@ const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or o
 /// Rotating a box leaves such round-off.
 const ALIGNED: f64 = 1e-14;
 
-/// Content of a comment line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Comment {
     pub time: f64,
@@ -67,7 +63,7 @@ pub(super) struct Comment {
 }
 
 impl Comment {
-    /// Reads a comment line. Unknown keys are ignored.
+    /// Unknown keys are ignored.
     pub fn parse(text: &str, line: usize) -> Result<Self, ReadError> {
         let value_of = |key: &'static str| {
             let found = pairs(text).find(|(k, _)| k.eq_ignore_ascii_case(key));
@@ -169,7 +165,7 @@ impl<'a> Value<'a> {
         ReadError::unexpected(self.line, self.key, self.value, expected)
     }
 
-    /// Splits a list into words. ASE writes `_JSON` before some lists.
+    /// ASE writes `_JSON` before some lists.
     fn words(&self) -> impl Iterator<Item = &'a str> {
         let list = self.value.trim_start();
         list.strip_prefix("_JSON")
@@ -178,7 +174,6 @@ impl<'a> Value<'a> {
             .filter(|word| !word.is_empty())
     }
 
-    /// Parses each word of a list. Returns an error unless there are exactly `count` words.
     fn as_many<T>(
         &self,
         count: usize,
@@ -218,7 +213,6 @@ impl<'a> Value<'a> {
         Ok((Vector::new(x, y, z), within))
     }
 
-    /// Reads a flag for each axis, or one flag for all axes.
     fn periodic(&self) -> Result<[bool; 3], ReadError> {
         flag(self.value.trim()).map_or_else(|| self.three_flags(), |flag| Ok([flag; 3]))
     }
@@ -252,7 +246,6 @@ impl<'a> Value<'a> {
         bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
     }
 
-    /// Reads the names of the interactions in the table, and the index of the interaction of each bond.
     fn kinds_of_bonds(&self, kinds: Option<Value>, bonds: usize) -> Result<(Vec<String>, Vec<u32>), ReadError> {
         let names: Vec<String> = self.value.split_whitespace().map(str::to_owned).collect();
         if bonds == 0 {
@@ -332,7 +325,6 @@ fn flag(word: &str) -> Option<bool> {
     }
 }
 
-/// Parses a finite number; otherwise returns `None`.
 pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|number: &f64| number.is_finite())
 }

@@ -69,7 +69,6 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    /// Creates the error for a value that does not fit its key or column.
     pub(super) fn unexpected(line: usize, name: &str, value: &str, expected: &str) -> Self {
         Self::Malformed { line, problem: format!("{name} is `{}`, expected {expected}", shorten(value)) }
     }

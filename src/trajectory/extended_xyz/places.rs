@@ -120,7 +120,6 @@ mod tests {
         for at in [3, 0, 4, 1, 2] {
             assert_eq!(frame_at(&path, places[at]).unwrap(), all[at]);
         }
-        // Lines may end as on Windows.
         std::fs::write(&path, text.replace('\n', "\r\n")).unwrap();
         let places = frame_places(&path).unwrap();
         assert_eq!(places.iter().map(|place| frame_at(&path, *place).unwrap()).collect::<Vec<_>>(), all);
@@ -146,7 +145,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("trajectory.xyz");
         let text = trajectory();
-        // Damages the line of the particle in the third frame.
         std::fs::write(&path, text.replace("A 2 0 0.5", "A 2 x 0.5")).unwrap();
         let places = frame_places(&path).unwrap();
         assert_eq!(places.len(), 5);

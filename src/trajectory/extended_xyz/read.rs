@@ -21,7 +21,6 @@ const TRUSTED_COUNT: usize = 1 << 16;
 /// The part of a frame before its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
-    /// Number of particles.
     pub count: usize,
     /// Simulated time `[time]`.
     pub time: f64,
@@ -39,9 +38,7 @@ pub struct FrameReader<R> {
     input: R,
     line: usize,
     text: Vec<u8>,
-    /// First line of the last frame.
     frame_line: usize,
-    /// Columns of the last frame.
     columns: Columns,
     has_box: bool,
     is_finished: bool,
@@ -268,7 +265,6 @@ impl<R: BufRead> Iterator for FrameReader<R> {
     }
 }
 
-/// The smallest box that holds the spheres.
 pub(crate) fn bounds(particles: &[FrameParticle]) -> (Vector, Vector) {
     let mut corners: Option<(Vector, Vector)> = None;
     for particle in particles {

@@ -42,7 +42,6 @@ pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError>
 
 /// Heading of a frame: common properties of all its particles.
 pub(crate) struct Heading {
-    /// Number of particles.
     pub count: usize,
     pub has_images: bool,
     /// Whether the masses of all particles are known.
@@ -55,7 +54,7 @@ pub(crate) struct Heading {
 /// not be in memory together.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
-    /// Frame from which the table, box, bonds and scalars are written. Its particles are ignored.
+    /// Frame from which the table, box, bonds and scalars are written.
     frame: &'a Frame,
     has_masses: bool,
     /// Number of particles written so far.
@@ -131,7 +130,6 @@ fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
     Some(if mass.is_finite() { mass } else { 0.0 })
 }
 
-/// Writes the number of particles and the comment line.
 fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Result<()> {
     writeln!(text, "{}", heading.count)?;
     let lattice = (0..9).map(|entry| match (entry / 3, entry % 3) {
@@ -185,7 +183,6 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     Ok(())
 }
 
-/// Writes a key with several values in quotes.
 fn write_list(text: &mut Vec<u8>, key: &str, values: impl IntoIterator<Item = impl Display>) -> io::Result<()> {
     write!(text, "{key}=\"")?;
     for (index, value) in values.into_iter().enumerate() {

@@ -66,7 +66,6 @@ fn unwrapped(frames: &[Frame]) -> Vec<Vec<Vector>> {
     frames.iter().map(|frame| (0..frame.particles.len()).map(|place| frame.unwrapped(place)).collect()).collect()
 }
 
-/// Reads the numbers of a table, from the column with index `first` on.
 fn columns(table: &str, first: usize) -> Vec<Vec<f64>> {
     let row = |line: &str| line.split(',').skip(first).map(|word| word.parse().unwrap()).collect();
     table.lines().skip(1).map(row).collect()

@@ -15,7 +15,7 @@ pub fn estimate(estimate: &Estimate) -> String {
     }
 }
 
-/// Formats a number without its error. Whole numbers are printed with all their digits.
+/// Formats a number without its error.
 fn exact(mean: f64) -> String {
     if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
 }

@@ -21,7 +21,6 @@ pub fn exchange(plan: &ExchangePlan) -> String {
     )
 }
 
-/// Describes replicas in umbrella windows along a distance.
 fn in_windows(plan: &ExchangePlan) -> String {
     let temperature = plan.temperatures.first().map_or_else(String::new, |temperature| digits(*temperature));
     let distance = plan.umbrella.as_ref().map_or_else(String::new, |it| {

@@ -70,7 +70,6 @@ fn shear(rate: f64) -> String {
     format!("velocity along x, gradient along y, rate {}", digits(rate))
 }
 
-/// Describes how `auto` chooses the number of threads.
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
 /// Describes the number of threads that the scene requests. If only one is used anyway, the reason is added.

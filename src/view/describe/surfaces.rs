@@ -12,7 +12,6 @@ use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, Surface
 /// factor.
 const OTHER_UNITS: f64 = 100.0;
 
-/// Describes a surface in one line: its shape, its law, and the species that can touch it.
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     let side = |is_inside: bool| if is_inside { ", met from inside" } else { "" };
     let shape = match &surface.shape {
@@ -52,7 +51,6 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
     format!("{}: {shape}, {law}{who}{when}{moves}", surface.name)
 }
 
-/// Describes a motion, for example `moves with velocity (0, 0, 1) from t = 2 to 4`.
 fn motion(motion: &SurfaceMotion) -> String {
     let how = match &motion.kind {
         MotionKind::Translation { velocity, acceleration } if *acceleration == Vector::zeros() => {
@@ -197,7 +195,7 @@ fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     }
 }
 
-/// Describes a mesh. `largest` is the diameter of the largest particle that can touch it.
+/// `largest` is the diameter of the largest particle that can touch it.
 fn about(report: &MeshReport, largest: f64) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {

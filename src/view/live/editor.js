@@ -120,7 +120,6 @@ class LiveEditor {
     this.check();
   }
 
-  /** Updates the note and the buttons. */
   state() {
     const isOther = this.editor.text !== this.runs;
     this.note.textContent = isOther ? "not running yet" : "";
@@ -146,7 +145,6 @@ class LiveEditor {
     this.tell(answer);
   }
 
-  /** Shows an error with its line and its remedy, or clears the message if there is no error. */
   tell({ error, line, help, offset, length: bytes } = {}, text = this.editor.text) {
     this.message.replaceChildren();
     const place = line && Number.isFinite(offset) ? bytePlace(text, offset, bytes ?? 0) : undefined;
@@ -190,8 +188,7 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A value of the running scene can be changed only if the text differs in nothing else. Otherwise the whole text is
-    // started again.
+    // A value of the running scene can be changed only if the text differs in nothing else.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }

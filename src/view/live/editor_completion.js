@@ -1,6 +1,5 @@
 // Completion: the valid words at the caret, and the list that offers them.
 
-/** Maximum number of offers in the list. */
 const COMPLETION_LENGTH = 60;
 
 const bare = (word) => word.replace(/^["']|["']$/g, "");
@@ -102,7 +101,6 @@ function valueCompletions({ place, line, after, caret, toml, schema }) {
   return { start: caret - there.length, end, there, offers: fitting(offers, there) };
 }
 
-/** The list at the caret of a TextEditor. */
 class CompletionList {
   constructor(editor, schema) {
     this.editor = editor;
@@ -133,10 +131,7 @@ class CompletionList {
     return !this.box.hidden;
   }
 
-  /**
-   * Opens, updates or closes the list after a change. `isAsked` is true if the user requested the list with a
-   * key.
-   */
+  /** `isAsked` is true if the user requested the list with a key. */
   update(isAsked) {
     const { area } = this.editor;
     const found = area.selectionStart === area.selectionEnd ? completions(this.editor.toml, area.selectionStart, this.schema) : undefined;

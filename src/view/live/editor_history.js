@@ -1,6 +1,5 @@
 // Undo and redo in the editor, for changes by typing, completion or a slider.
 
-/** Number of changes that are kept. */
 const HISTORY_LENGTH = 500;
 
 /** A pause longer than this starts a new undo step, in milliseconds. */
@@ -28,7 +27,6 @@ function textChange(before, after, caret = Infinity) {
   return { at, removed: before.slice(at, before.length - tail), inserted: after.slice(at, after.length - tail) };
 }
 
-/** The undo steps of a text, stored as changes. */
 class TextHistory {
   constructor(text) {
     this.text = text;
@@ -69,12 +67,11 @@ class TextHistory {
     return true;
   }
 
-  /** Returns the text before a step. */
   before({ at, removed, inserted }) {
     return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
   }
 
-  /** Undoes the last step. Returns `{text, caret}`, or undefined if there is no step. */
+  /** Returns `{text, caret}`, or undefined if there is no step. */
   undo() {
     if (this.place === 0) {
       return undefined;
@@ -85,7 +82,7 @@ class TextHistory {
     return { text: this.text, caret: step.at + step.removed.length };
   }
 
-  /** Repeats the step that was undone last. Returns `{text, caret}`, or undefined if there is none. */
+  /** Returns `{text, caret}`, or undefined if there is none. */
   redo() {
     if (this.place === this.steps.length) {
       return undefined;

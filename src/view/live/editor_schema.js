@@ -8,7 +8,6 @@ const SCHEMA_NAMES = { species: "species", bond: "interaction", interaction: "in
 
 const quoted = (word) => JSON.stringify(word);
 
-/** Returns a number or word of the schema in TOML. */
 const schemaValue = (value) => (typeof value === "object" ? "" : typeof value === "string" ? quoted(value) : String(value));
 
 class SceneSchema {
@@ -75,7 +74,6 @@ class SceneSchema {
     return types[0] ?? "";
   }
 
-  /** Returns the values to offer at a path: words, truth values, and names defined in the scene. */
   values(path, toml) {
     const offers = [];
     for (const node of this.at(path)) {
@@ -119,7 +117,6 @@ class SceneSchema {
     return offers;
   }
 
-  /** Returns the description of the key or value at a path. */
   about(path) {
     const nodes = this.at(path);
     return nodes.find(({ description }) => description)?.description ?? "";

@@ -7,7 +7,6 @@ const SLIDER_COUNT = 7;
 /** Number of steps of a logarithmic slider. */
 const SLIDER_STEPS = 200;
 
-/** Returns the number of flat axes of a scene. */
 const flatAxes = (toml) => ["x", "y", "z"].filter((axis) => toml.get(`space.${axis}`) === "flat").length;
 
 /** Returns the largest packing fraction that an arrangement reaches in a short time. */
@@ -124,7 +123,6 @@ function absentRestitution(toml) {
   return found;
 }
 
-/** Returns sliders for a scene that names none, derived from its text. */
 function derivedSliders(toml) {
   const found = [];
   SLIDER_RULES.forEach((rule, order) => {

@@ -1,6 +1,5 @@
 // A text area with line numbers, syntax colours and error marks.
 
-/** Spaces that the tab key inserts. */
 const EDITOR_INDENT = "    ";
 
 /** Returns the pieces of each line, `[[kind, from, to], ...]`. Pieces that span several lines are split. */
@@ -88,7 +87,7 @@ class TextEditor {
     return this.area.value;
   }
 
-  /** Replaces the whole text. Successive changes of one slider have the same `kind` and become one step. */
+  /** Successive changes of one slider have the same `kind` and become one step. */
   write(text, kind) {
     if (text === this.text) {
       return;
@@ -98,7 +97,7 @@ class TextEditor {
     this.noted(kind);
   }
 
-  /** Replaces a range in one step. The caret is then after the inserted text by default. */
+  /** Replaces a range in one step. */
   replace(start, end, insert, caret = start + insert.length) {
     this.area.setRangeText(insert, start, end, "end");
     this.area.setSelectionRange(caret, caret);
@@ -147,7 +146,7 @@ class TextEditor {
     this.isLeaving = false;
   }
 
-  /** Indents or unindents the selected lines. Without a selection it inserts spaces. */
+  /** Without a selection it inserts spaces. */
   indent(isOut) {
     const { selectionStart: start, selectionEnd: end } = this.area;
     if (start === end && !isOut) {
@@ -163,7 +162,6 @@ class TextEditor {
     }
   }
 
-  /** The parsed text. */
   get toml() {
     if (this.read?.text !== this.text) {
       this.read = new Toml(this.text);
@@ -171,7 +169,7 @@ class TextEditor {
     return this.read;
   }
 
-  /** Colours the whole text. Only changed lines are rebuilt. */
+  /** Only changed lines are rebuilt. */
   paint() {
     this.lay(0, this.lines.length, linePieces(this.text, this.toml.tokens));
   }
@@ -282,7 +280,6 @@ class TextEditor {
     this.layers.prepend(this.wrong);
   }
 
-  /** Returns the range of letters of a row between two columns. */
   range(row, from, to) {
     const range = document.createRange();
     const walker = document.createTreeWalker(row, NodeFilter.SHOW_TEXT);
@@ -307,7 +304,6 @@ class TextEditor {
     return range;
   }
 
-  /** Returns the position on the screen of a position in the text. */
   box(at) {
     const before = this.text.slice(0, at);
     const row = this.colours.children[before.split("\n").length - 1];
@@ -327,7 +323,6 @@ class TextEditor {
     box.style.top = `${isBelow ? place.bottom - frame.top + 2 : place.top - frame.top - box.offsetHeight - 2}px`;
   }
 
-  /** Scrolls until a position in the text is visible. */
   reveal(at) {
     const [{ left, top, bottom }, frame] = [this.box(at), this.window.getBoundingClientRect()];
     const margin = bottom - top;
@@ -344,7 +339,6 @@ class TextEditor {
     }
   }
 
-  /** Moves the caret to a line and column, and scrolls to it. */
   jump(line, column = 1) {
     const lines = this.text.split("\n").slice(0, line - 1);
     const at = Math.min(lines.reduce((sum, words) => sum + words.length + 1, 0) + column - 1, this.text.length);

@@ -48,7 +48,7 @@ function tomlScalar(raw) {
   return undefined;
 }
 
-/** Returns a number in TOML. A float keeps its decimal point. */
+/** A float keeps its decimal point. */
 function tomlNumber(value, isInteger = false) {
   if (!Number.isFinite(value)) {
     return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
@@ -57,7 +57,6 @@ function tomlNumber(value, isInteger = false) {
   return isInteger || /[.e]/.test(written) ? written : `${written}.0`;
 }
 
-/** The pieces, tables and values of a text. */
 class Toml {
   /**
    * `tokens`: `[kind, start, end]` in order. The kinds are comment, table, key, string, number, constant and
@@ -91,8 +90,7 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // An unfinished string that ends in a backslash, or an unusual space, matches no pattern. One character is then
-        // skipped.
+        // An unfinished string that ends in a backslash, or an unusual space, matches no pattern.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
@@ -139,7 +137,6 @@ class Toml {
     }
   }
 
-  /** Returns keys separated by points as an array. */
   keys(kind) {
     const keys = [];
     const first = this.start;
@@ -191,7 +188,6 @@ class Toml {
     return path;
   }
 
-  /** Reads `key = value` on a line or inside braces. */
   pair(prefix, depth) {
     const { keys, first } = this.keys("key");
     if (keys.length === 0) {
@@ -305,7 +301,6 @@ class Toml {
     return this.entries.get(path) ?? this.entries.get(this.numbered(path));
   }
 
-  /** Returns the scalar at a path, or undefined. */
   get(path) {
     return this.find(path)?.value;
   }
@@ -324,7 +319,6 @@ class Toml {
     return steps.join(".");
   }
 
-  /** Returns the number of tables in an array of tables. */
   count(name) {
     return (this.counts.get(name) ?? -1) + 1;
   }
@@ -373,7 +367,6 @@ class Toml {
     return { start: lines, end: lines, insert: `${line}\n` };
   }
 
-  /** Returns the text with the change of `edit`, or the same text if there is no change. */
   with(path, value) {
     const change = this.edit(path, value);
     return change ? this.text.slice(0, change.start) + change.insert + this.text.slice(change.end) : this.text;

@@ -11,7 +11,6 @@ const ENDS = ["events", "time", "idle", "failed", "end"];
  * cannot be used afterwards.
  */
 class Engine {
-  /** Creates an engine from a compiled module or from its bytes. */
   static async of(module) {
     const made = await WebAssembly.instantiate(module, {});
     return new Engine((made.instance ?? made).exports);
@@ -67,14 +66,11 @@ class Engine {
     return this.ask(this.calls.change, { text, changes });
   }
 
-  /** Runs for a number of events or until a time. Returns one of ENDS. */
   advance(events, time = Infinity) {
     return ENDS[this.calls.advance(events, time)];
   }
 
-  /**
-   * Returns the present state. Positions, velocities and images are views that are valid until the next call.
-   */
+  /** Positions, velocities and images are views that are valid until the next call. */
   look() {
     const count = this.calls.look();
     const { buffer } = this.calls.memory;
@@ -92,10 +88,7 @@ class Engine {
     };
   }
 
-  /**
-   * Sets the position or velocity of a particle. A null leaves the value unchanged. Returns an error, or an
-   * empty text.
-   */
+  /** A null leaves the value unchanged. Returns an error, or an empty text. */
   set(id, position, velocity) {
     return this.ask(this.calls.set, { id, position, velocity }).error ?? "";
   }

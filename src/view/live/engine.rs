@@ -3,7 +3,6 @@
 /// Start of an engine file. A fingerprint and a line end follow.
 const MAGIC: &[u8] = b"carom engine ";
 
-/// Number of characters in a fingerprint.
 const DIGITS: usize = 16;
 
 /// Fingerprint of the sources that determine the bits of a run.

@@ -45,13 +45,10 @@ impl Shown {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
-    /// Name of the scene.
     name: String,
-    /// Seed of the scene's random numbers.
     seed: u64,
     /// Simulated time at the start `[time]`.
     time: f64,
-    /// The species.
     species: Vec<SpeciesHead>,
     /// Index of the species of each particle, in the order of their ids.
     particles: Vec<u32>,
@@ -59,9 +56,7 @@ struct Head {
     lower: [f64; 3],
     /// Edges of the box `[length]`; 0 along flat axes.
     size: [f64; 3],
-    /// Whether the box is periodic, by axis.
     periodic: [bool; 3],
-    /// Whether the box is flat, by axis.
     flat: [bool; 3],
     /// Whether the lower and the upper side along each axis are walls.
     walls: [[bool; 2]; 3],
@@ -79,11 +74,8 @@ struct Head {
     up: usize,
     /// Whether the positive direction of the axis `up` points down in the picture.
     is_upside_down: bool,
-    /// Bonded pairs of particles.
     bonds: Vec<[u32; 2]>,
-    /// Names of the stages, in their order.
     stages: Vec<String>,
-    /// Settings of the scene for its live page.
     live: LivePlan,
     /// Simulated time at the end of the last stage, if it ends by time `[time]`.
     until_time: Option<f64>,
@@ -97,10 +89,8 @@ struct Head {
     surface_data: String,
 }
 
-/// A plane through which particles are counted, as the page receives it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
-    /// Name of the flow measurement.
     name: String,
     /// Index of the axis perpendicular to the plane.
     axis: usize,
@@ -108,11 +98,9 @@ struct FlowHead {
     at: f64,
 }
 
-/// A species, as the page receives it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct SpeciesHead {
-    /// Its name.
     name: String,
     /// Diameter of the species at the start `[length]`.
     diameter: f64,
@@ -120,7 +108,6 @@ struct SpeciesHead {
     mass: Option<f64>,
     /// Constant acceleration of the species `[length / time^2]`.
     acceleration: [f64; 3],
-    /// Whether the particles of the species are static.
     is_static: bool,
 }
 
@@ -172,7 +159,6 @@ impl Head {
     }
 }
 
-/// Returns whether the lower and the upper side along an axis are walls.
 fn walls(boundary: Boundary) -> [bool; 2] {
     match boundary {
         Boundary::Bounded { lower, upper } => [lower, upper].map(|face| face != Face::Open),
@@ -180,7 +166,6 @@ fn walls(boundary: Boundary) -> [bool; 2] {
     }
 }
 
-/// Returns the flow measurements through planes perpendicular to an axis.
 fn flows(scene: &Scene) -> Vec<FlowHead> {
     let of_axis = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
     let planes = scene.measure().flows.iter().filter_map(|flow| {

@@ -91,7 +91,6 @@ class Live {
     }
   }
 
-  /** Handles a message of the worker. */
   hear(message) {
     const act = { head: this.begin, frame: this.receive, error: this.fail, ended: this.end, set: this.put }[message.kind];
     act?.call(this, message);
@@ -131,7 +130,6 @@ class Live {
     return parts.join(" · ");
   }
 
-  /** Handles a picture of the worker. */
   receive(frame) {
     this.isAsked = false;
     if (!frame.positions || frame.positions.length !== 3 * (this.head?.moving.length ?? -1)) {
@@ -157,7 +155,7 @@ class Live {
     this.isDue = true;
   }
 
-  /** Handles the first picture of a scene. The scene starts at its natural speed. */
+  /** The scene starts at its natural speed. */
   first(frame) {
     this.isNew = false;
     liveElement("message").hidden = true;

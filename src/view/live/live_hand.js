@@ -92,7 +92,6 @@ class Hand {
     this.put(index, this.held, [0, 0, 0]);
   }
 
-  /** Keeps the held particle in place while all others move. */
   hold() {
     if (this.index >= 0 && this.isMoved) {
       this.put(this.index, this.held, [0, 0, 0]);

@@ -5,7 +5,6 @@ const liveElement = (id) => document.getElementById(`live-${id}`);
 /** Radius of a bond relative to the smaller of its two ends, as in the player of reports. */
 const BOND_RADIUS = 0.36;
 
-/** Returns the particles of a scene in the form of the renderer. */
 function liveParticles(head) {
   const { moving, fixed, fixedPositions, species, particles, bonds, flat, periodic, surfaces } = head;
   const ids = [...moving, ...fixed];

@@ -51,7 +51,6 @@ class Announcer {
     live.redraw(true);
   }
 
-  /** Updates the speed of slow motion when an event has happened. */
   adapt(frame) {
     const { live } = this;
     if (this.adaptedAt !== frame.events) {
@@ -110,7 +109,6 @@ class Announcer {
     this.write(time);
   }
 
-  /** Returns whether both particles are within the picture. */
   isSeen({ a, b }) {
     const { picture } = this.live;
     return [a, b].every((id) => {
@@ -120,7 +118,6 @@ class Announcer {
     });
   }
 
-  /** Returns the position of a particle, or undefined if no particle has the number. */
   place(id) {
     const { picture, order } = this.live;
     const index = order?.get(id);
@@ -132,7 +129,6 @@ class Announcer {
     return [...fixedPositions.subarray(at, at + 3)];
   }
 
-  /** Returns the names of the particles in an event. */
   names({ a, b }) {
     const { head } = this.live;
     const ids = [...new Set([a, b])].filter((id) => id >= 0 && id < head.particles.length);

@@ -1,10 +1,8 @@
 /** Time in which a flash fades to about a third `[ms]`. */
 const FADE = 110;
 
-/** Number of particles below which a scene has few particles. */
 const FEW = 60;
 
-/** The picture: particles, trails, arrows and flashes, seen by a camera. */
 class Picture {
   constructor(canvas) {
     this.canvas = canvas;
@@ -18,7 +16,7 @@ class Picture {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** Loads the particles of a scene. The camera is unchanged if only the values of the scene have changed. */
+  /** The camera is unchanged if only the values of the scene have changed. */
   begin(head, isSame) {
     this.head = head;
     this.particles = liveParticles(head);

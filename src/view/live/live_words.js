@@ -18,7 +18,6 @@ function liveRate(rate) {
 /** Returns a time with as many digits as are readable at a speed. */
 const liveTime = (time, speed) => time.toFixed(Math.max(0, Math.min(9, Math.ceil(1 - Math.log10(speed)))));
 
-/** Shows the legend of the colours. */
 function liveScale(live) {
   const { head, picture } = live;
   const parts = document.createDocumentFragment();
@@ -47,7 +46,6 @@ function liveScale(live) {
 
 const liveShort = (x) => String(Number(x.toPrecision(2)));
 
-/** Shows the counts of events by kind. */
 function liveCounts({ counts = {}, events }) {
   const list = document.createDocumentFragment();
   const all = Object.entries(counts).filter(([, count]) => count > 0);

@@ -1,4 +1,3 @@
-/** Observables of a running simulation, computed from successive states. */
 class Observables {
   constructor(head) {
     this.head = head;

@@ -1,4 +1,3 @@
-/** Maximum numbers of tracer particles and of time origins. */
 const MOST_TRACERS = 1000;
 const MOST_ORIGINS = 16;
 
@@ -6,7 +5,6 @@ const MOST_ORIGINS = 16;
 const YOUNG_ORIGINS = 8;
 const YOUNG_STRIDE = 4;
 
-/** Lag-time bins per decade, and the range of decades. */
 const LAGS_PER_DECADE = 48;
 const DECADES = [-12, 12];
 const LAG_BINS = LAGS_PER_DECADE * (DECADES[1] - DECADES[0]);
@@ -128,7 +126,6 @@ class Displacement {
     });
   }
 
-  /** Returns the mean squared displacement and velocity autocorrelation of each species by lag time. */
   results() {
     const { sums, columns, names } = this;
     const bins = Array.from({ length: LAG_BINS }, (_, bin) => bin * columns).filter((first) => sums.total(first) > 0);
@@ -163,14 +160,12 @@ class Displacement {
   }
 }
 
-/** Returns the slope of the least-squares line. */
 function fittedSlope(x, y) {
   const [a, b] = [x, y].map((list) => list.reduce((sum, value) => sum + value, 0) / list.length);
   const square = x.reduce((sum, value) => sum + (value - a) ** 2, 0);
   return x.reduce((sum, value, k) => sum + (value - a) * (y[k] - b), 0) / square;
 }
 
-/** Returns the sum of squared differences. */
 function squares(a, b, from, to) {
   let sum = 0;
   for (let k = from; k < to; k += 1) {

@@ -1,4 +1,3 @@
-/** Maximum number of intervals in a pressure series. */
 const MOST_INTERVALS = 120;
 
 /**
@@ -28,7 +27,6 @@ class Pressure {
     this.series.add(time, [virial, this.integral]);
   }
 
-  /** Returns the mean pressure between two points of the series. */
   between([times, virials, integrals], from, to) {
     const { dimensions, count, volume } = this.system;
     const collisional = (virials[to] - virials[from]) / dimensions;

@@ -1,7 +1,6 @@
 /** Number of pair distances after which a sample stops, for a cost of about a millisecond. */
 const MOST_DISTANCES = 80_000;
 
-/** Approximate number of bins up to the largest distance. */
 const RADIAL_BINS = 160;
 
 /**
@@ -133,7 +132,6 @@ class RadialDistribution {
     this.placeOf = new Uint32Array(system.count);
   }
 
-  /** Sorts the moving particles by cell. */
   sort(positions) {
     const { system, cells, starts, cellOf, sorted, classOf, placeOf } = this;
     const { moving, lower, size, head } = system;

@@ -1,4 +1,3 @@
-/** Maximum number of points of a time series. */
 const MOST_POINTS = 2000;
 
 /**
@@ -15,7 +14,7 @@ class TimeSeries {
     this.last = undefined;
   }
 
-  /** Adds values at a time. The last values are always retained. */
+  /** The last values are always retained. */
   add(time, values) {
     this.last = [time, ...values];
     if (this.passed % this.stride === 0) {

@@ -56,7 +56,6 @@ class ObservedSystem {
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
   }
 
-  /** Returns whether any particle is outside the box. */
   hasEscaped(positions) {
     const closed = this.axes.filter((k) => !this.periodic[k]);
     return this.moving.some((id) =>
@@ -67,7 +66,6 @@ class ObservedSystem {
     );
   }
 
-  /** Returns the number of walls of an axis. */
   walls(axis) {
     if (this.periodic[axis] || this.flat[axis]) {
       return 0;
@@ -79,7 +77,6 @@ class ObservedSystem {
     return this.walls(axis) === 2;
   }
 
-  /** Number of degrees of freedom of the velocities. */
   get freedom() {
     return Math.max(1, this.dimensions * this.count - this.conserved.filter(Boolean).length);
   }

@@ -7,7 +7,6 @@ use flate2::write::GzEncoder;
 
 use crate::view::report::base64;
 
-/// Encodes bytes as base64.
 pub(super) fn letters(bytes: &[u8]) -> String {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
     // Writing to memory cannot fail.

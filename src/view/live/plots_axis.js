@@ -1,4 +1,3 @@
-/** Superscript digits for exponents. */
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 /** Returns a number in readable form from the text of a JavaScript number. */
@@ -79,13 +78,11 @@ class PlotAxis {
     return this.from + ((this.isLogarithmic ? Math.log10(value) : value) - this.low) * this.factor;
   }
 
-  /** Returns the value at a position in pixels. */
   value(place) {
     const at = this.low + (place - this.from) / this.factor;
     return this.isLogarithmic ? 10 ** at : at;
   }
 
-  /** Returns the values of the ticks and their labels. */
   marks(number) {
     return this.isLogarithmic ? this.decades() : this.steps(number);
   }

@@ -259,7 +259,6 @@ class Plot {
     this.tell(isIn ? x : undefined);
   }
 
-  /** Draws dots on the curves. */
   place(dots) {
     const circles = dots.map((dot) => {
       const [name, x, y] = dot.split("|");
@@ -270,7 +269,6 @@ class Plot {
     this.dots.replaceChildren(...circles);
   }
 
-  /** Writes x beside the cursor line. */
   tell(x) {
     this.words ??= drawn("text", { class: "hair" }, this.over);
     this.words.textContent = x === undefined ? "" : plotValue(x);

@@ -1,6 +1,5 @@
 const PLOT_SPACE = "http://www.w3.org/2000/svg";
 
-/** Creates an SVG element. */
 function drawn(name, attributes = {}, parent = undefined) {
   const element = document.createElementNS(PLOT_SPACE, name);
   Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
@@ -8,7 +7,6 @@ function drawn(name, attributes = {}, parent = undefined) {
   return element;
 }
 
-/** Creates an HTML element. */
 function made(name, className, parent, text) {
   const element = document.createElement(name);
   element.className = className;

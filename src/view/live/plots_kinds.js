@@ -1,4 +1,3 @@
-/** Returns the note that gives the time range of an average. */
 const since = (from, to) => (from === undefined ? "" : `mean of t = ${plotValue(from)} to ${plotValue(to)}`);
 
 const line = (name, x, y, more = {}) => ({ name, x, y, style: "line", ...more });

@@ -140,7 +140,6 @@ function plotDrawing(plot) {
   return new XMLSerializer().serializeToString(whole);
 }
 
-/** Saves a plot as a file. */
 function savePlot(plot) {
   const name = plot.term.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
   saveFile(`${name}.svg`, "image/svg+xml", plotDrawing(plot));

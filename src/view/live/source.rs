@@ -14,7 +14,6 @@ use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text
 /// The scene that a page contains, with the files that it reads.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
-    /// The text of the scene, as written.
     pub(super) text: String,
     /// Values that replace values in the text, by key.
     pub(super) changes: BTreeMap<String, String>,
@@ -41,7 +40,6 @@ impl Source {
         Ok(Self { text, changes, files })
     }
 
-    /// Returns the names and contents of the files, in the form that the page reads.
     pub(super) fn files(&self) -> Value {
         let file = |(name, content): (&PathBuf, &Vec<u8>)| json!({ "name": name, "content": packed::letters(content) });
         self.files.iter().map(file).collect()

@@ -50,7 +50,6 @@ fn page_of(text: &str, packed: &[u8]) -> Page {
     page(&scene(text), &source, Engine::of(&file).unwrap())
 }
 
-/// Returns the description of the scene that a page contains.
 fn told(page: &Page) -> serde_json::Value {
     let json = page.html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     serde_json::from_str(json).unwrap()

@@ -24,7 +24,6 @@ const LZMA_TABLES = (() => {
   return { ...places, literals: end };
 })();
 
-/** The range decoder, which decodes single bits and numbers of several bits. */
 class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
@@ -33,7 +32,6 @@ class RangeDecoder {
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
-  /** Decodes a bit with the probability at an index. */
   bit(probabilities, place) {
     const { registers } = this;
     const probability = probabilities[place];
@@ -51,7 +49,6 @@ class RangeDecoder {
     return bit;
   }
 
-  /** Reads another byte when the range has become small. */
   fill() {
     const { registers } = this;
     if (registers[0] < 0x1000000) {
@@ -96,7 +93,6 @@ class RangeDecoder {
   }
 }
 
-/** Decompresses LZMA data into the original bytes. */
 class Unpacker {
   constructor(packed) {
     const properties = packed[0];
@@ -174,7 +170,6 @@ class Unpacker {
     this.copy(length + 2);
   }
 
-  /** Moves the distances before an index back by one and puts `distance` first. */
   moveToFront(place, distance) {
     for (let k = place; k > 0; k -= 1) {
       this.distances[k] = this.distances[k - 1];
@@ -219,7 +214,7 @@ class Unpacker {
     return base + (coder.direct(bits - 4) << 4) + coder.reverseTree(probabilities, LZMA_TABLES.align, 4);
   }
 
-  /** Copies bytes from the last distance back. The source may overlap the copy. */
+  /** The source may overlap the copy. */
   copy(length) {
     const from = this.at - this.distances[0] - 1;
     if (from < 0 || this.at + length > this.out.length) {

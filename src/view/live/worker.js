@@ -11,7 +11,6 @@ const REST = 8;
 const SAMPLE = 50;
 const RESULTS = 200;
 
-/** Decodes base64 text into bytes. */
 function ofBase64(text) {
   return Uint8Array.fromBase64 ? Uint8Array.fromBase64(text) : Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }
@@ -95,7 +94,6 @@ class Laboratory {
     this.begin(this.engine.change(this.text, merged), this.text, merged, true);
   }
 
-  /** Switches to a scene that was started or changed. */
   begin(head, text, changes, isChange) {
     if (head.error) {
       this.post({ ...head, kind: "error" });
@@ -240,7 +238,6 @@ class Laboratory {
     return this.isRunning;
   }
 
-  /** Updates the state after the engine returns, and handles the reason for the return. */
   reach(end) {
     this.state = this.engine.look();
     if (end === "failed" || end === "idle" || end === "end") {
@@ -314,7 +311,6 @@ class Laboratory {
   }
 }
 
-/** Returns the buffers of all typed arrays in a value. */
 function buffersOf(value) {
   if (ArrayBuffer.isView(value)) {
     return [value.buffer];

@@ -37,7 +37,6 @@ class Frames {
     return Uint8Array.from(places, (place) => (high > low ? Math.round((255 * (place - low)) / (high - low)) : 128));
   }
 
-  /** Returns the buffers of displayed pictures to the pool. */
   reuse(buffers) {
     this.pool.push(...buffers.filter((buffer) => buffer.byteLength > 0));
     this.pool.splice(0, Math.max(0, this.pool.length - 16));

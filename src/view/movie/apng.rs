@@ -23,7 +23,6 @@ const SIGNATURE: usize = 8;
 /// Blend operation: an image is drawn over the previous one, which shows through where the image is transparent.
 const OVER: u8 = 1;
 
-/// Compresses images.
 pub(super) struct ApngCodec;
 
 /// The changed part of an image, compressed.
@@ -45,7 +44,6 @@ impl Codec for ApngCodec {
     }
 }
 
-/// Returns the content of the data chunks of a PNG.
 fn data_of(file: &[u8]) -> Vec<u8> {
     let mut data = Vec::with_capacity(file.len());
     let mut rest = file.get(SIGNATURE..).unwrap_or_default();
@@ -59,7 +57,6 @@ fn data_of(file: &[u8]) -> Vec<u8> {
     data
 }
 
-/// An APNG file.
 pub(super) struct ApngTrack<W: Write> {
     writer: Writer<W>,
     per_second: u16,
@@ -69,7 +66,6 @@ pub(super) struct ApngTrack<W: Write> {
 }
 
 impl<W: Write> ApngTrack<W> {
-    /// Starts a file for a number of images.
     pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
         let mut writer = png_encoder(output, style.width, style.height).write_header().map_err(failed)?;
         let count = u32::try_from(count).map_err(io::Error::other)?;

@@ -44,7 +44,6 @@ impl Rectangle {
         (rectangle, pixels.map(|(new, old)| if new == old { unchanged } else { *new }).collect())
     }
 
-    /// Returns the pixels of the rectangle, row by row, in an image of this `width`.
     fn pixels<'a, T>(&self, image: &'a [T], width: usize) -> impl Iterator<Item = &'a T> {
         let Self { left, top, width: columns, height } = *self;
         image.chunks(width).skip(top).take(height).flat_map(move |row| &row[left..left + columns])

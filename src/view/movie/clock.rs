@@ -19,7 +19,6 @@ pub(super) enum Clock {
 }
 
 impl Clock {
-    /// Returns the time format for the frames of a movie.
     pub fn of(index: &Index) -> Self {
         let times = || index.places.iter().map(|place| place.time);
         let steps = times().zip(times().skip(1)).map(|(a, b)| b - a);
@@ -45,7 +44,6 @@ impl Clock {
         }
     }
 
-    /// Formats a time.
     pub fn text(self, time: f64) -> String {
         match self {
             Self::Plain(digits) => format!("{time:.digits$}"),

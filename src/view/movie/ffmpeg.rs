@@ -19,7 +19,6 @@ const PATIENCE: Duration = Duration::from_secs(120);
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
-/// An ffmpeg program that can be started.
 #[derive(Debug, Clone)]
 pub(super) struct Ffmpeg {
     program: OsString,

@@ -15,7 +15,6 @@ use crate::view::render::{Image, Style};
 /// 0.1 s instead.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
-/// Compresses images that share a palette.
 pub(super) struct GifCodec<'a> {
     pub palette: &'a Palette,
     pub per_second: u32,
@@ -51,7 +50,6 @@ fn delay(place: usize, per_second: u32) -> u16 {
     trunc_to_u16(end(place + 1) - end(place))
 }
 
-/// A GIF file.
 pub(super) struct GifTrack<W: Write>(Encoder<W>);
 
 impl<W: Write> GifTrack<W> {

@@ -15,7 +15,6 @@ use crate::view::{Surfaces, ViewError};
 /// Number of frames examined for the extent of the particles.
 const PROBES: usize = 8;
 
-/// Frames of a trajectory that a movie shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selection {
     pub first: u64,
@@ -46,13 +45,10 @@ pub(super) struct Place {
     lines: usize,
 }
 
-/// Index of the frames of a movie in their trajectory file.
 #[derive(Debug)]
 pub(super) struct Index {
     pub places: Vec<Place>,
-    /// Number of particles in the largest frame.
     pub most_particles: u64,
-    /// Whether the file ends within a frame.
     pub is_truncated: bool,
     /// The first frame, without its particles.
     stage: Frame,
@@ -142,7 +138,6 @@ impl Index {
         Ok(self)
     }
 
-    /// Sets up the camera and the scale of speeds for all frames of the movie.
     pub fn shot(&self, surfaces: &Surfaces, style: &Style, turn: f64) -> Result<Shot, ViewError> {
         let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
         let surfaces = surfaces.clone().around(self.places.iter().map(|place| place.time));
@@ -157,7 +152,6 @@ impl Index {
         Shot::new((self.stage.clone(), surfaces), style, framed.to_vec(), turn, self.scale)
     }
 
-    /// Reads a frame.
     pub fn read(&self, path: &Path, place: usize) -> Result<Frame, ViewError> {
         let Place { offset, lines, .. } = self.places[place];
         let unreadable = ViewError::trajectory(path);
@@ -177,7 +171,6 @@ impl Index {
         (0..count).map(move |k| k * last / (count - 1).max(1))
     }
 
-    /// Adds the path and the index of a frame to the error of drawing it.
     pub fn fault(&self, path: &Path, place: usize, source: ViewError) -> ViewError {
         ViewError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
     }
@@ -203,7 +196,7 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Reads the next frame and adds it to the index. Returns `false` at the end of the trajectory.
+    /// Returns `false` at the end of the trajectory.
     fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, ViewError> {
         let unreadable = |source| ViewError::Trajectory { path: self.path.to_owned(), source };
         let is_first = self.index.is_none();
@@ -231,7 +224,6 @@ impl Survey<'_> {
         Ok(true)
     }
 
-    /// Adds a frame to the index.
     fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
         let scale = SpeedScale::of(&frame, self.style);
         let region = match framing {

@@ -23,14 +23,12 @@ const NEURONS: usize = 256 - 1 - EXACT.len();
 /// Bits of each component in the lookup of the nearest colour.
 const BITS: usize = 6;
 
-/// Returns the style of the trial images from which the colours are chosen.
 pub(super) fn pilot_style(style: &Style) -> Style {
     let scale = (PILOT_SIZE / f64::from(style.width.max(style.height))).min(1.0);
     let scaled = |size: u32| trunc_to_u32((f64::from(size) * scale).round()).max(16);
     Style { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
 }
 
-/// A palette of 256 colours, with a lookup table for the palette colour nearest to any other colour.
 #[derive(Debug, Clone)]
 pub(super) struct Palette {
     colours: Vec<[u8; 3]>,
@@ -39,7 +37,6 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    /// Chooses the colours that best reproduce some images.
     pub fn of(images: &[Image]) -> Self {
         let pixels = images.iter().flat_map(Image::pixels).filter(|pixel| !EXACT.contains(&rgb(pixel)));
         let mut pixels: Vec<u8> = pixels.flatten().copied().collect();
@@ -55,12 +52,10 @@ impl Palette {
         Self { colours, nearest }
     }
 
-    /// Returns the colours as bytes: red, green and blue of each entry.
     pub fn bytes(&self) -> &[u8] {
         self.colours.as_flattened()
     }
 
-    /// Returns the index of the nearest palette colour for each pixel of an image.
     pub fn indices(&self, image: &Image) -> Vec<u8> {
         let index = |pixel: &[u8; 4]| {
             let colour = rgb(pixel);
@@ -75,7 +70,6 @@ fn rgb(pixel: &[u8; 4]) -> [u8; 3] {
     [pixel[0], pixel[1], pixel[2]]
 }
 
-/// Index of a colour in the lookup table.
 fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }

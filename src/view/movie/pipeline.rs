@@ -25,15 +25,12 @@ type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 /// Compresses an image, given its index in the movie and the previous image.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
-/// Images of a movie that are drawn and compressed by several workers.
 pub(super) struct Pipeline<'a, P> {
     pub draw: Draw<'a>,
     pub compress: Compress<'a, P>,
-    /// Number of places.
     pub count: usize,
     /// Number of workers.
     pub crew: usize,
-    /// Flag that stops the workers.
     pub is_stopped: &'a AtomicBool,
 }
 

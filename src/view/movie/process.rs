@@ -21,7 +21,6 @@ const MOST_MESSAGE: usize = 4096;
 /// hanging.
 const PIECE: usize = 1 << 14;
 
-/// Interval between two checks for progress.
 const TICK: Duration = Duration::from_millis(20);
 
 /// Time limit for reading the messages of a program that has ended. A child process of the program may keep the pipe
@@ -101,7 +100,6 @@ impl Process {
         Ok(process)
     }
 
-    /// Waits for an answer as long as the program makes progress.
     fn wait_for<T>(
         &mut self,
         ask: &mut Ask,
@@ -125,7 +123,6 @@ impl Process {
         (self.taken.load(Ordering::Relaxed), state)
     }
 
-    /// Waits for the end of the program.
     fn end(&mut self, ask: &mut Ask) -> Result<(), TrackError> {
         drop(self.images.take());
         let status = self.wait_for(ask, |process| ended(&mut process.child))?;
@@ -216,7 +213,6 @@ fn write(input: &mut impl Write, image: &[u8], taken: &AtomicU64) -> io::Result<
     Ok(())
 }
 
-/// Returns the last part of the program's error messages.
 fn message_of(mut errors: impl Read) -> String {
     let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
     while let Ok(count @ 1..) = errors.read(&mut buffer) {

@@ -9,7 +9,6 @@ use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 use crate::view::render::{BACKGROUND, ColourBy, Framing};
 
-/// A folder that contains a trajectory.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -103,7 +102,6 @@ fn apng_images(path: &Path) -> Vec<Seen> {
     seen
 }
 
-/// Copies pixels to a canvas, except transparent ones.
 fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], pixels: &[[u8; 4]]) {
     for (row, pixels) in pixels.chunks(columns).enumerate() {
         let line = &mut canvas[(top + row) * width + left..][..columns];
@@ -147,7 +145,6 @@ fn frames(count: u32) -> Vec<Frame> {
     (0..count).map(|number| frame(number, f64::from(number))).collect()
 }
 
-/// A small movie with a fixed camera.
 fn still() -> Movie {
     let style = Style { width: 96, height: 72, ..Style::default() };
     Movie { style, turn: 0.0, frames_per_second: 30, ..Movie::default() }

@@ -10,7 +10,6 @@ use crate::view::render::Image;
 
 /// Compressor for the images of a movie format. Several threads can use it at the same time.
 pub(super) trait Codec: Sync {
-    /// Compressed image.
     type Piece: Send;
 
     /// Compresses an image, given its index in the movie and the previous image.
@@ -23,19 +22,14 @@ pub(super) trait Codec: Sync {
 /// Callback that runs during a wait. It can stop the work.
 pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
-/// The file of a movie, to which compressed images are added in order.
 pub(super) trait Track {
-    /// Compressed image in the format of the file.
     type Piece;
 
-    /// Adds an image.
     fn add(&mut self, piece: Self::Piece, ask: &mut Ask) -> Result<(), TrackError>;
 
-    /// Writes the end of the file.
     fn finish(self, ask: &mut Ask) -> Result<(), TrackError>;
 }
 
-/// Why a movie could not be written.
 #[derive(Debug, Error)]
 pub(super) enum TrackError {
     /// Error of the operating system or of an encoder.

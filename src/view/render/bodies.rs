@@ -14,7 +14,6 @@ use crate::trajectory::frame::FrameParticle;
 /// Radius of a bond, relative to the smaller of its two ends.
 const BOND_RADIUS: f64 = 0.36;
 
-/// A sphere.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ball {
     pub centre: Point,
@@ -31,14 +30,11 @@ pub(super) struct Rod {
     pub colour: Colour,
 }
 
-/// All bodies in a picture: spheres, bonds and surfaces.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bodies {
-    /// Opaque spheres.
     pub balls: Vec<Ball>,
     /// Translucent spheres.
     pub veil: Vec<Ball>,
-    /// Bonds.
     pub rods: Vec<Rod>,
     /// Translucent triangles.
     pub sheets: Sheets,

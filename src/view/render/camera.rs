@@ -11,7 +11,6 @@ use crate::Vector;
 use crate::base::numbers::{single, trunc_to_u32};
 use crate::trajectory::Frame;
 
-/// A position or direction in single precision.
 pub(super) type Point = Vector3<f32>;
 
 /// Tangent of half the field of view. The field of view is 30 degrees along the shorter side of the largest image.
@@ -40,7 +39,6 @@ pub(in crate::view) struct Extent {
     pub radius: f64,
 }
 
-/// Position of the camera, and the part of its view that forms the image.
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
     /// Rotation from the scene to camera space. Its rows are the directions right, up and into the image.
@@ -114,7 +112,6 @@ impl Camera {
         self
     }
 
-    /// Returns the same camera, turned to the direction of another style.
     pub fn turned(&self, frame: &Frame, style: &Style) -> Self {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
@@ -148,7 +145,6 @@ impl Camera {
         })
     }
 
-    /// Returns the framed spheres in camera space.
     fn spheres(&self, framed: &[Extent]) -> Vec<(Point, f32)> {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }

@@ -29,22 +29,20 @@ pub(super) struct Caption {
 }
 
 impl Caption {
-    /// Returns the caption rows that a style needs. The scale bar is set later.
+    /// The scale bar is set later.
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
         let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the length of the scale bar. In perspective, the bar is valid at the distance of the middle of the
-    /// scene.
+    /// In perspective, the bar is valid at the distance of the middle of the scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
         self.bar = length.map(|length| (length, single(length * scale)));
     }
 
-    /// Writes the time on the left and draws the scale bar on the right.
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;

@@ -20,13 +20,10 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
     [120, 120, 120],
 ];
 
-/// Static particles.
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
-/// Colour of the surfaces with which particles collide.
 pub(super) const SURFACE: [u8; 3] = [156, 174, 198];
 
-/// Colour of the background.
 pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
 /// Colour of box edges and letters.

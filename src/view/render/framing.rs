@@ -9,7 +9,6 @@ use crate::view::Surfaces;
 /// Empty space in the box is cropped along an axis only if the particles fill at least this fraction of the axis.
 const FILLED: f64 = 0.34;
 
-/// Returns the spheres and box corners that must be in the image.
 pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));

@@ -21,7 +21,6 @@ const VEIL: f32 = 1.2;
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
-/// The ground plane and the light on it.
 #[derive(Debug)]
 pub(super) struct Ground {
     /// Upward normal, in camera space.

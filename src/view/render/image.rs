@@ -16,7 +16,6 @@ pub struct Image {
 }
 
 impl Image {
-    /// Creates an image from its rows. There must be `width * height` pixels.
     pub(in crate::view) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
         debug_assert_eq!(pixels.len(), width as usize * height as usize);
         Self { width, height, pixels }
@@ -34,7 +33,6 @@ impl Image {
         self.height
     }
 
-    /// Returns the number of columns and the number of rows.
     pub(in crate::view) fn size(&self) -> [usize; 2] {
         [self.width as usize, self.height as usize]
     }
@@ -69,7 +67,6 @@ impl Image {
     }
 }
 
-/// The encoder for a PNG of [`Image::pixels`].
 pub(in crate::view) fn png_encoder<W: Write>(output: W, width: u32, height: u32) -> png::Encoder<'static, W> {
     let mut encoder = png::Encoder::new(output, width, height);
     encoder.set_color(png::ColorType::Rgba);

@@ -26,13 +26,11 @@ const COUNT: u32 = 95;
 /// Outline of a letter, in units of the height of capitals.
 #[derive(Debug, Default)]
 struct Letter {
-    /// Horizontal distance from this letter to the next.
     advance: f32,
     /// The outline as straight pieces, each with its start and end. `y` points up from the base line.
     lines: Vec<[[f32; 2]; 2]>,
 }
 
-/// Formats a number beside a scale. Small and large numbers have an exponent.
 pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
@@ -123,7 +121,6 @@ fn letters(font: &[u8]) -> Vec<Letter> {
     (u32::from(FIRST)..u32::from(FIRST) + COUNT).map(letter).collect()
 }
 
-/// Collects the outline of a glyph as straight lines.
 #[derive(Debug, Default)]
 struct Outline {
     scale: f32,

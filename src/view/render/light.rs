@@ -40,7 +40,6 @@ const DARK: f32 = 0.004;
 const SHADOW_CELL: f32 = 0.7;
 const NEAR_CELL: f32 = 1.6;
 
-/// A point on the surface of a body.
 pub(super) struct SurfacePoint {
     pub position: Point,
     /// Outward normal.
@@ -59,7 +58,6 @@ pub(super) struct Received {
     pub sun: f32,
 }
 
-/// Light of the sun and the sky on a set of spheres.
 #[derive(Debug)]
 pub(super) struct Lights {
     up: Point,
@@ -70,7 +68,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    /// Sets up the lights on a set of spheres. Spheres outside the lookup grid around the framed region cast no shadow.
+    /// Spheres outside the lookup grid around the framed region cast no shadow.
     pub fn on(balls: &[Ball], camera: &Camera) -> Self {
         let (up, sun_direction) = (camera.up(), camera.sun());
         let occluders: Vec<(Ball, f32)> = balls.iter().map(|ball| (*ball, 1.0)).collect();
@@ -83,13 +81,11 @@ impl Lights {
         }
     }
 
-    /// Returns the light on a surface if nothing obstructs it.
     pub fn in_the_open(&self, normal: &Point) -> Received {
         let sky = LEVEL + SLOPE * normal.dot(&self.up);
         Received { sky, openness: 1.0, sun: normal.dot(&self.sun_direction).max(0.0) }
     }
 
-    /// Returns the light on a point of a surface.
     pub fn at(&self, surface: &SurfacePoint) -> Received {
         let SurfacePoint { position, normal, body } = surface;
         let above = normal.dot(&self.up);
@@ -102,7 +98,7 @@ impl Lights {
     }
 }
 
-/// Light on the ground, with the shadows of spheres. Translucent spheres cast lighter shadows.
+/// Translucent spheres cast lighter shadows.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,
@@ -134,7 +130,6 @@ struct Disc {
     opacity: f32,
 }
 
-/// Shadows that spheres cast in the light of a round source.
 #[derive(Debug)]
 struct Shadows {
     /// Right and up as seen from the light, and the direction towards the light.
@@ -242,7 +237,6 @@ impl Near {
             let inverse = 1.0 / square.max(0.25 * area).sqrt();
             let (cosine, form) = (along * inverse, area * inverse * inverse);
             let hidden = if along < *radius {
-                // The sphere is partly below the horizon.
                 let above = (0.5 * (along / radius + 1.0)).clamp(0.0, 1.0);
                 form * above * above.sqrt()
             } else {

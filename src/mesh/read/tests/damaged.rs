@@ -7,15 +7,12 @@ use rand_core::{Rng, SeedableRng};
 use super::*;
 use crate::mesh::report::{Inside, MeshReport};
 
-/// Number of damaged files if the environment variable is not set.
 const USUAL: usize = 2_000;
 
-/// Returns a random number below `end`.
 fn below(random: &mut ChaCha8Rng, end: usize) -> usize {
     random.next_u32() as usize % end.max(1)
 }
 
-/// Fragments that may confuse a reader of mesh files.
 const PIECES: [&[u8]; 16] = [
     b"nan",
     b"-inf",

@@ -18,7 +18,6 @@ fn at() -> ConfigPath {
     ConfigPath::root().key("exchange").key("umbrella")
 }
 
-/// Requires a single temperature, and windows that ascend and overlap.
 pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     let temperatures = ConfigPath::root().key("exchange").key("temperatures");
     let [temperature] = plan.temperatures[..] else {
@@ -120,13 +119,11 @@ fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Formats the first few ids of a group for a message.
 fn ids(group: &[ParticleId]) -> String {
     let shown: Vec<String> = group.iter().take(6).map(|id| id.0.to_string()).collect();
     format!("[{}{}]", shown.join(", "), if group.len() > 6 { ", ..." } else { "" })
 }
 
-/// Requires particles that exist, move, and are listed only once.
 fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut taken: Vec<ParticleId> = Vec::new();
     for (index, group) in umbrella.between.iter().enumerate() {

@@ -21,12 +21,10 @@ pub(crate) struct Beside {
     /// Mass of each particle `[mass]`, 0 for static particles. Empty without a column of masses, or if the species
     /// table contains the masses.
     pub masses: Vec<f64>,
-    /// Names of columns that are ignored.
     pub unused: Vec<String>,
 }
 
 impl Beside {
-    /// Reads the momentum and the mass of a particle, if there are such columns.
     pub(super) fn read(&mut self, words: &Words<'_>, columns: &Columns) -> Result<(), ReadError> {
         if let Some(first) = columns.momentum {
             self.momenta.push(words.vector(first, "momentum")?);
@@ -50,7 +48,6 @@ impl SpeciesTable {
         Self { species, index }
     }
 
-    /// Whether there is a species of this name.
     pub fn has(&self, name: &str) -> bool {
         self.index.contains_key(name)
     }
@@ -115,7 +112,7 @@ impl<'a> Words<'a> {
         Ok(Vector::new(component(0)?, component(1)?, component(2)?))
     }
 
-    /// Reads a particle. If the file has no ids, `id` is used.
+    /// If the file has no ids, `id` is used.
     pub fn particle(&self, id: u32, columns: &Columns, table: &mut SpeciesTable) -> Result<FrameParticle, ReadError> {
         let length = |at| self.read(at, "radius", "a finite length, not negative", not_negative);
         let whole = |at| self.read(at, "id", "a whole number, 0 to 4294967295", |word| word.parse().ok());
@@ -136,8 +133,7 @@ impl<'a> Words<'a> {
         Ok(Some([periods(0)?, periods(1)?, periods(2)?]))
     }
 
-    /// Adds the scalars in the line of a particle. Values that are not finite are left out. Their column is then too
-    /// short, and is dropped later.
+    /// Values that are not finite are left out. Their column is then too short, and is dropped later.
     pub fn scalars(&self, columns: &Columns, scalars: &mut [Scalar]) {
         for ((_, column), scalar) in columns.scalars.iter().zip(scalars) {
             scalar.values.extend(finite(self.word(*column)));
