@@ -16,7 +16,6 @@ fn bad_scenes() -> Vec<PathBuf> {
     paths
 }
 
-/// The error message as a terminal shows it, without colours.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor()).with_width(200);

@@ -12,7 +12,6 @@ fn carom(folder: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(folder).env("NO_COLOR", "1").output().unwrap()
 }
 
-/// The exit code, and standard output followed by standard error.
 fn said(output: &Output) -> (i32, String) {
     let text = [&output.stdout[..], &output.stderr[..]].concat();
     (output.status.code().unwrap(), String::from_utf8_lossy(&text).into_owned())
@@ -110,7 +109,6 @@ fn compressed_trajectories_are_written_and_read_wherever_plain_ones_are() {
         assert_eq!(code, 0, "{text}");
         let (code, text) = said(&carom(folder.path(), &["movie", name, "--out", "m.gif"]));
         assert!(code == 2 && text.contains("is compressed"), "{text}");
-        // A scene that starts from the last frame of the converted file.
         let scene = format!(
             "[[species]]\nname = 'A'\nmass = 1.0\ndiameter = 1.0\n[[species]]\nname = 'B'\nmass = 1.0\ndiameter = 1.0\n\
              [[interaction]]\nspecies = ['A', 'B']\npotential = 'hard-sphere'\n[[interaction]]\nspecies = ['A', 'A']\npotential = 'hard-sphere'\n\

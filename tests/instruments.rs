@@ -88,7 +88,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Runs into a folder until a stage has had the given number of events. The callback then stops the run.
+/// Runs into a folder until a stage has had the given number of events.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();
@@ -186,7 +186,6 @@ fn a_run_does_not_go_on_with_other_instruments() {
     assert!(matches!(twice, InstrumentError::Duplicate { name } if name == "probe"));
 }
 
-/// An instrument with another type of state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Other(String);
 

@@ -35,7 +35,6 @@ const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");
 
-/// A dependency from a crate registry.
 #[derive(Debug, Clone)]
 struct Crate {
     name: String,
@@ -138,7 +137,6 @@ fn one(words: &[&str], at: &mut usize, licences: &[&str]) -> bool {
     licences.contains(word)
 }
 
-/// Row of a crate in the table of `THIRD-PARTY.md`.
 fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }

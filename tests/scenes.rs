@@ -193,7 +193,6 @@ fn builder_and_scene_file_pass_the_same_checks() {
     assert_eq!(error.to_string(), "interaction[0].restitution is 1.1, expected a number from 0 to 1");
 }
 
-/// A fluid of equal spheres and of spheres with a lognormal distribution of diameters.
 const POLYDISPERSE: &str = r#"
 [[species]]
 name = "A"
@@ -314,7 +313,6 @@ fn species_that_have_no_particles_take_no_memory() {
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }
 
-/// A scene that fills a region of a periodic box of edge 20, which may be flat along z.
 fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Result<Scene, carom::scene::SceneError> {
     let space = if is_flat { "size = [20.0, 20.0, 0.0]\nz = \"flat\"" } else { "size = [20.0, 20.0, 20.0]" };
     let text = format!(

@@ -15,11 +15,9 @@ pub enum Verdict {
     Refused(String),
     /// The audit passed after this number of events.
     Sound(u64),
-    /// Its audit failed.
     Condemned(String),
 }
 
-/// Runs a scene and evaluates its audit.
 pub fn judge(text: &str) -> Verdict {
     let scene = match Scene::from_toml(text, "random.toml") {
         Ok(scene) => scene,

@@ -9,7 +9,6 @@ pub use dice::Dice;
 
 use std::fmt::Write;
 
-/// Purpose of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Hard spheres, disks or rods in a cluster.
@@ -40,7 +39,6 @@ const KINDS: [Kind; 9] = [
     Kind::Channel,
 ];
 
-/// A scene, its purpose, and the longest edge of its box.
 pub struct RandomScene {
     pub kind: Kind,
     pub longest: f64,
@@ -58,7 +56,6 @@ struct Box {
 const RANGE: f64 = 1.3;
 const LARGEST: f64 = 1.0;
 
-/// Creates a random scene from a seed.
 pub fn scene(seed: u64) -> RandomScene {
     let mut dice = Dice::new(seed);
     let dice = &mut dice;

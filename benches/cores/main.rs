@@ -57,7 +57,6 @@ struct System {
     domains: &'static [usize],
 }
 
-/// Measurements of a system.
 struct Row {
     name: String,
     /// Events per second with one thread and with two, and their ratio, for each turn.

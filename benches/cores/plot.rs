@@ -6,7 +6,6 @@ use plotters::prelude::*;
 /// Okabe and Ito's colours, distinct for colour-blind eyes.
 const COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
 
-/// Draws the speed of systems against the number of cores, relative to one thread.
 pub fn draw(path: &str, systems: &[(&str, &[Estimate])]) -> Outcome {
     let root = SVGBackend::new(path, (640, 420)).into_drawing_area();
     root.fill(&WHITE)?;

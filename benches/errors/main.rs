@@ -81,7 +81,6 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
     }
 }
 
-/// Runs a scene, or its replica exchange if it has one, and adds the results to the tally.
 fn simulate(text: &str, add: impl Fn(&dyn Fn(&mut Tally))) -> Result<(), String> {
     let scene = Scene::from_toml(text, "errors.toml").map_err(|refused| refused.to_string())?;
     if scene.exchange().is_none() {

@@ -21,7 +21,6 @@ impl System {
     }
 }
 
-/// All systems.
 #[expect(clippy::too_many_lines, reason = "a table")]
 pub fn systems() -> [System; 13] {
     let hard = one(HARD);
@@ -35,11 +34,8 @@ pub fn systems() -> [System; 13] {
     let inelastic = |restitution: f64| one(&format!("{HARD}restitution = {restitution}\n"));
     let wells = "potential = \"square-well\"\nlambda = 1.5\nwell_depth = 1.0\n";
     [
-        // 256 hard spheres.
         system("fluid", &[&hard, &fill("A", 256, "fcc", DENSE, 1.0), MEASURED, "transport = true\n"], "", 2.0, 14.0),
-        // 500 hard spheres.
         system("crystal", &[&hard, &fill("A", 500, "fcc", "packing_fraction = 0.54", 1.0), MEASURED], "", 2.0, 6.0),
-        // 256 square wells in a heat bath.
         system(
             "square wells",
             &[&one(wells), &fill("A", 256, "fcc", "number_density = 0.5", 1.5), MEASURED, RADIAL],
@@ -47,7 +43,6 @@ pub fn systems() -> [System; 13] {
             10.0,
             30.0,
         ),
-        // 256 inelastic spheres in a heat bath.
         system(
             "driven gas",
             &[&inelastic(0.8), &fill("A", 256, "fcc", "packing_fraction = 0.2", 1.0), MEASURED],
@@ -55,7 +50,6 @@ pub fn systems() -> [System; 13] {
             10.0,
             30.0,
         ),
-        // 500 inelastic spheres in steady shear.
         system(
             "sheared gas",
             &[&space([11.0; 3], "shear_rate = 0.2"), &inelastic(0.9), &fill("A", 500, "random", "", 0.1), MEASURED],
@@ -63,7 +57,6 @@ pub fn systems() -> [System; 13] {
             100.0,
             150.0,
         ),
-        // Two species between walls.
         system(
             "slit",
             &[
@@ -79,7 +72,6 @@ pub fn systems() -> [System; 13] {
             10.0,
             30.0,
         ),
-        // Two species in a periodic box.
         system(
             "mixture",
             &[
@@ -94,7 +86,6 @@ pub fn systems() -> [System; 13] {
             5.0,
             15.0,
         ),
-        // Eight chains of 16 beads in a heat bath.
         system(
             "polymer",
             &[
@@ -151,7 +142,6 @@ pub fn systems() -> [System; 13] {
             20.0,
             400.0,
         ),
-        // 108 hard spheres at constant pressure.
         system(
             "constant pressure",
             &[&hard, &fill("A", 108, "fcc", "packing_fraction = 0.28", 1.0)],
@@ -181,7 +171,6 @@ const DENSE: &str = "packing_fraction = 0.40";
 const MEASURED: &str = "[measure]\nfree_paths = true\npressure_tensor = true\ndiffusion = true\n";
 const RADIAL: &str = "radial_distribution = true\n";
 
-/// The table `[space]`, with the size of the box and the keys of its sides.
 fn space(size: [f64; 3], sides: &str) -> String {
     format!("[space]\nsize = {size:?}\n{sides}\n")
 }

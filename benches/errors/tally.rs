@@ -15,14 +15,12 @@ const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 #[derive(Debug, Default)]
 pub struct Tally(BTreeMap<String, Vec<Claim>>);
 
-/// Mean and claimed error of a run.
 #[derive(Debug, Clone, Copy)]
 struct Claim {
     mean: Option<f64>,
     error: Option<f64>,
 }
 
-/// Verdict on an observable.
 #[derive(Debug, Clone, Copy)]
 struct Verdict {
     runs: usize,
@@ -36,7 +34,6 @@ struct Verdict {
 }
 
 impl Tally {
-    /// Adds the observables and the measured numbers of a run.
     pub fn add(&mut self, finished: &Finished) {
         for (name, estimate) in &finished.observables {
             self.add_estimate(name.to_string(), estimate);

@@ -16,7 +16,6 @@ mod row;
 use std::error::Error;
 use std::process::ExitCode;
 
-/// Name of a long run and its scene.
 const RUNS: [(&str, &str); 4] = [
     ("hard_spheres", "configs/hard_sphere_fluid.toml"),
     ("square_well", "configs/square_well_fluid.toml"),

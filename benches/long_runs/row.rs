@@ -5,7 +5,6 @@ use std::fmt;
 use std::fs;
 use std::path::PathBuf;
 
-/// One row of a long run.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     pub events: f64,

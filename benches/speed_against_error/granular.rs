@@ -18,7 +18,6 @@ pub fn measure() -> Outcome {
     heap::measure()
 }
 
-/// Labels of the rows of Carom and of the baseline.
 const CAROM: &str = "Carom";
 const BASELINE: &str = "spring-dashpot";
 
@@ -133,7 +132,6 @@ pub fn describe(text: &mut String) -> Outcome {
 /// Column of the kinetic energy, which shows whether the grains have come to rest.
 const UNREST: &str = "kinetic energy per particle";
 
-/// Name of the column for the processor time.
 const COST: &str = "us per particle and time";
 
 /// One series for Carom, and one for each stiffness of the springs.

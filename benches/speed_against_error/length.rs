@@ -1,6 +1,5 @@
 //! Drift and deepest overlap against the number of events.
 
-/// The measurements and rows of the benchmark `long_runs`.
 #[path = "../long_runs"]
 #[allow(dead_code, reason = "that bench uses all of it")]
 mod long_runs {

@@ -18,7 +18,6 @@ const SHEET: &str = "lennard_jones";
 /// epsilon.
 const CUTOFF: f64 = 2.5;
 
-/// Steps of the potential.
 const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
 
 /// Time steps; the first one is the reference.
@@ -38,7 +37,6 @@ struct Plan {
     duration: f64,
     /// Simulated time before the measurement.
     relaxation: f64,
-    /// Skin of a neighbour list beyond the cut-off.
     skin: f64,
     /// Processor time after which a stepped run ends early `[s]`.
     most_seconds: f64,
@@ -65,7 +63,6 @@ const PLANS: [Plan; 2] = [
     },
 ];
 
-/// Results of one run.
 struct Measured {
     microseconds: f64,
     duration: f64,

@@ -3,7 +3,6 @@
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Processor, compiler, version of Carom and date.
 pub fn provenance() -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!("{}; {}; carom {version}; {}", processor(), compiler(), date())

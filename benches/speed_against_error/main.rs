@@ -22,7 +22,6 @@ mod report;
 mod sheet;
 mod size;
 
-/// The exact oracle of the tests.
 #[path = "../../tests/oracle"]
 #[allow(dead_code, reason = "the tests use all of it")]
 mod oracle {

@@ -9,11 +9,9 @@ use std::path::Path;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// Points of a plot with a common name.
 pub struct Series {
     pub name: String,
     pub points: Vec<(f64, f64)>,
-    /// Whether lines connect the points.
     pub has_line: bool,
 }
 

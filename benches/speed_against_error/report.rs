@@ -13,7 +13,6 @@ thread. The machine, the compiler and the date are given with each table. The nu
 `speed_against_error/`.
 ";
 
-/// Writes the Markdown file and the plots of all measured sections.
 pub fn write() -> Outcome {
     let mut text = OPENING.to_owned();
     for section in &SECTIONS {

@@ -43,7 +43,6 @@ impl Sheet {
         Some(Self { name: name.to_owned(), provenance, columns, rows })
     }
 
-    /// Selects the rows that have this text in a column.
     pub fn with(&self, column: &str, value: &str) -> Self {
         let index = self.index(column);
         let rows = self.rows.iter().filter(|row| row[index] == value).cloned().collect();
@@ -68,7 +67,6 @@ impl Sheet {
         self.rows.iter().map(|row| row[index].parse().unwrap_or(f64::NAN)).collect()
     }
 
-    /// Points whose coordinates are in two columns.
     pub fn points(&self, x: &str, y: &str) -> Vec<(f64, f64)> {
         self.numbers(x).into_iter().zip(self.numbers(y)).collect()
     }
@@ -78,7 +76,6 @@ impl Sheet {
         found.unwrap_or_else(|| panic!("{} has no column {column}", self.name))
     }
 
-    /// A Markdown table.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         let mut text = line(&self.columns);

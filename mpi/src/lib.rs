@@ -59,7 +59,6 @@ fn at_an_address(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Cuts bytes into pieces of the given lengths.
 fn pieces(mut bytes: &[u8], lengths: &[i32]) -> Vec<Vec<u8>> {
     let mut piece = |length: &i32| {
         let (piece, rest) = bytes.split_at(usize::try_from(*length).unwrap_or(0));

@@ -10,7 +10,6 @@ use std::any::Any;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-/// A number type that arrays can hold.
 pub trait Number: Copy + Send + Sync + 'static {
     /// Name of the type in the array interface, with the byte order of the machine.
     const KIND: &'static str;

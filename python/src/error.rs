@@ -23,7 +23,6 @@ use toml::de::{DeTable, DeValue};
 /// Width of a message in columns. Tracebacks and notebooks do not wrap lines of this width.
 const WIDTH: usize = 100;
 
-/// Creates an exception of the package from the name of its class, its message and its attributes.
 pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>)]) -> PyErr {
     Python::attach(|py| {
         let made = (|| {
@@ -38,7 +37,6 @@ pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>
     })
 }
 
-/// An exception whose message includes a suggestion.
 pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     let text = cure.map_or_else(|| message.to_owned(), |cure| format!("{message}\n  help: {cure}"));
     exception(class, &text, &[("cure", cure.map(str::to_owned))])
@@ -126,7 +124,6 @@ pub fn saved(error: &SavedError) -> PyErr {
     cured("FolderError", &with_causes(error), Some(error.cure()))
 }
 
-/// An invalid temperature, rate or heat bath.
 pub fn thermostat(error: &ThermostatError) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
@@ -223,12 +220,10 @@ pub fn convert(error: &ConvertError) -> PyErr {
     cured("FolderError", &with_causes(error), error.cure())
 }
 
-/// The exception for a file of a run that cannot be read.
 pub fn unreadable(path: &std::path::Path, error: &(dyn Error + 'static)) -> PyErr {
     cured("FolderError", &format!("cannot read {}: {}", path.display(), with_causes(error)), None)
 }
 
-/// The exception for an object that another thread is using.
 pub fn busy(what: &str) -> PyErr {
     PyRuntimeError::new_err(format!("{what} is advancing in another thread; wait for it, or give each thread a copy"))
 }

@@ -79,7 +79,6 @@ pub fn dictionary_of<'py>(py: Python<'py>, frame: &Frame, order: &[usize]) -> Py
     Ok(all)
 }
 
-/// The components of all vectors, in one list.
 fn flat(vectors: impl Iterator<Item = carom::Vector>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

@@ -46,7 +46,6 @@ impl Given {
     }
 }
 
-/// Extracts an entry of the dictionary.
 fn part<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
     parts: &Bound<'py, PyDict>,
     name: &str,
@@ -55,7 +54,6 @@ fn part<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
     value.extract().map_err(Into::into)
 }
 
-/// Reads the numbers of an array from its bytes.
 fn numbers<T, const SIZE: usize>(
     parts: &Bound<'_, PyDict>,
     name: &str,
@@ -78,7 +76,6 @@ fn vectors(parts: &Bound<'_, PyDict>, name: &str) -> PyResult<Vec<Vector>> {
     Ok(all.as_chunks::<3>().0.iter().map(|vector| Vector::from(*vector)).collect())
 }
 
-/// Additional scalars of each particle.
 fn scalars_of(parts: &Bound<'_, PyDict>, count: usize) -> PyResult<Vec<Scalar>> {
     let all: Bound<'_, PyDict> = part::<Bound<'_, PyAny>>(parts, "scalars")?.cast_into::<PyDict>()?;
     let scalar = |(name, _): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {

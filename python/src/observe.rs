@@ -46,7 +46,6 @@ impl Observation {
         Ok(Self { by_name, every })
     }
 
-    /// Names of the observed quantities, in order.
     pub fn names(&self) -> Vec<String> {
         self.by_name.iter().map(|(name, _)| name.clone()).collect()
     }
@@ -137,7 +136,6 @@ impl Instrument for Observed {
     }
 }
 
-/// Calls a function with the current frame.
 fn value_of(py: Python<'_>, name: &str, sample: &Sample<'_>, system: &SystemDescription) -> PyResult<f64> {
     let function = FUNCTIONS.with_borrow(|functions| {
         let by_name = functions.iter().flat_map(|functions| &functions.by_name);

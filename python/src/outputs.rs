@@ -64,7 +64,6 @@ pub fn convert(
     }
 }
 
-/// A style with the options common to pictures and movies.
 fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     let (from, angles, zoom, has_box, has_ground) = seen;
     let colour_by = if colour == "speed" { ColourBy::Speed } else { ColourBy::Species };
@@ -105,7 +104,6 @@ pub fn render(
     Ok(target)
 }
 
-/// Draws all frames of a run as a movie.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
 pub fn movie(
@@ -141,7 +139,6 @@ pub fn movie(
     }
 }
 
-/// Writes the page of a run.
 #[pyfunction]
 pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: bool) -> PyResult<PathBuf> {
     let target = out.clone().unwrap_or_else(|| run.join("report.html"));

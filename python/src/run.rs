@@ -28,7 +28,6 @@ use crate::signals::Signals;
 pub struct Watch {
     signals: Signals,
     callback: Option<Py<PyAny>>,
-    /// The exception that ends the run.
     pub raised: Option<PyErr>,
 }
 
@@ -46,7 +45,6 @@ impl Watch {
         self.tell(stage, progress.fraction(), progress.time, progress.events)
     }
 
-    /// Engine steps until the next check of the clock.
     pub fn steps(&self) -> u64 {
         self.signals.steps()
     }
@@ -110,7 +108,7 @@ pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
     parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
 }
 
-/// Runs a scene in a folder. If the run is not sound, returns the reason.
+/// If the run is not sound, returns the reason.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(
@@ -162,7 +160,6 @@ pub fn run(
     py.detach(|| if is_temporary { without_sync(work) } else { work() })
 }
 
-/// Continues the run in a folder from its last checkpoint.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn resume(
@@ -229,7 +226,6 @@ pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
         .collect()
 }
 
-/// The page of a run, as HTML.
 #[pyfunction]
 pub fn page(py: Python<'_>, path: PathBuf) -> PyResult<String> {
     let page = py.detach(|| report::page(&path)).map_err(|error| error::report(&error))?;

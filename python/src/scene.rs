@@ -26,11 +26,9 @@ pub struct Scene {
     /// Path of the scene file, or a name that stands for it.
     pub name: PathBuf,
     pub set: Vec<(String, String)>,
-    /// Particles given as arrays.
     pub given: Option<Given>,
 }
 
-/// Pairs of borrowed strings, as the library takes them.
 pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
     pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
@@ -53,7 +51,6 @@ impl Scene {
         Ok(Self { model: made.map_err(|error| error::scene(&error))?, text, name, set, given })
     }
 
-    /// Converts a dictionary with the keys of a scene file to TOML.
     #[staticmethod]
     fn toml_of(dictionary: &Bound<'_, PyAny>) -> PyResult<String> {
         match value_of(dictionary, "the scene")? {
@@ -63,13 +60,11 @@ impl Scene {
         }
     }
 
-    /// Names of the species that the text of a scene lists.
     #[staticmethod]
     fn species_named_in(text: &str, name: PathBuf, set: Vec<(String, String)>) -> PyResult<Vec<String>> {
         Model::species_named_in(text, &name, &borrowed(&set)).map_err(|error| error::scene(&error))
     }
 
-    /// A value as TOML text.
     #[staticmethod]
     fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<String> {
         Ok(value_of(value, place)?.to_string())
@@ -80,7 +75,6 @@ impl Scene {
         py.detach(|| self.complete_record())
     }
 
-    /// Particles given as arrays, if there are any.
     fn given(&self) -> Option<Given> {
         self.given.clone()
     }
@@ -249,14 +243,12 @@ fn table_of(mapping: &Bound<'_, PyMapping>, place: &str) -> PyResult<Table> {
     Ok(table)
 }
 
-/// The tables and keys of a TOML text.
 #[pyfunction]
 pub fn parse_toml<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
     let table: Table = text.parse().map_err(|error| PyValueError::new_err(format!("no TOML: {error}")))?;
     object_of(py, Value::Table(table))
 }
 
-/// A TOML value as a Python value.
 fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     match value {
         Value::String(text) => Ok(text.into_pyobject(py)?.into_any()),
@@ -278,7 +270,6 @@ fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// Creates a dictionary from names and values.
 pub fn dictionary<'py, V: IntoPyObject<'py>>(
     py: Python<'py>,
     items: impl IntoIterator<Item = (&'static str, V)>,
@@ -290,7 +281,6 @@ pub fn dictionary<'py, V: IntoPyObject<'py>>(
     Ok(all)
 }
 
-/// A Python list of names.
 pub fn names<'py>(py: Python<'py>, names: impl IntoIterator<Item = String>) -> PyResult<Bound<'py, PyList>> {
     PyList::new(py, names.into_iter().collect::<Vec<_>>())
 }

@@ -139,7 +139,6 @@ impl Simulation {
         }
     }
 
-    /// Saves the simulation with its scene to a file.
     fn save(&self, py: Python<'_>, scene: &Scene, path: PathBuf, force: bool) -> PyResult<()> {
         let state = self.state()?;
         let existing = if force { Existing::Replace } else { Existing::Keep };
@@ -147,7 +146,6 @@ impl Simulation {
         saved.map_err(|error| error::saved(&error))
     }
 
-    /// The simulation and the scene saved in a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf, threads: Option<&str>) -> PyResult<(Self, Scene)> {
         let threads = threads_of(threads)?;
@@ -156,14 +154,12 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// Returns the content of a file with the saved simulation and its scene.
     fn to_bytes<'py>(&self, py: Python<'py>, scene: &Scene) -> PyResult<Bound<'py, PyBytes>> {
         let state = self.state()?;
         let bytes = py.detach(|| simulation_to_bytes(&state.engine, &Beside::of(scene, &state)));
         Ok(PyBytes::new(py, &bytes?))
     }
 
-    /// The simulation and the scene from the bytes of a file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<(Self, Scene)> {
         let loaded = py.detach(|| simulation_from_bytes::<Beside>(bytes).map(|loaded| engine_of(loaded, None)));
@@ -178,14 +174,12 @@ impl Simulation {
         py.detach(|| engine.thermalize(temperature, seed)).map_err(|error| error::thermostat(&error))
     }
 
-    /// Scales all velocities.
     fn rescale(&self, py: Python<'_>, temperature: f64) -> PyResult<()> {
         let mut state = self.state()?;
         let engine = &mut state.engine;
         py.detach(|| engine.rescale(temperature)).map_err(|error| error::thermostat(&error))
     }
 
-    /// Replaces the heat bath, or removes it.
     fn set_thermostat(&self, bath: Option<Bath>) -> PyResult<()> {
         let mut state = self.state()?;
         let thermostat = bath.map(|(temperature, rate, axes)| Thermostat::Andersen { temperature, rate, axes });
@@ -196,7 +190,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// The current heat bath.
     fn thermostat(&self) -> PyResult<Option<Bath>> {
         Ok(match self.state()?.engine.thermostat() {
             Some(Thermostat::Andersen { temperature, rate, axes }) => Some((temperature, rate, axes)),
@@ -401,7 +394,6 @@ impl Simulation {
     }
 }
 
-/// Vectors from the bytes of an array.
 fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
     let number = |bytes: &[u8; 8]| f64::from_ne_bytes(*bytes);
     let numbers = bytes.as_chunks::<8>().0;

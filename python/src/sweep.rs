@@ -50,13 +50,11 @@ impl Sweep {
         made.map(Self).map_err(|error| error::sweep(&error))
     }
 
-    /// Opens the sweep in a folder.
     #[staticmethod]
     fn open(folder: PathBuf) -> PyResult<Self> {
         Model::from_file(SweepFolder::file_in(&folder)).map(Self).map_err(|error| error::sweep(&error))
     }
 
-    /// Folder, keys and values of each point.
     fn points(&self) -> Vec<PointOf> {
         self.0.points().iter().map(|point| (point.folder().to_owned(), point.settings().to_vec())).collect()
     }

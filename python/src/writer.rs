@@ -46,7 +46,6 @@ impl Writer {
         Ok(Self { series: Mutex::new(Some(series)), path })
     }
 
-    /// Adds a frame.
     fn write(&self, py: Python<'_>, frame: Given) -> PyResult<()> {
         py.detach(|| {
             let mut series = self.series.lock().unwrap_or_else(PoisonError::into_inner);
@@ -64,7 +63,6 @@ impl Writer {
         self.series.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(FrameSeries::frames)
     }
 
-    /// Completes the file.
     fn finish(&self, py: Python<'_>) -> PyResult<()> {
         py.detach(|| {
             let series = self.series.lock().unwrap_or_else(PoisonError::into_inner).take();

@@ -56,7 +56,6 @@ def test_arrays_are_read_only_copies(mixture: dict, tmp_path: Path) -> None:
             array[0] = 1.0
         with pytest.raises(ValueError, match="WRITEABLE"):
             array.flags.writeable = True
-    # A copy can be changed, and it can be assigned to the simulation.
     velocities = simulation.velocities.copy()
     velocities[0] = [0.5, 0.25, 0.125]
     simulation.velocities = velocities

@@ -51,7 +51,6 @@ def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture:
     falling.thermalize(3.0, seed=2)
     masses = falling.scene.masses[falling.species]
     assert 0.5 * (masses[:, None] * falling.velocities**2).sum() == pytest.approx(1.5 * 3.0 * 100, rel=0.02)
-    # Disks and static particles.
     disks = {
         **fluid,
         "species": [*fluid["species"], {"name": "post", "static": True, "diameter": 1.0}],

@@ -138,7 +138,6 @@ def test_scene_of_a_simulation_needs_no_end(fluid: dict, tmp_path: Path) -> None
     bathed = carom.Simulation({**fluid, "run": {"thermostat": bath}})
     assert bathed.thermostat == {**bath, "axes": ["x", "y", "z"]}
     assert carom.Simulation(fluid, set={"run.thermostat": bath}).thermostat == bathed.thermostat
-    # Other errors in the scene are reported, too.
     with pytest.raises(carom.SceneError, match="sead") as error:
         carom.Simulation({**fluid, "sead": 1})
     assert error.value.key == "sead" and error.value.missing is None

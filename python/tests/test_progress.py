@@ -40,7 +40,6 @@ class Bar:
 def bars(monkeypatch: pytest.MonkeyPatch) -> type[Bar]:
     clock = itertools.count()
     monkeypatch.setattr(_progress, "_kind_of_bar", lambda: Bar)
-    # This replacement clock advances by one second each time it is read.
     monkeypatch.setattr(_progress, "monotonic", lambda: float(next(clock)))
     Bar.shown, Bar.closed = [], 0
     return Bar

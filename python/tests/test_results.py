@@ -48,7 +48,6 @@ def test_ledgers_of_events_agree_with_the_simulation(mixture: dict) -> None:
     assert np.isclose(events["energy_step"].sum(), end["pair"] - start["pair"], atol=1e-11)
     total = lambda energy: energy["kinetic"] + energy["potential"] + energy["dissipated"]  # noqa: E731
     assert np.isclose(total(start), total(end), rtol=1e-11)
-    # The impulse along the normal equals the change in momentum that follows from the velocities.
     mass = scene.masses[simulation.species][events["particle"]]
     gained = mass[:, None] * (events["velocities_after"][:, 0] - events["velocities_before"][:, 0])
     assert np.allclose(gained, events["impulse"][:, None] * events["normal"], atol=1e-12)
@@ -96,7 +95,6 @@ def test_truncated_trajectories_keep_their_complete_frames(fluid: dict, tmp_path
 
 
 def test_unwrapped_positions_follow_straight_flights(fluid: dict, tmp_path: Path) -> None:
-    # A single particle flies in a straight line, so its unwrapped positions are known exactly.
     alone = {
         "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
         "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],

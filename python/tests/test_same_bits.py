@@ -121,7 +121,6 @@ def test_a_sweep_goes_on_with_that_of_the_program(program: str, fluid: dict, tmp
     for name in ("sweep.csv", "sweep-mean.csv", "sweep-columns.csv", "sweep.toml"):
         assert filecmp.cmp(tmp_path / "whole" / name, tmp_path / "half" / name, shallow=False), name
     assert len(result) == 6 and not result.failures
-    # The program also continues a sweep that Python ran, and finds all six runs complete.
     done = subprocess.run([program, "sweep", result.folder], check=True, capture_output=True, text=True)
     assert "6 were there already" in done.stdout
 

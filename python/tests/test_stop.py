@@ -33,7 +33,6 @@ def test_stop_function_cannot_advance_its_simulation(fluid: dict) -> None:
     assert simulation.advance(events=500, stop=stop) == "events"
     assert refused == 2500
     assert simulation.time == plain.time and (simulation.positions == plain.positions).all()
-    # The simulation continues normally, also after an error of the function.
     with pytest.raises(ZeroDivisionError):
         simulation.advance(events=5, stop=lambda event: 1 / 0)
     assert simulation.advance(events=5) == "events"

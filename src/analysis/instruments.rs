@@ -58,7 +58,6 @@ pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
     plan.bond_order.is_some()
 }
 
-/// Computes the per-particle scalars of the plan for a frame of the trajectory.
 pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
     plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample))
 }

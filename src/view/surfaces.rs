@@ -61,7 +61,6 @@ impl Surfaces {
         Ok(Self { skins: meshes.into_iter().map(skin).filter(|skin| !skin.triangles.is_empty()).collect() })
     }
 
-    /// The surfaces present in a frame, at their positions.
     pub(super) fn at(&self, frame: &Frame) -> Cow<'_, Self> {
         let is_there = |skin: &&Skin| skin.is_among(&frame.surfaces);
         if self.skins.iter().all(|skin| skin.timeline.is_none() && is_there(&skin)) {
@@ -116,7 +115,6 @@ impl Surfaces {
     }
 }
 
-/// Reads a mesh.
 pub(super) fn read(file: &Path) -> Result<TriangleMesh, ViewError> {
     let content = fs::read(file).map_err(|source| ViewError::SurfaceFile { path: file.to_owned(), source })?;
     let extension = file.extension().and_then(|extension| extension.to_str()).unwrap_or_default();

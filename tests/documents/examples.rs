@@ -4,7 +4,6 @@ use std::fs;
 
 use crate::markdown::{pages, root};
 
-/// Lines of code without indentation and without empty lines.
 fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
 }

@@ -7,7 +7,6 @@ use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
 
-/// Type, unit and default value in a row of a table of keys.
 #[derive(Debug, PartialEq)]
 struct Key {
     kind: String,
@@ -15,7 +14,6 @@ struct Key {
     default: String,
 }
 
-/// Column titles of a table of keys.
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
 /// Names of the tables in a heading, which are marked as code. A heading without code is about the top level.
@@ -84,7 +82,6 @@ fn range(rules: &Map<String, Value>) -> String {
     limits.collect::<Vec<_>>().join(", ")
 }
 
-/// The type of a value as the documents name it.
 fn kind(schema: &Value) -> String {
     let rules = schema.as_object().unwrap();
     if let Some(choices) = rules.get("anyOf").and_then(Value::as_array) {
@@ -130,14 +127,13 @@ fn words(schema: &Value) -> Vec<&str> {
     branches.chain(own).chain(items).collect()
 }
 
-/// Whether a table cell shows the default value of a key as code.
 fn is_default(cell: &str, value: &Value) -> bool {
     let Some(text) = cell.strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) else { return false };
     let Ok(table) = format!("value = {text}").parse::<toml::Table>() else { return false };
     same(&serde_json::to_value(&table["value"]).unwrap(), value)
 }
 
-/// Whether two values are equal. Numbers such as 1 and 1.0 are equal.
+/// Numbers such as 1 and 1.0 are equal.
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.as_f64() == b.as_f64(),

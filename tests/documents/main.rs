@@ -140,10 +140,8 @@ fn every_documented_test_benchmark_and_example_exists() {
     assert!(count > 5, "{count} commands");
 }
 
-/// Folders whose files are named in the documents.
 const FOLDERS: [&str; 8] = ["tests/", "benches/", "configs/", "docs/", "examples/", "fuzz/", "src/", ".ci/"];
 
-/// Folders of `src`.
 const LAYERS: [&str; 6] = ["analysis/", "check/", "engine/", "physics/", "prepare/", "scene/"];
 
 #[test]

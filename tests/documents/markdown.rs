@@ -22,7 +22,6 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The README and all pages in `docs`.
 pub fn pages() -> Vec<Page> {
     let mut paths = vec![PathBuf::from("README.md")];
     let mut folder: Vec<PathBuf> = fs::read_dir(root().join("docs"))
@@ -80,7 +79,6 @@ impl Page {
         blocks
     }
 
-    /// Code spans within the text, with their line numbers.
     pub fn spans(&self) -> Vec<(usize, &str)> {
         let mut spans = Vec::new();
         for (line, text) in self.prose() {
@@ -91,12 +89,10 @@ impl Page {
         spans
     }
 
-    /// Headings without the leading `#` characters.
     pub fn headings(&self) -> Vec<&str> {
         self.prose().into_iter().filter_map(|(_, line)| heading(line)).collect()
     }
 
-    /// Targets of links and images, with their line numbers.
     pub fn links(&self) -> Vec<(usize, &str)> {
         let mut links = Vec::new();
         for (line, text) in self.prose() {
@@ -111,13 +107,11 @@ pub fn heading(line: &str) -> Option<&str> {
     (line.starts_with('#') && text.starts_with(' ')).then(|| text.trim())
 }
 
-/// Anchor under which a link finds a heading.
 pub fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
     kept.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
-/// The cells of a table row.
 pub fn cells(line: &str) -> Option<Vec<&str>> {
     let row = line.strip_prefix("| ")?.strip_suffix(" |")?;
     Some(row.split(" | ").map(str::trim).collect())

@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// A complete scene from a fragment. The tables of the fragment replace those of the base scene.
+/// The tables of the fragment replace those of the base scene.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();
@@ -56,7 +56,6 @@ fn every_scene_and_every_part_of_one_is_valid() {
             let table = match block.info.as_str() {
                 "toml" => block.text.parse().unwrap_or_else(|error| panic!("{place}: {error}")),
                 "toml fragment" => completed(&block.text),
-                // A fragment of a `Cargo.toml` file.
                 "toml manifest" => {
                     assert!(block.text.parse::<Table>().is_ok(), "{place}");
                     continue;

@@ -46,7 +46,6 @@ struct Recipe {
     box_length: f64,
     /// Number that selects the surfaces. It has an effect only in boxes without periodic axes.
     surfaces: usize,
-    /// How they move.
     motion: usize,
 }
 
@@ -228,7 +227,6 @@ struct Compared {
     is_cut_short: bool,
 }
 
-/// Compares the events of both engines in order, until rounding could change the order or no more events happen.
 fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
     let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
     let fast = fast_events(scene, EVENTS);

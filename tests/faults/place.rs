@@ -37,7 +37,6 @@ events = true
 formats = ["gsd", "npy"]
 "#;
 
-/// Replica exchange of eight square-well particles at two temperatures.
 const PAIR: &str = r#"
 [[species]]
 name = "A"

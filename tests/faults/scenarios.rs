@@ -184,7 +184,6 @@ fn of<'a>(files: &'a Files, folder: &'a str) -> impl Iterator<Item = (&'a str, &
     files.iter().filter_map(move |(name, bytes)| inside(name).map(|name| (name, bytes)))
 }
 
-/// Checks that a file is either unchanged or new, but not damaged.
 fn whole(before: &Files, after: &Files, name: &str, start: &[u8], what: &str) {
     let now = after.get(name).unwrap_or_else(|| panic!("{what}: {name} is lost"));
     assert!(now == &before[name] || now.starts_with(start), "{what}: {name} is neither the old one nor the new one");
@@ -195,7 +194,6 @@ fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }
 
-/// Checks that a run that met a fault has the same results as a run without faults.
 fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     let is_result = |name: &str| {
         !["checkpoint", ".carom", "report.txt", "notes.txt", "run.html"].iter().any(|other| name.starts_with(other))

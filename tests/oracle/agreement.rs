@@ -7,7 +7,6 @@ use crate::per_family;
 use crate::tally::run;
 use carom::physics::overlap::Side;
 
-/// Number of states for each family and algorithm.
 const PER_FAMILY: usize = 500;
 
 const SEED: u64 = 20_260_101;

@@ -8,7 +8,6 @@ use carom::Vector;
 /// Draws a state of a family, with or without a relative acceleration.
 pub type Family = fn(&mut Random, falling: bool) -> State;
 
-/// All families, with their names in the table of results.
 pub const FAMILIES: [(&str, Family); 21] = [
     ("fluid", fluid),
     ("30 decades of every scale", scales),
@@ -37,7 +36,6 @@ pub fn state(position: Vector, velocity: Vector, acceleration: Vector, distance:
     State { position, velocity, acceleration, distance }
 }
 
-/// The acceleration if `falling`, otherwise zero.
 pub fn if_falling(falling: bool, acceleration: Vector) -> Vector {
     if falling { acceleration } else { Vector::zeros() }
 }

@@ -27,11 +27,9 @@ pub enum Judgement {
     Right,
     /// The answer has the verdict or time of a witness.
     WithinRounding,
-    /// Neither.
     Wrong(&'static str),
 }
 
-/// An answer of a detection function, and the oracle's verdict.
 #[derive(Debug)]
 pub struct Comparison {
     pub answer: Option<f64>,
@@ -41,7 +39,6 @@ pub struct Comparison {
     pub distance: Option<Distance>,
 }
 
-/// Calls a detection function and judges its answer by the oracle.
 pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     let answer = algorithm.ask(state);
     let overlap = algorithm.overlap(state);

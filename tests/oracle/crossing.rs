@@ -35,7 +35,6 @@ impl Crossing {
         is_after
     }
 
-    /// Halves the bracket.
     pub fn narrow(&self) {
         let (lower, upper) = self.bracket();
         self.is_after(&middle(&lower, &upper));

@@ -6,7 +6,6 @@ use carom::physics::detection::{accelerated, inertial, plane};
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// The detection function to call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Algorithm {
     /// Algorithm 2.
@@ -63,7 +62,6 @@ impl Algorithm {
         }
     }
 
-    /// Its answer.
     pub fn ask(self, state: &State) -> Option<f64> {
         match self {
             Self::InertialPositive => inertial::positive(&quadratic(state)),

@@ -4,7 +4,6 @@ use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A dyadic rational.
 #[derive(Debug, Clone)]
 pub struct Dyadic {
     pub mantissa: BigInt,

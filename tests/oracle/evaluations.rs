@@ -30,7 +30,6 @@ impl Evaluations {
     }
 }
 
-/// Finds the event of a comparison again by every method.
 pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison) -> Evaluations {
     let mut found = Evaluations::default();
     let (Verdict::Later(kind, _), Some(t)) = (&comparison.verdict, comparison.answer) else { return found };

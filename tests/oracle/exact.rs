@@ -59,7 +59,6 @@ impl Overlap {
         Polynomial::new(&self.moved(signs))
     }
 
-    /// Its coefficients.
     pub fn moved(&self, signs: &[f64]) -> Vec<Dyadic> {
         let moved = self.coefficients.iter().zip(&self.rounding).zip(signs);
         moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
@@ -70,7 +69,6 @@ impl Overlap {
         self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
     }
 
-    /// The largest rounding error of the derivative at a time `t >= 0`.
     pub fn error_of_derivative_at(&self, t: f64) -> f64 {
         let terms = self.rounding.iter().enumerate().skip(1);
         terms.rev().fold(0.0, |sum, (k, d)| sum * t + k as f64 * d)

@@ -42,7 +42,6 @@ mod tally;
 mod totals;
 mod witness;
 
-/// Number of states of each family: the environment variable `CAROM_ORACLE`, or the given default.
 fn per_family(usual: usize) -> usize {
     std::env::var("CAROM_ORACLE").map_or(usual, |states| states.parse().unwrap())
 }

@@ -13,7 +13,6 @@ pub enum Kind {
     TurningPoint,
 }
 
-/// Whether and when the next event happens.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,

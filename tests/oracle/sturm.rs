@@ -32,7 +32,6 @@ impl Chain {
         count_variations(self.elements.iter().map(|e| e.sign_at(x)))
     }
 
-    /// Number of sign changes for large positive arguments.
     pub fn variations_far_away(&self) -> usize {
         count_variations(self.elements.iter().map(Polynomial::sign_far_away))
     }

@@ -14,7 +14,6 @@ for which the oracle gives Carom's answer. *Error* is that of times after now wh
 far the exact root moves when f does by the rounding of its coefficients and of its evaluation, plus one ulp of the time; the \
 test's bound is 3 (4 for Algorithm 1), derived in `tests/oracle/compare.rs`.\n";
 
-/// The whole page, from the sums over all families and the table rows of each family.
 pub fn page(totals: &mut [(Algorithm, Tally)], families: &str, seed: u64) -> String {
     let mut page = format!(
         "# Event detection against the exact oracle\n\n{}, {}, {}, seed {seed}. Made by\n\n    {COMMAND}\n\n",
@@ -91,7 +90,6 @@ fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, er
     );
 }
 
-/// Writes the table row of one family.
 pub fn family_row(table: &mut String, algorithm: Algorithm, family: &str, tally: &mut Tally) {
     let median = number(spread(&mut tally.errors)[0]);
     let worst = number(spread(&mut tally.ratios)[2]);

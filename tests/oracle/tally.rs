@@ -9,13 +9,11 @@ use crate::random::Random;
 use crate::rule::Verdict;
 use carom::Vector;
 
-/// Counts and errors.
 #[derive(Debug, Default)]
 pub struct Tally {
     pub cases: usize,
     pub events_later: usize,
     pub within_rounding: usize,
-    /// The first wrong answers, to be printed.
     pub wrong: Vec<(State, Comparison)>,
     pub wrong_count: usize,
     /// Errors of times [ulp].
@@ -63,7 +61,6 @@ impl Tally {
     }
 }
 
-/// Tests an algorithm on a number of states of every family.
 pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static str, Tally)> {
     FAMILIES
         .iter()

@@ -5,7 +5,6 @@ use crate::per_family;
 use crate::table::{family_row, page};
 use crate::tally::{Tally, run};
 
-/// Number of states for each family and algorithm.
 const PER_FAMILY: usize = 50;
 
 const SEED: u64 = 1_996_000;

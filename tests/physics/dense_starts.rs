@@ -21,7 +21,6 @@ fn equal(count: u64, fraction: f64, arrangement: impl Into<Arrangement>) -> Scen
     )
 }
 
-/// A mixture of equal numbers of particles with diameters 1 and 1.4.
 fn mixture(count: u64, fraction: f64) -> SceneBuilder {
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -56,7 +55,6 @@ fn closest(scene: &Scene) -> f64 {
     closest
 }
 
-/// Checks that no particles overlap, that the density is the requested one, and that all particles are in the box.
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
     // The packing fraction has the round-off of a sum of a thousand terms.

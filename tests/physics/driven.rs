@@ -102,7 +102,6 @@ fn a_heat_bath_leaves_flat_axes_alone() {
         let error = temperature.standard_error.unwrap();
         assert_eq!(name, "temperature");
         assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.05, "{dimensions}: {temperature:?}");
-        // A thermostat set with `set_thermostat` also leaves flat axes alone.
         let mut simulation = finished.simulation;
         simulation.set_thermostat(Some(&bath), 1).unwrap();
         simulation.advance(Until::time(70.0)).unwrap();

@@ -103,7 +103,6 @@ fn claimed_errors_agree_with_the_scatter_of_seeds() {
     assert_honest(seeds, if seeds < 256 { 0.66..=1.5 } else { 0.73..=1.36 });
 }
 
-/// Two hundred hard spheres between two walls.
 fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
     let x = Boundary::walls(1.0);
     let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(8.0) };

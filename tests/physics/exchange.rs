@@ -57,8 +57,7 @@ fn moments(volumes: &[f64], temperature: f64) -> [f64; 3] {
     [mean(1), mean(2) - mean(1) * mean(1), sum.ln()]
 }
 
-/// Compares curves with the exact ones at all temperatures. Level k has the energy `-k DEPTH` and the given volume in
-/// configuration space. Returns the largest deviation in standard errors.
+/// Compares curves with the exact ones at all temperatures. Returns the largest deviation in standard errors.
 pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f64]) -> f64 {
     let highest = curves.points.last().unwrap().temperature;
     let [top_mean, _, top_log] = moments(volumes, highest);
@@ -92,7 +91,6 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
     largest
 }
 
-/// Two particles of unequal masses, attracted by a square well.
 pub fn pair() -> SceneBuilder {
     SceneBuilder::new("pair")
         .space(Space::periodic_cube(LENGTH))
@@ -116,7 +114,6 @@ pub fn deviation(measured: Estimate, expected: f64) -> f64 {
     (measured.mean - expected) / measured.standard_error.expect("long enough for an error")
 }
 
-/// The measured population of an energy level at a temperature.
 fn population(results: &ExchangeResults, place: usize, energy: f64) -> Estimate {
     let level = results.temperatures[place].populations.iter().find(|it| (it.energy - energy).abs() < 1e-12);
     let level = level.unwrap_or_else(|| panic!("no level {energy} in {:?}", results.temperatures[place].populations));

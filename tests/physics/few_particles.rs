@@ -170,7 +170,6 @@ fn at_zero(points: &[(f64, f64)]) -> f64 {
     determinant([with(0), with(1), with(2)]) / determinant([row(0), row(1), row(2)])
 }
 
-/// Forty hard disks in a box of 12 x 12 with the given boundaries.
 fn disks(boundary: [Boundary; 2], thermostat: Option<Thermostat>) -> Scene {
     let space = Space {
         lower: Vector::zeros(),

@@ -62,12 +62,11 @@ fn counted_dissipation_equals_the_energy_loss() {
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
-/// Three spheres on a line. The outer two fly towards the middle one.
+/// The outer two fly towards the middle one.
 fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
 
-/// Three spheres that collide on a line and share a drift velocity.
 fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Simulation {
     let space = Space {
         lower: Vector::new(-10.0, 0.0, 0.0),
@@ -128,7 +127,6 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
     }
 }
 
-/// A column of spheres that fall on a floor.
 fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let floor = Face::Wall { restitution };
     let space = Space {

@@ -30,7 +30,6 @@ fn is_within(flux: &Estimate, expected: f64) -> bool {
     (flux.mean - expected).abs() < 4.0 * flux.standard_error.unwrap()
 }
 
-/// Walls along x. Along y and z the box is periodic, or flat if it has no extent.
 fn plates(size: [f64; 3]) -> Space {
     let other = |size: f64| if size == 0.0 { Boundary::Flat } else { Boundary::Periodic };
     let boundary = [Boundary::walls(1.0), other(size[1]), other(size[2])];
@@ -110,7 +109,6 @@ fn thermal_wall_sets_the_temperature_and_elastic_wall_has_no_flux() {
 
 #[test]
 fn heat_through_all_walls_equals_the_energy_change() {
-    // A dissipative mixture between six walls with different laws.
     let wall = |restitution: f64| Face::Wall { restitution };
     let boundary = [
         Boundary::walls(1.0),
@@ -153,7 +151,6 @@ fn heat_through_all_walls_equals_the_energy_change() {
     }
     assert!((heat.iter().flatten().sum::<f64>() - in_pairs - change).abs() < round_off);
     assert!((counts.supplied.total() - counts.dissipated.total() - change).abs() < round_off);
-    // The hottest wall supplies heat. The dissipative walls remove heat, the softer wall more.
     assert!(heat[0][0] > 1000.0 && heat[2][1] < 0.0 && heat[1][0] < 0.0 && heat[1][1] < heat[1][0], "{heat:?}");
 }
 

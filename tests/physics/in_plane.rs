@@ -11,7 +11,6 @@ use carom::model::{Limit, MeasurementPlan, RunPlan, measurement_plan as plan};
 use carom::run;
 use carom::scene::{Arrangement, BoxSide, Fill, SceneBuilder, Surface, SurfaceFill};
 
-/// The x-z plane with open boundaries.
 fn plane() -> Space {
     let boundary = [Boundary::OPEN, Boundary::Flat, Boundary::OPEN];
     Space { lower: Vector::zeros(), size: Vector::new(20.0, 0.0, 20.0), boundary }
@@ -25,7 +24,6 @@ fn surface(shape: Surface, spacing: Option<f64>) -> SurfaceFill {
     SurfaceFill { name: None, species: "wall".to_owned(), shape, spacing }
 }
 
-/// Small and large disks in the middle of static disks.
 fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
     let hard = |distance: f64| Potential::hard_sphere(distance).unwrap();
     let fill = |species| Fill::new(Arrangement::Random, species).region(at(7.5, 7.5), at(12.5, 12.5));
@@ -45,7 +43,6 @@ fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
     surfaces.into_iter().fold(scene, SceneBuilder::static_surface)
 }
 
-/// Whether all moving particles are inside of a shape after many contacts.
 fn stays(scene: &SceneBuilder, is_inside: impl Fn(&Vector) -> bool) -> bool {
     let scene = scene.build().unwrap();
     let moving: Vec<bool> =
@@ -66,14 +63,12 @@ fn rings_rectangles_and_lines_confine_particles() {
     let is_inside = |p: &Vector| (5.0..15.0).contains(&p.x) && (6.0..14.0).contains(&p.z);
     let rectangle = Surface::Rectangle { lower, upper, open: Vec::new() };
     assert!(stays(&held(vec![surface(rectangle, None)]), is_inside));
-    // A cup that is closed by a separate lid. The lid starts and ends at the rims of the cup.
     let top = BoxSide { axis: 2, is_upper: true };
     let cup = surface(Surface::Rectangle { lower, upper, open: vec![top] }, None);
     let lid = surface(Surface::Line { ends: [at(5.0, 14.0), at(15.0, 14.0)] }, None);
     let closed = held(vec![cup.clone(), lid]);
     assert_eq!(closed.build().unwrap().gaps(), []);
     assert!(stays(&closed, is_inside));
-    // Without the lid, particles escape.
     assert!(!stays(&held(vec![cup]), is_inside));
 }
 
@@ -87,7 +82,6 @@ fn leaky_spacings_and_joints_are_reported_and_do_leak() {
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);
     assert!(!stays(&ring(1.6), |position| (position - centre).norm() < 5.0));
     assert_eq!(ring(1.49).build().unwrap().leaks(), []);
-    // Two lines in a row whose ends are `apart` away from each other.
     let gaps = |apart: f64| {
         let lines = [[at(2.0, 3.0), at(8.0, 3.0)], [at(8.0 + apart, 3.0), at(18.0, 3.0)]];
         held(lines.map(|ends| surface(Surface::Line { ends }, None)).to_vec()).build().unwrap().gaps()

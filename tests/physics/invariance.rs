@@ -8,7 +8,6 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 
-/// A fluid on a lattice, as a source of particles.
 fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) -> Scene {
     SceneBuilder::new("lattice")
         .boundary(boundary)
@@ -20,7 +19,6 @@ fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) 
         .unwrap()
 }
 
-/// Given particles in a given box, with their positions and velocities.
 fn listed(space: &Space, potential: &Potential, particles: &[(Vector, Vector)]) -> SceneBuilder {
     let mut builder = SceneBuilder::new("listed")
         .space(space.clone())

@@ -22,7 +22,6 @@ fn bath(rate: f64) -> Option<Thermostat> {
     Some(Thermostat::Andersen { temperature: TEMPERATURE, rate, axes: [true; 3] })
 }
 
-/// A measurement with `moves` volume moves, one per `interval`.
 fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     let duration = interval * f64::from(moves);
     RunPlan {
@@ -34,7 +33,6 @@ fn plan(pressure: f64, interval: f64, amplitude: f64, moves: u32) -> RunPlan {
     }
 }
 
-/// A box with one to three periodic dimensions. The other axes are flat.
 fn space(edge: f64, dimensions: usize) -> Space {
     let mut space = Space::periodic_cube(edge);
     for axis in dimensions..3 {
@@ -61,8 +59,7 @@ fn observable(finished: &Finished, name: &str) -> (f64, f64) {
     (mean, standard_error.unwrap())
 }
 
-/// Asserts that mean and variance of the volume agree with the exact values within four standard errors. Standard
-/// errors must be a few hundredths of the values at most.
+/// Asserts that mean and variance of the volume agree with the exact values within four standard errors.
 fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     let (volume, error) = observable(finished, "volume");
     let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
@@ -76,7 +73,6 @@ fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     assert!((found - variance).abs() < 4.0 * error_of_variance && error_of_variance < 0.06 * variance, "{text}");
 }
 
-/// Rods on a ring at constant pressure, from a list of their masses and lengths.
 fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
     let names = ["A", "B", "C"];
     let length: f64 = 2.0 * rods.iter().map(|(_, length)| length).sum::<f64>();
@@ -209,7 +205,7 @@ fn too_few_volume_samples_give_an_error_for_temperature_only() {
     }
 }
 
-/// Area covered by two disks of equal radius at the distance `apart`. Overlapping disks share part of it.
+/// Area covered by two disks of equal radius at the distance `apart`.
 fn union(radius: f64, apart: f64) -> f64 {
     let half = 0.5 * apart / radius;
     let lens = 2.0 * radius * radius * (half.acos() - half * (1.0 - half * half).sqrt());
@@ -280,7 +276,6 @@ fn virial_pressure_equals_the_barostat_pressure() {
     let finished = finish(scene.build().unwrap());
     let (virial, error) = observable(&finished, "pressure");
     assert!((virial - pressure).abs() < 4.0 * error && error < 0.03 * pressure, "{virial} +- {error}");
-    // The other observables agree with pressure and volume.
     let (volume, _) = observable(&finished, "volume");
     let (factor, _) = observable(&finished, "compressibility_factor");
     assert!((factor * 40.0 * TEMPERATURE - pressure * volume).abs() < 1e-9 * pressure * volume);

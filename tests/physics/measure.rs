@@ -30,13 +30,10 @@ impl Mean {
     }
 }
 
-/// Event counts and means of one block of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
-    /// Simulated time.
     pub time: f64,
     pub temperature: f64,
-    /// Core contacts.
     pub core: f64,
     /// Sum of `r_ij . J` over contacts, with the separation `r_ij` and the impulse `J`.
     pub virial: f64,
@@ -87,7 +84,6 @@ impl Fluid {
         Self { particles, dimensions, blocks }
     }
 
-    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each.
     pub fn measure(simulation: &mut Simulation, equilibration: u64, count: usize, events: u64) -> Self {
         Self::measure_with(simulation, equilibration, count, events, |_, _| {})
     }

@@ -11,7 +11,6 @@ use super::exchange::{
     volumes,
 };
 
-/// A pair and a chain of four whose replicas all visit all energies.
 #[test]
 fn multicanonical_replicas_have_the_exact_density_of_states() {
     let of_pair = [1.0 - bound(1.0), bound(1.0) * (-DEPTH).exp()];
@@ -62,7 +61,6 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
     }
 }
 
-/// The errors of the density of states of a multicanonical chain match the scatter of seeds.
 #[test]
 fn multicanonical_errors_match_the_scatter_over_seeds() {
     let expected = bound(1.1).ln() - DEPTH / 1.1;

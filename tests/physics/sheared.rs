@@ -29,7 +29,6 @@ fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, 
 /// images move at speeds of up to 100.
 const ROUND_OFF: f64 = 1e-11;
 
-/// Boxes of irregular shape, the last one flat.
 pub fn boxes() -> [Space; 3] {
     let space = |size: [f64; 3], boundary| Space { lower: Vector::new(-1.0, 2.0, 0.5), size: size.into(), boundary };
     [
@@ -39,7 +38,6 @@ pub fn boxes() -> [Space; 3] {
     ]
 }
 
-/// Particles of diameter 1 at random positions in a sheared box.
 fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
     #[expect(clippy::cast_possible_truncation, reason = "a small box")]
     let count = (0.45 * space.volume()) as u64;

@@ -24,7 +24,6 @@ fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> S
     Simulation::without_plan(scene)
 }
 
-/// Number of events at one radius of a potential in one block.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     inwards: f64,
@@ -32,7 +31,6 @@ struct Counts {
     bounces: f64,
 }
 
-/// Checks the law at every finite step of a potential.
 fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, resolution: f64) {
     const BLOCKS: usize = 40;
     let mut counts = vec![vec![Counts::default(); BLOCKS]; potential.radii().len()];

@@ -79,7 +79,6 @@ fn square_well(point: &MeanForcePoint) -> f64 {
     if point.distance < 1.5 { -DEPTH } else { 0.0 }
 }
 
-/// A pair with a square well: the potential of mean force is the potential itself.
 #[test]
 fn potential_of_mean_force_of_a_pair_is_its_potential() {
     let windows = [[1.0, 1.5], [1.3, 1.8], [1.5, 1.98]];
@@ -111,7 +110,6 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     }
 }
 
-/// Disks in a plane, and rods on a line.
 #[test]
 fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     for (dimensions, size) in [(2, Vector::new(5.0, 6.0, 0.0)), (1, Vector::new(5.0, 0.0, 0.0))] {
@@ -204,7 +202,6 @@ fn large_spheres_have_the_exact_depletion_potential() {
         .no_interaction("small", "small")
         .particle("large", Vector::new(2.0, 3.3, 3.3), Vector::zeros())
         .particle("large", Vector::new(4.7, 3.3, 3.3), Vector::zeros());
-    // The small spheres start on a lattice around the large spheres.
     let places = (0..216).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)) * 1.1);
     let is_free = |place: &Vector| [2.0, 4.7].iter().all(|x| (place - Vector::new(*x, 3.3, 3.3)).norm() > radius);
     for place in places.filter(is_free).step_by(2).take(count) {

@@ -16,7 +16,6 @@ struct Unbounded {
 }
 
 impl Unbounded {
-    /// Separation and relative velocity of sphere `i` and an image of sphere `j`.
     fn relative(&self, i: usize, j: usize, [a, b, c]: [f64; 3]) -> (Vector, Vector) {
         let slid = self.rate * self.size.y * self.time;
         let image = Vector::new(a * self.size.x + b * slid, b * self.size.y, c * self.size.z);

@@ -17,7 +17,6 @@ fn hard(distance: f64) -> Potential {
     Potential::hard_sphere(distance).unwrap()
 }
 
-/// A mixture of two sizes and masses at a temperature of 1.3, with its pressure tensor.
 fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished {
     let scene = SceneBuilder::new("mixture")
         .seed(11)

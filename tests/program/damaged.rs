@@ -18,7 +18,6 @@ fn damaged_exchange_files_are_rejected_with_a_remedy() {
         }
     };
     refused(&["run", "--resume", "pair"], &["is the folder of a replica exchange", "carom exchange pair"]);
-    // A table that was cut off between two lines.
     for (name, remedy) in [
         ("energies.csv", "summary.json"),
         ("curves.csv", "summary.json"),
@@ -40,7 +39,6 @@ fn damaged_exchange_files_are_rejected_with_a_remedy() {
         assert_eq!(code(&place.carom(&["exchange", "pair", "-q"])), 0);
         assert!(contents(&folder) == whole, "{name}");
     }
-    // The message about a damaged checkpoint is helpful.
     std::fs::write(folder.join("exchange.checkpoint"), "carom checkpoint").unwrap();
     refused(&["exchange", "pair", "--until-time", "300"], &["is damaged", "exchange.checkpoint and summary.json"]);
     for name in ["exchange.checkpoint", "summary.json"] {

@@ -18,7 +18,6 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
 }
 
-/// When a ball rests on a wall, the message does not suggest the contact time that the scene has already.
 #[test]
 fn arrest_help_does_not_suggest_a_setting_that_is_set() {
     let ball = "name = \"ball\"\n[space]\nsize = [4.0, 4.0, 40.0]\n\

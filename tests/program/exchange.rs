@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// A chain of four particles with wells between particles that are not bonded.
 pub const CHAIN: &str = r#"
 name = "chain"
 seed = 3
@@ -50,7 +49,6 @@ equilibration_time = 15.0
 until_time = 900.0
 "#;
 
-/// The scene of the chain with measurements at each temperature.
 pub fn measured_chain() -> String {
     format!("{CHAIN}\n[measure]\nchains = true\nradial_distribution = {{ bins = 40, interval = 4.0 }}\n")
 }
@@ -94,7 +92,6 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     let summary = place.summary(folder);
     assert_eq!((&summary["seed"], &summary["attempts"], &summary["duration"]), (&3.into(), &600.into(), &900.0.into()));
     assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
-    // The tables agree with the summary.
     let rows = place.read(&format!("{folder}/exchange.csv"));
     let mut lines = rows.lines();
     let heads = "time,replica_1,potential_1,replica_2,potential_2,replica_3,potential_3,mean_square_radius_of_gyration_1,mean_square_end_to_end_distance_1,\
@@ -129,8 +126,6 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
     check_page(&place, folder);
 }
 
-/// Checks the page of an exchange with measurements. Measurements of another exchange are rejected, and a
-/// trajectory can be converted.
 fn check_page(place: &Place, folder: &str) {
     let page = place.read(&format!("{folder}/exchange.html"));
     let words = ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound", "✓ mixed"];
@@ -146,7 +141,6 @@ fn check_page(place: &Place, folder: &str) {
         .unwrap();
     let output = place.carom(&["report", folder, "--force"]);
     assert!(code(&output) == 2 && line(&output).contains("measurements.json"), "{}", errors(&output));
-    // The trajectory of one temperature can be converted like the trajectory of a run.
     let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }

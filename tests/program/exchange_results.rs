@@ -28,7 +28,6 @@ fn an_exchange_has_curves_through_its_temperatures() {
     }
 }
 
-/// Temperatures with equal acceptance, which an exchange at these temperatures confirms.
 #[test]
 fn temperatures_are_found_for_a_requested_acceptance() {
     let place = Place::with(CHAIN);

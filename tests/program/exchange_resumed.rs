@@ -54,7 +54,6 @@ fn extended_exchange_equals_one_with_the_later_end() {
     // This end is the present one in another notation.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
     assert!(contents(&folder) == short);
-    // The exchange is continued by its folder and by its scene, with different numbers of threads.
     done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");
     done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
     let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));

@@ -21,7 +21,6 @@ path = "start.xyz"
 until_time = 20.0
 "#;
 
-/// A run of a scene that starts from a file.
 fn place() -> Place {
     let place = Place::with(SCENE);
     fs::write(place.path().join("start.xyz"), START).unwrap();

@@ -13,7 +13,6 @@ use super::place::{FLUID, Place, code, contents, errors, line, run};
 
 const WORK: &str = "years of work";
 
-/// Replaces a file by what `put` creates: a link, a folder or a pipe.
 fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     if path.exists() {
         fs::remove_file(path).unwrap();
@@ -21,7 +20,6 @@ fn replaced(path: &Path, put: impl FnOnce(&Path)) {
     put(path);
 }
 
-/// A command is rejected because of a file, and changes nothing.
 fn refused(place: &Place, arguments: &[&str], name: &str) {
     let before = contents(place.path());
     let output = place.carom(arguments);

@@ -5,7 +5,6 @@ use super::place::{FLUID, Place, code, contents, errors, line, words};
 /// An engine module that claims to be built from other sources than the program.
 const MODULE: &str = "carom engine 0123456789abcdef\npacked";
 
-/// In the folder.
 const ENGINE: [&str; 2] = ["--module", "engine.module"];
 
 fn place() -> Place {
@@ -14,7 +13,6 @@ fn place() -> Place {
     place
 }
 
-/// The description of the scene, in JSON, that a page contains.
 fn told(page: &str) -> serde_json::Value {
     let json = page.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     serde_json::from_str(json).unwrap()

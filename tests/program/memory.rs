@@ -28,7 +28,6 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
     let before = place.read("runs/scene/thermo.csv");
     let least = least_room(&place);
-    // Lowers the memory limit until the run cannot continue.
     let mut room = 2 * least + (1 << 15);
     let ended = loop {
         let output = within(&place, room, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);

@@ -32,7 +32,6 @@ velocity = [0.1, 0.0, 0.0]
 until_time = 1.0
 "#;
 
-/// The corners of a box.
 const CORNERS: [[f64; 3]; 8] = [
     [0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
@@ -74,7 +73,6 @@ fn text(triangles: &[Triangle]) -> String {
     text + "endsolid bin\n"
 }
 
-/// The triangles of a cube with a given corner and edge.
 fn box_at(corner: [f64; 3], edge: f64) -> Vec<Triangle> {
     let place = |k: usize| std::array::from_fn(|axis| corner[axis] + edge * CORNERS[k][axis]);
     BOX.iter().map(|triangle| triangle.map(place)).collect()
@@ -143,7 +141,6 @@ fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
         let text = text.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
         assert_eq!(code(&output), 0, "{name}: {text}");
         told.iter().for_each(|told| assert!(text.contains(told), "{name}: no `{told}` in {text}"));
-        // Scenes with `closed = true` reject these meshes, except the one in millimetres.
         place.write("scene.toml", &SCENE.replace("path =", "closed = true\npath ="));
         let output = place.carom(&["run", "scene.toml", "--quiet"]);
         let text = errors(&output);
@@ -199,7 +196,6 @@ until_time = 5.0
     let counts: Vec<[&str; 2]> = lines.map(|cells| ["in_mesh", "in_box"].map(|name| cells[column(name)])).collect();
     assert!(counts.len() > 15 && counts.iter().all(|[mesh, box_]| mesh == box_), "{counts:?}");
     assert!(counts.iter().any(|count| *count != counts[0]), "{counts:?}");
-    // The scene file of the run contains the checksum of the mesh file, so a changed mesh is rejected.
     let record = place.read("runs/scene/scene.toml");
     assert!(record.contains("checksum = \"crc32:"), "{record}");
     place.write("bin.stl", &text(&box_at([0.0; 3], 2.0)));

@@ -8,7 +8,6 @@ use std::time::Duration;
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// A run with a given number of frames.
 fn place(frames: usize) -> Place {
     let scene = FLUID.replace("equilibration_events = 500\n", "");
     let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.02\n"));

@@ -8,7 +8,6 @@ use super::place::{FLUID, Place, code, errors, words};
 fn no_control_character_reaches_the_terminal() {
     let place = Place::with(FLUID);
     let escape = "\u{1b}[31m\u{9b}2J\u{7}";
-    // The file has control characters in a comment and in a string that does not end.
     fs::write(place.path().join("broken.toml"), format!("# {escape}\r\nname = \"{escape}\n")).unwrap();
     let set = format!("species.0.name={escape}");
     let unknown = format!("no_such_key{escape}=1");

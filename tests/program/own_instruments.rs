@@ -8,7 +8,6 @@ use carom::io::{Existing, Folder, read_scene};
 use carom::run::{Ending, Progress, Run, Stage};
 use serde::{Deserialize, Serialize};
 
-/// Measures nothing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Probe;
 

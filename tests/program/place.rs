@@ -62,7 +62,6 @@ thermo_interval = 0.5
 pub struct Place(tempfile::TempDir);
 
 impl Place {
-    /// A separate folder with a scene in it.
     pub fn with(scene: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -91,7 +90,6 @@ impl Place {
         fs::read_to_string(self.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
     }
 
-    /// `thermo.csv` of a run with only the rows of its measurement.
     pub fn measured(&self, folder: &str) -> String {
         let thermo = self.read(&format!("{folder}/thermo.csv"));
         let is_wanted = |(index, line): &(usize, &str)| *index == 0 || line.ends_with(",measurement");
@@ -103,7 +101,6 @@ impl Place {
     }
 }
 
-/// Runs scenes, and asserts that the runs succeed.
 pub fn run(place: &Place, arguments: &[&str]) {
     let output = place.carom(&[&["run", "-q"], arguments].concat());
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));

@@ -11,7 +11,6 @@ use carom::run::{Run, run};
 
 use super::place::{COLLAPSE, FLUID, Place, begun, code, contents, ended, errors, line, when_free, words};
 
-/// Whether all files of a run are unchanged.
 fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &Path) -> bool {
     let now = contents(folder);
     before.iter().all(|(name, bytes)| now.get(name) == Some(bytes))
@@ -60,7 +59,6 @@ fn failed_run_does_not_replace_a_successful_one() {
         assert_eq!(code(&output), 1, "{}", errors(&output));
         assert!(errors(&output).contains("dynamical arrest") && is_as_before(&before, &folder), "{}", errors(&output));
         assert!(words(&output).contains("move runs/scene/replacement elsewhere"), "{}", words(&output));
-        // Repeated failures do not nest the folders of replacements.
         assert!(!folder.join("replacement/replacement").exists());
     }
     assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));
@@ -146,7 +144,7 @@ fn conversions_of_a_run_are_replaced_with_it() {
     assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
     let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
     assert_eq!(now.keys().collect::<Vec<_>>(), [&names[..], &["trajectory.xyz"]].concat());
-    // A user's file has the name of an output. The rejected run leaves no files.
+    // A user's file has the name of an output.
     fs::write(folder.join("trajectory.csv"), "mine").unwrap();
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "output.formats=[\"csv\"]"]);
@@ -225,7 +223,6 @@ fn link_to_a_run_folder_counts_as_the_folder() {
     std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();
     let output = place.carom(&["run", "scene.toml", "--out", "link/new"]);
     assert!(code(&output) == 2 && line(&output).contains("the folder of a run"), "{}", errors(&output));
-    // The run behind the link can be replaced.
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"])), 0);
     assert_eq!(place.summary("runs/scene")["seed"], 2);
 }

@@ -27,7 +27,6 @@ fn a_run_leaves_its_files_and_a_table() {
     assert!(rows.iter().all(|row| row.len() == columns));
     let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
     let interval = times[1] - times[0];
-    // All rows except the last one are equally spaced in time.
     for pair in times[..times.len() - 1].windows(2) {
         assert!(((pair[1] - pair[0]) / interval - 1.0).abs() < 1e-9);
     }
@@ -63,7 +62,6 @@ fn summary_has_exactly_the_agreed_keys() {
     assert_eq!(summary["events"]["core"], 4000);
     let rate = &summary["observables"]["collision_rate"];
     assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
-    // The mean rate agrees with the event counts of the whole measurement.
     let thermo = place.measured("runs/scene");
     let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     let duration = times[times.len() - 1] - times[0];
@@ -220,7 +218,6 @@ fn integers_may_have_an_exponent_or_a_point_in_scene_files() {
         assert_eq!(code(&output), 0, "{}", errors(&output));
         assert!(place.read(&format!("{out}/trajectory.xyz")) == place.read("typed/trajectory.xyz"), "{out}");
     }
-    // The scene file that a run keeps is itself a scene.
     let output = place.carom(&["run", "typed/scene.toml", "-q", "--out", "again"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
 }
@@ -257,7 +254,6 @@ fn automatic_equilibration_does_not_depend_on_the_output() {
     // 11.
     assert!((10.0..200.0).contains(&time), "{time}");
     assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
-    // A limit of the equilibration holds if it comes first.
     let (time, _) = start("limited", "run.equilibration_time=2.0");
     assert_eq!(time, 2.0);
 }

@@ -57,7 +57,6 @@ fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).filter(|row| row.ends_with(&format!(",{stage}"))).map(cells).collect()
 }
 
-/// Whether two documents agree within the round-off of their numbers.
 fn agree(a: &Value, b: &Value, at: &str) {
     match (a, b) {
         (Value::Object(a), Value::Object(b)) => {
@@ -127,7 +126,6 @@ fn measured_anneal_is_the_same_in_stages_and_in_runs() {
             let curve = "radial_distribution.csv";
             let table = place.read(&format!("{tables}/{curve}"));
             assert_eq!(table, place.read(&format!("runs/{k}/measurements/{curve}")), "{what}, {t}");
-            // All frames of the run, bit for bit.
             assert!(trajectory.contains(&place.read(&format!("runs/{k}/trajectory.xyz"))), "{what}, {t}");
         }
     }
@@ -225,7 +223,6 @@ thermo_interval = 10.0
     assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
 }
 
-/// A grain at rest in a box, and a gate that a later stage inserts at a height.
 fn gate_at(height: f64) -> String {
     format!(
         r#"

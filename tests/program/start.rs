@@ -78,7 +78,6 @@ fn started(place: &Place, name: &str, text: &str) {
     fs::write(place.path().join(format!("{name}.toml")), text).unwrap();
 }
 
-/// The text of the last frame of a run.
 fn last_frame(place: &Place, folder: &str) -> String {
     let text = place.read(&format!("{folder}/trajectory.xyz"));
     let count = text.lines().next().unwrap();
@@ -115,8 +114,7 @@ fn consecutive_runs_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // The next scenes repeat the whole scene except its start, or leave it out. The start is named in the scene or
-        // on the command line.
+        // The next scenes repeat the whole scene except its start, or leave it out.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);
@@ -211,7 +209,6 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
         "{}",
         words(&output)
     );
-    // A continued run can be verified, and it can be repeated from the contents of its folder.
     started(&place, "next", &run_until("0.5"));
     run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
     let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
@@ -312,7 +309,6 @@ fn rerun_scene_starts_from_the_end_of_its_run() {
     let note = "left out of the scene: [[chain]], start_time; its start is the end of the run";
     assert!(errors(&output).contains(note), "{}", errors(&output));
     assert_eq!(place.read("runs/same/trajectory.xyz"), place.read("runs/next/trajectory.xyz"));
-    // The scene file of the run contains the start that the run used.
     let record = place.read("runs/same/scene.toml");
     assert!(record.contains("[start]") && !record.contains("[[chain]]") && !record.contains("start_time"), "{record}");
     run(&place, &["runs/same/scene.toml", "--out", "runs/again"]);

@@ -10,7 +10,6 @@ use super::place::{FLUID, Place, code, errors, kill_until_done, line, words};
 
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
-/// The rows of a table, by its column heads.
 fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
     let heads = lines.next().unwrap();
@@ -113,7 +112,6 @@ fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
     let one = bits(&place.path().join("one"));
     assert!(one == bits(&place.path().join("four")));
     assert!(one == bits(&place.path().join("tasks")));
-    // A point of the sweep has the same bits as a separate run with its values.
     let alone =
         ["run", "scene.toml", "--quiet", "--seed", "2", "--set", "fill.0.packing_fraction=0.3", "--out", "alone"];
     assert_eq!(code(&place.carom(&alone)), 0);
@@ -160,10 +158,8 @@ fn sweep_with_more_values_keeps_the_finished_runs() {
     );
     assert_eq!(fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap(), before);
     assert_eq!(rows(&place.read("s/sweep.csv")).len(), 4);
-    // The folder of the sweep is enough to continue it.
     let output = place.carom(&["sweep", "s", "--quiet"]);
     assert!(words(&output).contains("4 of 4 runs done"), "{}{}", words(&output), errors(&output));
-    // Two keys that change together, from a file.
     let file = "scene = \"scene.toml\"\nvary = [\"fill.0.packing_fraction=0.1,0.2; run.until_events=1000,2000\"]\n";
     place.write("study.toml", file);
     assert_eq!(code(&place.carom(&["sweep", "study.toml", "--quiet"])), 0);
@@ -267,7 +263,6 @@ fn measured_stages_have_rows_of_their_own() {
     let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
         thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
     let place = Place::with(&format!("{FLUID}{stage}"));
-    // A point of the sweep that has not run yet has one row without a stage.
     assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
     let runs = rows(&place.read("s/sweep.csv"));
     let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();

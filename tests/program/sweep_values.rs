@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use super::place::{FLUID, Place, code, errors, line};
 
-/// The cells of a line, which may contain commas in quotes.
 fn cells(line: &str) -> Vec<String> {
     let mut is_quoted = false;
     let is_end = |c: char| {
@@ -15,7 +14,6 @@ fn cells(line: &str) -> Vec<String> {
     line.split(is_end).map(str::to_owned).collect()
 }
 
-/// The column of a table with the given head, or an empty list if the table has no such column.
 fn column(table: &str, head: &str) -> Vec<String> {
     let mut lines = table.lines().map(cells);
     let Some(at) = lines.next().unwrap().iter().position(|name| name == head) else { return Vec::new() };

@@ -11,7 +11,6 @@ fn fluid() -> Place {
     Place::with(&FLUID.replace("count = 108", "count = 500"))
 }
 
-/// The results of a run.
 fn measured(place: &Place, folder: &str) -> String {
     let mut summary = place.summary(folder);
     summary.as_object_mut().unwrap().remove("speed");

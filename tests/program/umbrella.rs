@@ -3,7 +3,6 @@
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, line, words};
 
-/// A chain whose end-to-end distance is kept in umbrella windows.
 #[test]
 fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let windows = "umbrella = { between = [[0], [3]], windows = [[1.0, 1.6], [1.4, 2.2], [2.0, 3.3]], bins = 20 }";
@@ -58,7 +57,6 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     }
     let output = place.carom(&["exchange", folder, "--temperatures-for", "0.3"]);
     assert!(code(&output) == 2 && line(&output).contains("the same temperature in all windows"), "{}", errors(&output));
-    // A damaged table is reported by its name, and the exchange can write it again.
     place.write(&format!("{folder}/potential_of_mean_force.csv"), "distance\n");
     let output = place.carom(&["exchange", folder]);
     assert!(

@@ -10,7 +10,6 @@ use carom::io::{Existing, Folder, read_scene};
 use carom::run::{Ending, Run};
 use carom::view::final_table;
 
-/// A mixture with all formats of events.
 const MIXTURE: &str = r#"
 [[species]]
 name = "large"
@@ -53,7 +52,6 @@ contacts = true
 formats = ["lammps", "csv", "gsd"]
 "#;
 
-/// A heat bath, a measured stage with growth, and instruments.
 const STAGES: &str = r#"
 seed = 5
 
@@ -101,7 +99,6 @@ fn found(folder: &Path) -> Result<Comparison, CompareError> {
     compare(folder, &final_table::text, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Asserts that all files of a run equal the files of its replay.
 fn is_whole(folder: &Path) {
     let comparison = found(folder).unwrap();
     assert_eq!(comparison.differences, [], "{}", folder.display());
@@ -114,7 +111,6 @@ fn config(name: &str) -> String {
     format!("{}/configs/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Five runs of different kinds, in folders of one temporary folder.
 fn runs(place: &Place) -> Vec<PathBuf> {
     place.write("mixture.toml", MIXTURE);
     place.write("stages.toml", STAGES);
@@ -128,7 +124,6 @@ fn runs(place: &Place) -> Vec<PathBuf> {
     ["mixture", "stages", "hopper", "isobaric", "drum"].map(|name| place.path().join("runs").join(name)).to_vec()
 }
 
-/// Reproducible random numbers.
 struct Numbers(u64);
 
 impl Numbers {

@@ -23,7 +23,6 @@ impl<'b> Choices<'b> {
         choices[self.below(choices.len())]
     }
 
-    /// Returns true in one of `times` cases.
     pub fn once_in(&mut self, times: usize) -> bool {
         self.below(times) + 1 == times
     }

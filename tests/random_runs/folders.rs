@@ -139,7 +139,6 @@ impl Change {
     ];
 }
 
-/// A temporary folder for the folder `out` and for other files of a user.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -160,7 +159,6 @@ impl Place {
         self.0.path().join("out")
     }
 
-    /// Names and contents of all files outside of the folder `out`.
     fn others(&self) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut found = BTreeMap::new();
         let mut folders = vec![self.0.path().to_owned()];
@@ -235,7 +233,6 @@ fn link(to: &Path, path: &Path) {
 #[cfg(not(unix))]
 fn link(_to: &Path, _path: &Path) {}
 
-/// A command of Carom that writes to the folder.
 #[derive(Debug, Clone, Copy)]
 enum Call {
     Run,

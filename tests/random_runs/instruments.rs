@@ -16,7 +16,6 @@ use super::choices::{Choices, temporary};
 /// events are too rare.
 const PATIENCE: u32 = 5;
 
-/// The scene that the bytes choose.
 pub fn scene(bytes: &[u8]) -> String {
     let choices = &mut Choices::new(bytes);
     let mut text = String::from("name = \"degenerate\"\n");

@@ -19,7 +19,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use choices::bytes;
 use instruments::End;
 
-/// Number of random bytes per case.
 const BYTES: usize = 160;
 
 fn setting(name: &str, usual: u64) -> u64 {

@@ -67,7 +67,6 @@ fn scene(mass: u8) -> String {
     )
 }
 
-/// The axes that the bytes choose, as a user types them.
 pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     let count = choices.pick(&[1, 2, 3]);
     let list = |choices: &mut Choices<'_>| {
@@ -191,7 +190,6 @@ fn check(sweep: &Sweep, folder: &Path) {
     }
 }
 
-/// Removes or truncates a file of the sweep or of one of its runs.
 fn damage(choices: &mut Choices<'_>, folder: &Path) {
     let mut files: Vec<_> = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
     files.sort();

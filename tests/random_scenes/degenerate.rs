@@ -60,7 +60,7 @@ const LIMITS: [&str; 5] = [
     "run = { until_time = 3.0, until_events = 1000 }",
 ];
 
-/// The scene without the instruments that are rejected as meaningless in it. The other instruments remain.
+/// The scene without the instruments that are rejected as meaningless in it.
 fn without_refused(text: &str) -> Option<Scene> {
     let mut lines: Vec<&str> = text.lines().collect();
     loop {

@@ -9,7 +9,6 @@ struct Species {
     is_static: bool,
 }
 
-/// Properties of a scene that its species, interactions, particles and surfaces share.
 struct Shape {
     dimensions: usize,
     size: [f64; 3],
@@ -22,12 +21,10 @@ struct Shape {
     is_invalid: bool,
 }
 
-/// The scene of a seed.
 pub fn scene(seed: u64) -> String {
     written(seed, false, true)
 }
 
-/// The scene of a seed, but without surfaces.
 pub fn without_surfaces(seed: u64) -> String {
     written(seed, false, false)
 }
@@ -90,8 +87,7 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// Adds surfaces to some scenes. Some surfaces are around the box, where particles reach them through open sides;
-/// others are small and inside. Some of them move.
+/// Some surfaces are around the box, where particles reach them through open sides; others are small and inside.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
     // In an invalid start a particle may be inside several surfaces at once. The order of these contacts is not
     // defined, so such scenes have no surfaces.
@@ -149,7 +145,6 @@ fn motion(text: &mut String, dice: &mut Dice, shape: &Shape, middle: [f64; 3]) {
     }
 }
 
-/// A vector along the axes that are not flat.
 fn vector(shape: &Shape, mut component: impl FnMut(usize) -> f64) -> [f64; 3] {
     std::array::from_fn(|k| if k < shape.dimensions { component(k) } else { 0.0 })
 }
@@ -193,7 +188,7 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
     all
 }
 
-/// Writes the interactions of all pairs of species. Returns whether the scene has an interaction for bonds.
+/// Returns whether the scene has an interaction for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
     // Energies are those of a mass of about 1 at the speed of the scene. A few scenes have far larger energies.
     let energy =
@@ -258,7 +253,6 @@ fn particles(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Speci
     for _ in 0..count {
         let kind = dice.below(species.len());
         let mut place = [0.0; 3];
-        // A bonded particle is placed next to the last particle, along a random axis.
         let partner = placed.last().copied().filter(|_| has_bond && dice.chance(0.4));
         let is_free = (0..60).any(|_| {
             place = match partner {

@@ -30,7 +30,6 @@ fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// Outcomes of scenes.
 #[derive(Debug, Default)]
 struct Count {
     refused: usize,
@@ -41,7 +40,6 @@ struct Count {
     events: u64,
 }
 
-/// What is wrong with the certificate of a scene, if anything.
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
@@ -83,7 +81,6 @@ fn judge(text: &str, count: &mut Count) -> Option<String> {
     }
 }
 
-/// Runs `judge` for the given number of seeds, and returns the seeds with an objection.
 fn over_seeds(scenes: u64, mut judge: impl FnMut(u64) -> Option<String>) -> Vec<u64> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let is_told = std::env::var_os("CAROM_FUZZ_TELL").is_some();

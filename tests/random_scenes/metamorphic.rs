@@ -11,7 +11,6 @@ use carom::model::{Particle, ParticleId, Scene, SceneParts};
 use crate::dice::Dice;
 use crate::generator;
 
-/// Number of scenes per comparison.
 const SCENES: usize = 60;
 /// Number of compared events when rounding may differ. A difference grows by a factor of about ten with each event of a
 /// particle.
@@ -20,7 +19,6 @@ const FEW: u64 = 20;
 /// two events.
 const TOLERANCE: f64 = 1e-7;
 
-/// The first random scenes that can be built, with their seeds and texts.
 fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
     let built = |seed| {
         let text = generator::usual(seed);
@@ -49,8 +47,7 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// Compares the events of two scenes, and returns how many agree. Stops at two events that are so close that round-off
-/// decides their order.
+/// Stops at two events that are so close that round-off decides their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
@@ -169,7 +166,7 @@ fn spheres_far_away_change_no_event() {
     assert!(all > 4 * changed_scenes && changed_scenes > 10, "{all} events of {changed_scenes} scenes compared");
 }
 
-/// The scene in other units. Lengths, times and masses are multiplied by powers of two, which causes no rounding.
+/// Lengths, times and masses are multiplied by powers of two, which causes no rounding.
 fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     let (speed, energy) = (length / time, mass * length * length / (time * time));
     let mut scaled = scene.clone().into_parts();
@@ -214,7 +211,6 @@ fn units_of_powers_of_two_change_no_bit() {
     }
 }
 
-/// The events of several pieces of a run, one after the other.
 fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<Event> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let mut events = Vec::new();

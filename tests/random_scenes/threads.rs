@@ -22,12 +22,10 @@ use super::{PATIENCE, generator, over_seeds, setting};
 
 /// Numbers of threads, which are also numbers of domains.
 const THREADS: [usize; 7] = [1, 2, 2, 3, 4, 8, 13];
-/// Number of pieces of a run.
 const STRETCHES: usize = 6;
 /// Number of steps between two checks of the elapsed time.
 const STEPS: u64 = 20_000;
 
-/// Outcomes of scenes.
 #[derive(Debug, Default)]
 struct Count {
     refused: usize,
@@ -39,7 +37,6 @@ struct Count {
     undone: u64,
     serial: u64,
     events: usize,
-    /// Number of changes of the heat bath.
     baths: usize,
 }
 
@@ -51,7 +48,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Runs a piece. Returns its events and how it ended, or `None` if it takes too long.
+/// Returns its events and how it ended, or `None` if it takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -73,7 +70,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// Chooses the next piece of a run. In a system at rest the piece ends by time, possibly after many epochs.
+/// In a system at rest the piece ends by time, possibly after many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -87,7 +84,6 @@ fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     }
 }
 
-/// The first difference of a scene on several threads, if there is one.
 fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     let Ok(scene) = Scene::from_toml(text, "random.toml") else {
         count.refused += 1;
@@ -148,7 +144,6 @@ fn compare(text: &str, dice: &mut Dice, count: &mut Count) -> Option<String> {
     None
 }
 
-/// Occasionally changes both simulations in the same way between two pieces.
 fn change(one: &mut Simulation, other: &mut Simulation, dice: &mut Dice, count: &mut Count) {
     if dice.chance(0.3) {
         let bytes = postcard::to_stdvec(&*other).unwrap();
@@ -168,14 +163,12 @@ fn change(one: &mut Simulation, other: &mut Simulation, dice: &mut Dice, count: 
     }
 }
 
-/// A heat bath, or none.
 fn bath(dice: &mut Dice) -> Option<Thermostat> {
     let (temperature, rate) = (dice.pick(&[1.2, 0.1]), dice.power(-3.0, 0.5));
     let axes = dice.pick(&[[true; 3], [true, true, false]]);
     dice.chance(0.7).then_some(Thermostat::Andersen { temperature, rate, axes })
 }
 
-/// A cubic or long box for a number of particles.
 fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     let fraction = dice.between(0.02, if is_flat { 0.4 } else { 0.3 });
     let long = dice.pick(&[1.0, 2.5, 8.0]);
@@ -202,7 +195,6 @@ fn space(text: &mut String, dice: &mut Dice, count: usize, is_flat: bool) {
     }
 }
 
-/// Adds a capsule to a quarter of the scenes. Some capsules have a temperature, and some move.
 fn surface(text: &mut String, dice: &mut Dice) {
     if dice.chance(0.25) {
         let heat = dice.pick(&["temperature = 1.4", "restitution = 1.0"]);

@@ -265,7 +265,6 @@ def pandas_thermo(path, frames):
         raise Difference("thermo.csv: expected energies in all rows and numbers of events that rise")
 
 
-# Format, package, function.
 ALL = [
     ("xyz", "ovito", ovito_xyz),
     ("xyz", "ase", ase_xyz),

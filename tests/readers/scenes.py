@@ -64,7 +64,6 @@ temperature = 1.0
 until_events = 3000
 """
 
-# Discs between two walls.
 DISCS = """
 [space]
 size = [12.0, 10.0, 0.0]

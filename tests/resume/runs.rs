@@ -20,7 +20,6 @@ pub const SCENES: [(&str, &str); 9] = [
     ("isobaric", "60000"),
 ];
 
-/// Spheres that are compressed, then heated, and measured in a heat bath.
 pub const GROWN: &str = r#"
 [[species]]
 name = "A"

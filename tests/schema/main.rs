@@ -11,7 +11,6 @@ use carom::scene::{SceneError, SceneErrorKind, schema};
 use serde_json::{Value, json};
 use validator::mistakes;
 
-/// A valid scene with an entry of every kind.
 const EVERY_KEY: &str = include_str!("every_key.toml");
 
 fn json_of(text: &str) -> Value {

@@ -3,7 +3,6 @@
 
 use serde_json::Value;
 
-/// Errors that a schema finds in a value, each with its position.
 pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, value, "scene", &mut found);

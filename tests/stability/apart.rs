@@ -68,7 +68,6 @@ fn well(range: f64) -> Potential {
     Potential::square_well(1.0, range, 1.0).unwrap()
 }
 
-/// Time of the first event, if it comes before the time `until`.
 fn first_event(scene: Scene, until: f64) -> Option<f64> {
     let mut found = None;
     let until = Until { time: until, events: 1 };

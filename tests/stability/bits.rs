@@ -13,12 +13,10 @@ use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
 
-/// The scene of this name in `configs`, or the scene with all features for `everything`.
 pub fn named(name: &str) -> Scene {
     if name == "everything" { everything() } else { Scene::from_file(format!("configs/{name}.toml")).unwrap() }
 }
 
-/// Four species with all kinds of potentials, the last one static, and a bond.
 fn mixture(builder: SceneBuilder) -> SceneBuilder {
     let steps = Potential::stepped_lennard_jones(1.1, 1.0, 2.5, 5, 50.0).unwrap();
     builder
@@ -38,7 +36,6 @@ fn mixture(builder: SceneBuilder) -> SceneBuilder {
         .bond_interaction("link", Potential::bond(0.8, 1.0).unwrap(), 0.95)
 }
 
-/// All features in one box: a mixture of wells and steps, bonded chains, gravity, walls, static particles and the TC model.
 pub fn everything() -> Scene {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.8 }, upper: Face::Open };
     let space = Space {
@@ -119,7 +116,6 @@ fn observers_change_no_bit() {
         assert_eq!(seen, 10_000);
         assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
 
-        // The same scene as a whole run with rows and frames.
         let mut parts = named(name).into_parts();
         parts.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
         parts.output = OutputPlan {
@@ -174,7 +170,6 @@ fn times_at_which_a_run_stops_change_nothing() {
     }
 }
 
-/// A fluid of 256 particles with random velocities, with or without wells and weight.
 fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) -> Scene {
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
@@ -212,7 +207,6 @@ fn trajectory_does_not_depend_on_particle_numbers() {
     }
 }
 
-/// Properties of an event that do not depend on the start time.
 fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
     let numbers = [event.impulse.x, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
     (event.kind, event.particle.0, event.partner().map(|partner| partner.0), numbers)

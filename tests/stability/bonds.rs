@@ -10,8 +10,7 @@ use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
 use carom::scene::SceneBuilder;
 
-/// Two beads of diameter 1 on a bond of length 1 to `1 + range`. They start at the outer end of the bond with
-/// `is_at_end`, otherwise in contact.
+/// Two beads of diameter 1 on a bond of length 1 to `1 + range`.
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {
     let distance = if is_at_end { 1.0 + range } else { 1.0 };
     SceneBuilder::new("bond")
@@ -79,7 +78,6 @@ fn a_tight_pair_spins_for_a_million_events() {
     }
 }
 
-/// A bead at rest on a bond of a static pivot.
 fn hanging(range: f64, position: Vector, restitution: f64) -> SceneBuilder {
     SceneBuilder::new("pendulum")
         .space(open_box(8.0))

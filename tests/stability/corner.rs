@@ -33,7 +33,6 @@ fn bottom() -> Vector {
     Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
 }
 
-/// A position slightly beside the bottom, at the given height.
 fn aside(height: f64) -> Vector {
     Vector::new(0.51, TRIANGLE / 3.0 - 0.003, height)
 }

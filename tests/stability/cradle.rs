@@ -98,7 +98,6 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
     }
 }
 
-/// Five spheres of given masses in contact. The first one arrives with a speed of 1.
 fn of_masses(masses: [f64; 5], restitution: f64) -> SceneBuilder {
     let mut builder = SceneBuilder::new("masses").space(line(64.0, Boundary::OPEN));
     let names = ["A", "B", "C", "D", "E"];

@@ -10,7 +10,6 @@ use carom::scene::Amount;
 /// The densest packing fraction, `pi / sqrt(18)`.
 const DENSEST: f64 = 0.740_480_489_693_061;
 
-/// The largest displacement since the start. Positions are unwrapped from the periodic box.
 fn largest_displacement(space: &Space, start: &[(Vector, Vector)], now: &Snapshot) -> f64 {
     let size = space.size;
     let moved = |k: usize| {

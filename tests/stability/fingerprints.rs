@@ -16,7 +16,6 @@ use hashes::Bits;
 pub use hashes::fingerprint;
 use systems::{SYSTEMS, scene_of};
 
-/// The hashes of a scene that is advanced to a number of events.
 fn advanced(scene: Scene, events: u64, threads: usize) -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(scene));
     simulation.set_threads(threads);
@@ -25,7 +24,6 @@ fn advanced(scene: Scene, events: u64, threads: usize) -> Bits {
     bits
 }
 
-/// A whole run.
 fn run(scene: Scene, threads: usize) -> Bits {
     let mut bits = Bits::EMPTY;
     let name = scene.name().to_owned();
@@ -35,7 +33,6 @@ fn run(scene: Scene, threads: usize) -> Bits {
     bits
 }
 
-/// A run from the last state of another one, whose folder is on disk.
 fn continued(first: Scene, values: &[(&str, &str)]) -> Bits {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("first");
@@ -47,7 +44,6 @@ fn continued(first: Scene, values: &[(&str, &str)]) -> Bits {
     run(read_scene(&next, values).unwrap(), 1)
 }
 
-/// Replicas that swap their temperatures.
 fn exchanged() -> Bits {
     const VALUES: [(&str, &str); 3] = [
         ("exchange", "{ temperatures = [0.6, 0.8, 1.1], interval = 0.5, rate = 1.0 }"),
@@ -69,7 +65,6 @@ fn exchanged() -> Bits {
     bits
 }
 
-/// A system with all features. During the run its velocities and positions are set, and a heat bath is switched on.
 fn set_on_the_way() -> Bits {
     let (mut bits, mut simulation) = (Bits::EMPTY, Simulation::without_plan(everything()));
     simulation.advance_with(Until::events(3_000), |event| bits.see(event)).unwrap();

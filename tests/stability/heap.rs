@@ -11,7 +11,6 @@ use std::time::Instant;
 
 /// Contact time of the TC model, in units in which gravity, masses and diameters are 1.
 const CONTACT_TIME: f64 = 3e-3;
-/// Number of grains.
 const COUNT: u64 = 24;
 
 /// Grains that fall into a box with a floor and four walls, about three layers high.
@@ -64,7 +63,6 @@ fn settle(watched: &mut Watched) {
     panic!("the grains do not settle");
 }
 
-/// Lets grains settle, and continues for a number of events.
 fn rest(restitution: f64, events: u64) {
     let mut watched = Watched::new(grains(restitution));
     settle(&mut watched);

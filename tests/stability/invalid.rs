@@ -11,10 +11,8 @@ use carom::scene::SceneBuilder;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Number of particles.
 const COUNT: usize = 500;
 
-/// Parameters of a random start.
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,
@@ -83,7 +81,6 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 * 0.5 * f64::EPSILON
 }
 
-/// A scene with random positions and velocities in a periodic cube, at a packing fraction of 0.2.
 fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     let volume: f64 = recipe
         .diameters
@@ -124,7 +121,6 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
     builder.build().unwrap()
 }
 
-/// Core diameters of all pairs with a core, and the overlap of each pair at the last check.
 struct Cores {
     periods: Vector,
     /// Pair and core diameter.
@@ -168,7 +164,6 @@ fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
 
-/// Runs until no overlap is left, and keeps checking all pairs.
 fn resolve(recipe: &Recipe) {
     let scene = random_start(recipe, 7);
     let (length, mut cores) = (scene.space().size.x, Cores::new(&scene));

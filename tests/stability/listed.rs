@@ -10,7 +10,6 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 /// Position and velocity.
 pub type State = (Vector, Vector);
 
-/// A one-dimensional box from `-length / 2` to `length / 2`.
 pub fn line(length: f64, boundary: Boundary) -> Space {
     Space {
         lower: Vector::new(-0.5 * length, 0.0, 0.0),
@@ -19,12 +18,10 @@ pub fn line(length: f64, boundary: Boundary) -> Space {
     }
 }
 
-/// An open box around the origin.
 pub fn open_box(length: f64) -> Space {
     Space { lower: Vector::repeat(-0.5 * length), size: Vector::repeat(length), boundary: [Boundary::OPEN; 3] }
 }
 
-/// Particles of one species and diameter 1 in a given box.
 pub fn listed(space: &Space, potential: &Potential, restitution: f64, particles: &[State]) -> SceneBuilder {
     let mut builder = SceneBuilder::new("listed").space(space.clone()).species("A", 1.0, 1.0).interaction(
         "A",
@@ -38,7 +35,6 @@ pub fn listed(space: &Space, potential: &Potential, restitution: f64, particles:
     builder
 }
 
-/// A fluid of hard spheres on a face-centred cubic lattice, as a source of particles.
 pub fn fluid(count: u64, amount: Amount) -> Scene {
     SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)
@@ -49,27 +45,22 @@ pub fn fluid(count: u64, amount: Amount) -> Scene {
         .unwrap()
 }
 
-/// The particles of a scene.
 pub fn particles(scene: &Scene) -> Vec<State> {
     scene.particles().iter().map(|p| (p.position, p.velocity)).collect()
 }
 
-/// The positions and velocities of a snapshot.
 pub fn states(snapshot: &Snapshot) -> Vec<State> {
     snapshot.positions.iter().copied().zip(snapshot.velocities.iter().copied()).collect()
 }
 
-/// Spheres of diameter 1.
 pub fn hard_sphere() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
 }
 
-/// Spheres of diameter 1 with a well that reaches to 1.5.
 pub fn well() -> Potential {
     Potential::square_well(1.0, 1.5, 1.0).unwrap()
 }
 
-/// Along the line.
 pub fn along(x: f64) -> Vector {
     Vector::new(x, 0.0, 0.0)
 }

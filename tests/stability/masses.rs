@@ -30,7 +30,6 @@ fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
 
-/// Two spheres in a periodic box.
 fn two(masses: [f64; 2], diameters: [f64; 2], size: f64) -> Scene {
     let mean = 0.5 * (diameters[0] + diameters[1]);
     SceneBuilder::new("two")

@@ -7,7 +7,6 @@ use carom::model::potential::Potential;
 use carom::model::space::{Space, minimum_image};
 use carom::scene::Amount;
 
-/// Box and pair potential of a fluid.
 struct Fluid {
     space: Space,
     potential: Potential,

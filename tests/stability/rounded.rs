@@ -19,7 +19,6 @@ fn finished(scene: Scene) -> Finished {
     finished
 }
 
-/// Returns a box that is periodic along the first axes and flat along the others.
 fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     let is_flat = |k: usize| k >= dimensions;
     Space {
@@ -74,7 +73,6 @@ fn chain_across_a_corner_passes_its_audit_in_boxes_of_any_size() {
     }
 }
 
-/// Rods in a one-dimensional periodic box, with and without wells around them.
 #[test]
 fn rods_on_a_long_ring_pass_their_audit() {
     for (rods, length, potential) in [

@@ -7,9 +7,7 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 
-/// Particles per edge of the lattice.
 const EDGE: u32 = 16;
-/// All particles.
 const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
 
 /// Lattice spacing perpendicular to the x-axis.

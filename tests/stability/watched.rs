@@ -7,7 +7,6 @@ use carom::model::Scene;
 /// particles, in a dot product, a squared length and their quotient, and in the three components of two new velocities.
 const ROUNDINGS: f64 = 32.0;
 
-/// A simulation, its initial energy, and its largest energy so far.
 pub struct Watched {
     pub simulation: Simulation,
     start: f64,

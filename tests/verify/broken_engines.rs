@@ -8,7 +8,6 @@ use crate::Recording;
 use crate::WELL;
 use crate::scene;
 
-/// Returns the fault that the verifier of the scene `right` finds in a simulation of the scene `wrong`.
 fn fault(wrong: &Scene, right: Scene) -> Fault {
     let recording = Recording { scene: right, ..Recording::of(wrong.clone(), 2000) };
     recording.fault().unwrap().1

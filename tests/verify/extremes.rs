@@ -34,7 +34,6 @@ fn collisions_between_very_unequal_masses_are_proven() {
     }
 }
 
-/// Eight particles whose pair potential is a deep well.
 pub fn deep(depth: &str) -> Scene {
     let text = WELL.replace("well_depth = 1.0", &format!("well_depth = {depth}"));
     scene(&text.replace("256", "8"))

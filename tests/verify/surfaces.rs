@@ -18,7 +18,6 @@ use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 use crate::scenes::assert_proven;
 use crate::{config, prove, scene};
 
-/// Middle of the region in which the grains start.
 const MIDDLE: Vector = Vector::new(10.0, 10.0, 10.0);
 
 /// Grains of two sizes and masses on a lattice around the middle of an open region, with irregular
@@ -49,7 +48,6 @@ pub fn turned(mesh: &TriangleMesh) -> SurfaceShape {
     SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(MIDDLE - rotation * MIDDLE)))
 }
 
-/// A cuboid around `MIDDLE`.
 pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
@@ -97,7 +95,6 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
             vec![pipe, end(1.0), end(-1.0)]
         }
         3 => vec![turned(&cuboid(2.4))],
-        // Obstacles in a hollow sphere: rods, posts, and a block with edges and corners.
         4 => vec![
             ball(6.0, true),
             SurfaceShape::Capsule { ends: [at(-4.0, -2.5, 0.0), at(3.0, -2.6, 1.0)], radius: 0.3 },
@@ -127,7 +124,6 @@ pub fn around(kind: usize) -> Vec<SurfaceShape> {
 
 pub const KINDS: usize = 8;
 
-/// Builds a scene with the given surfaces.
 pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) -> Scene {
     let draft = |(k, shape)| SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
@@ -226,7 +222,6 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
     assert_proven("gate", &certificate, 1_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 42.0).abs() < 1e-9 && certificate.counts.surface > 10, "{certificate:?}");
-    // The proven range may begin at a later event, and the stage of the gate may end after a number of events.
     for from in 6..12 {
         assert_proven("later", &prove(scene(GATE), from, 10), 10);
     }

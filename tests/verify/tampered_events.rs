@@ -12,7 +12,6 @@ use crate::Recording;
 use crate::WELL;
 use crate::scene;
 
-/// Index of the changed event.
 const K: usize = 300;
 
 fn fluid() -> Recording {
@@ -29,7 +28,6 @@ fn first(recording: &Recording, outcome: Outcome) -> usize {
     (K..recording.events.len()).find(is_it).unwrap()
 }
 
-/// Returns a particle that is not involved in event `K`.
 fn bystander(recording: &Recording) -> ParticleId {
     let event = &recording.events[K].0;
     (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner()).unwrap()
@@ -79,13 +77,11 @@ fn swapped_events_are_found() {
 #[test]
 fn invented_event_is_reported_as_early_or_not_closing() {
     let mut recording = fluid();
-    // A copy of the event in which one particle is replaced by one that took no part in it.
     let (mut event, states) = recording.events[K].clone();
     event.other = Other::Particle(bystander(&recording));
     recording.events.insert(K + 1, (event, states));
     assert!(matches!(recording.fault(), Some((at, Fault::Early { .. })) if at == K + 1), "{:?}", recording.fault());
 
-    // A repetition of the same event: its two particles already move apart.
     let mut recording = fluid();
     let again = recording.events[K].clone();
     recording.events.insert(K + 1, again);
@@ -100,7 +96,6 @@ fn invented_event_is_reported_as_early_or_not_closing() {
 fn early_event_is_reported_as_early_and_late_one_as_missed() {
     for (shift, is_early) in [(-1e-11, true), (1e-11, false)] {
         let mut recording = fluid();
-        // Move all particles along their flights before the event, to the shifted time.
         let before = recording.events[K - 1].1.velocities.clone();
         let states = &mut recording.events[K].1;
         states.elapsed.since_epoch += shift;

@@ -58,7 +58,6 @@ pub fn measure() -> Outcome {
     Ok(())
 }
 
-/// The grains before they fall.
 fn simulation(seed: u64, contact_time: f64) -> Outcome<Simulation> {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution: RESTITUTION }, upper: Face::Open };
     let space = Space {

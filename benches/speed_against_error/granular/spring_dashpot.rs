@@ -29,7 +29,6 @@ pub struct SpringDashpot {
     forces: Vec<Vector>,
     list: List,
     listed: Vec<Vector>,
-    /// Energy dissipated in the dashpots so far.
     pub dissipated: f64,
     /// Deepest overlap so far, in diameters.
     pub deepest: f64,
@@ -144,7 +143,6 @@ fn decay(stiffness: f64, mass: f64, restitution: f64) -> f64 {
     (stiffness / mass).sqrt() * logarithm / std::f64::consts::PI.hypot(logarithm)
 }
 
-/// Duration of a contact of two grains.
 pub fn contact_duration(stiffness: f64, restitution: f64) -> f64 {
     let eta = decay(stiffness, 0.5, restitution);
     std::f64::consts::PI / (2.0 * stiffness - eta * eta).sqrt()

@@ -4,7 +4,6 @@ use super::problem::{Pair, Problem};
 use super::{paper, textbook};
 use carom::physics::detection::{accelerated, inertial};
 
-/// A method to find the time of the next event.
 pub struct Method {
     pub name: &'static str,
     pub ask: fn(&Pair) -> Option<f64>,
@@ -16,7 +15,7 @@ fn quick(name: &'static str, ask: fn(&Pair) -> Option<f64>) -> Method {
     Method { name, ask, is_slow: false }
 }
 
-/// The methods for a problem. The paper's Algorithms 2 and 3 have no bisection.
+/// The paper's Algorithms 2 and 3 have no bisection.
 pub fn of(problem: Problem) -> Vec<Method> {
     let mut methods = if problem.is_accelerated {
         vec![

@@ -41,7 +41,6 @@ pub fn newton(pair: &Pair) -> Option<f64> {
     None
 }
 
-/// The latest time that is searched.
 const HORIZON: f64 = 100.0;
 
 /// Takes steps of fixed length until the overlap function is negative at the end of a step. Bisects this step.

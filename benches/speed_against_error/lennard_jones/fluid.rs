@@ -33,7 +33,6 @@ impl Thermodynamics {
     }
 }
 
-/// A fluid that can be simulated for a time.
 pub trait Fluid {
     fn advance(&mut self, time: f64) -> Thermodynamics;
 }

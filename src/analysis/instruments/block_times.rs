@@ -9,7 +9,6 @@ pub(super) const EARLY: f64 = 1e-6;
 /// Shortest interval as a fraction of the expected duration. With a shorter one, a run would never end.
 const SHORTEST: f64 = 1e-8;
 
-/// Returns the given interval, or the shortest one that is feasible for the duration.
 pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
@@ -27,13 +26,11 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
         candidates.into_iter().filter(|candidate| *candidate > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
     };
     let ratio = interval / scaling;
-    // Avoids intervals that are a simple fraction or multiple of the time between scalings, because their
-    // samples would see only a few of the times since the last scaling.
     let found = if ratio >= 1.0 { nearest(ratio) } else { nearest(ratio.recip()).map(f64::recip) };
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// Creates the end times of equal blocks. Without a given interval, the expected duration has `aim` blocks.
+/// Without a given interval, the expected duration has `aim` blocks.
 pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
     let (start, duration) = (setup.sample.time, setup.duration);
     match given {

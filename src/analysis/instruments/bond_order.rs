@@ -22,7 +22,6 @@ use harmonics::Harmonics;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The measured degrees.
 const DEGREES: [usize; 2] = [6, 4];
 
 /// `q_l` of each moving particle, in the order of ids; in two dimensions `|psi_l|`.
@@ -45,8 +44,6 @@ pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64
     values
 }
 
-/// Returns the per-particle scalars of the plan: `q6` and `q4` in space, `psi6` and `psi4` in two dimensions,
-/// none in one dimension.
 pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample: &Sample<'_>) -> Vec<Scalar> {
     let Some(symbol) = symbol(system) else { return Vec::new() };
     let cutoff = cutoff(plan, system);
@@ -55,7 +52,6 @@ pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample
     DEGREES.map(scalar).into()
 }
 
-/// Symbol of the bond order in names and titles; `None` in one dimension.
 fn symbol(system: &SystemDescription) -> Option<&'static str> {
     match system.space.dimensions() {
         3 => Some("q"),
@@ -64,14 +60,12 @@ fn symbol(system: &SystemDescription) -> Option<&'static str> {
     }
 }
 
-/// Distance below which particles are neighbours.
 fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
     let diameters = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
     let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
     cutoff.min(CellList::largest_range(&system.space))
 }
 
-/// Explains why the cutoff is shorter than the plan requests; `None` if it is not shorter.
 pub(crate) fn shortened_cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> Option<String> {
     plan.cutoff.and_then(|asked| shortened(asked, cutoff(plan, system), &system.space))
 }
@@ -120,7 +114,6 @@ impl BondOrder {
         }
     }
 
-    /// Explains in the description of the method why the cutoff is shorter than requested.
     fn note(&self, system: &SystemDescription) -> String {
         shortened(self.asked, self.cutoff, &system.space).map_or_else(String::new, |why| format!(" ({why})"))
     }
@@ -130,7 +123,6 @@ impl BondOrder {
         1 + degree * (2 + self.bins)
     }
 
-    /// Indices of the distribution of a degree in `curve`.
     fn bins(&self, degree: usize) -> Range<usize> {
         let first = self.first(degree) + 2;
         first..first + self.bins

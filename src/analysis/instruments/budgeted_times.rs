@@ -24,9 +24,8 @@ const PER_FLIGHT: f64 = 200.0;
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
 /// Each sample takes `work` floating-point operations. An interval that is not given is chosen for 200
-/// samples in the expected duration. If 200 samples would take longer than a second and longer than a tenth
-/// of the run, there are fewer samples, but at least 16. The interval is neither a simple fraction nor a
-/// multiple of the time between two scalings of the velocities.
+/// samples in the expected duration. The interval is neither a simple fraction nor a multiple of the time
+/// between two scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
     // This is the shortest interval that floating-point times can resolve.
@@ -41,7 +40,6 @@ pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -
     }
 }
 
-/// Computes the number of samples that the budget of operations allows.
 fn aim(setup: &Setup<'_>, work: f64) -> f64 {
     let (system, sample) = (setup.system, &setup.sample);
     let count = system.moving.len().max(1) as f64;

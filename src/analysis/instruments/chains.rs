@@ -50,7 +50,6 @@ pub(super) struct Chains {
     components: Option<Vec<Component>>,
 }
 
-/// Molecules of the same kind with the same number of particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Group {
     is_linear: bool,
@@ -168,7 +167,6 @@ fn groups(components: &[Component], longest_bond: f64) -> Vec<Group> {
     groups
 }
 
-/// Positions of a component's particles, unwrapped along the bonds from the first one.
 fn unwrapped(component: &Component, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
     let periods = system.space.periods();
     component.path(sample.positions, |apart| nearest_image(apart, &periods, sample.displacement))

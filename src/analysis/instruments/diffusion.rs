@@ -60,11 +60,11 @@ pub(super) struct Diffusion {
 struct Origin {
     tick: u64,
     positions: Vec<Vector>,
-    /// Velocities of the tracers at the origin. Empty once the span has passed.
+    /// Empty once the span has passed.
     velocities: Vec<Vector>,
     /// For each group, the MSD and then the VACF at each linear lag. Empty once the span has passed.
     curve: Vec<f64>,
-    /// Slopes and bends of this origin. Empty once the span has passed.
+    /// Empty once the span has passed.
     slopes: Slopes,
 }
 
@@ -132,7 +132,6 @@ impl Diffusion {
         self.next = self.next_tick(now);
     }
 
-    /// Adds the curves of origins that have reached the span, and keeps a few of these origins.
     fn retire(&mut self, now: u64, system: &SystemDescription) {
         let span = self.lags.steps as u64 * TICKS_PER_STEP;
         let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
@@ -157,7 +156,6 @@ impl Diffusion {
         }
     }
 
-    /// The next tick after `now` at which a sample is needed.
     fn next_tick(&self, now: u64) -> u64 {
         let of = |origin: &Origin| {
             let age = now - origin.tick;

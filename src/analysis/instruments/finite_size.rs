@@ -61,7 +61,6 @@ pub(super) fn complete_diffusion(measured: &mut Measured, system: &SystemDescrip
     measured.numbers = completed;
 }
 
-/// A fluid in which diffusion was measured, and the quantities that the corrections need.
 struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Mean temperature during the measurement `[energy]`.
@@ -69,7 +68,6 @@ struct Fluid<'s> {
     /// Whether the box is longer than the mean free path, so that its flows are hydrodynamic. The mean free
     /// path follows from the diffusion coefficient of all particles.
     is_hydrodynamic: bool,
-    /// Whether the run also measures the shear viscosity.
     has_viscosity: bool,
     /// The measured viscosity, if its error is small enough `[mass / (length^(D - 2) time)]`.
     viscosity: Option<Estimate>,

@@ -16,7 +16,6 @@ use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
 use passages::{MASS, NUMBER, Passages};
 
-/// Samples per run unless an interval is given.
 const SAMPLES: u32 = 2000;
 
 /// With more species than this, species are not counted separately. A scene may have one species per
@@ -55,8 +54,7 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    /// Starts counting. Nothing is counted for an unknown axis or species, but the reader of scenes rejects
-    /// both.
+    /// Nothing is counted for an unknown axis or species, but the reader of scenes rejects both.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let &Setup { system, sample, .. } = setup;
         let named = |word: &&str| plan.axis.as_deref() == Some(*word);
@@ -98,7 +96,6 @@ impl Flow {
         }
     }
 
-    /// Counts the passages of one particle between two samples.
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
@@ -131,7 +128,6 @@ impl Flow {
         }
     }
 
-    /// Coordinate of a position along the normal of the plane.
     fn along(&self, position: &Vector) -> f64 {
         self.normal.map_or(position[self.axis], |normal| normal.dot(position))
     }
@@ -141,7 +137,6 @@ impl Flow {
         if self.normal.is_some() { f64::INFINITY } else { system.space.periods()[self.axis] }
     }
 
-    /// Adds the distance that a particle travelled along a periodic axis.
     fn go(&mut self, id: u32, way: f64, system: &SystemDescription) {
         let period = self.period(system);
         if period.is_finite() {

@@ -15,7 +15,6 @@ use crate::model::measurement_plan::FreePaths as Plan;
 use crate::physics::response::Outcome;
 use histogram::Histogram;
 
-/// Default number of histogram bins, and the largest allowed number.
 const BINS: u64 = 100;
 const MOST_BINS: u64 = 10_000;
 
@@ -40,7 +39,7 @@ pub(super) struct FreePaths {
     /// Statistics of the finished flights: their times, then their lengths. The latter are missing if
     /// particles accelerate or the box is sheared.
     ended_flights: Vec<EndedFlights>,
-    /// Velocity of the centre of mass if it is conserved. Paths are relative to it.
+    /// Velocity of the centre of mass if it is conserved.
     drift: Vector,
     /// Time of the last event or scaling, the current sum of all speeds, and the number of flights that have
     /// ended in the current block.
@@ -59,7 +58,6 @@ struct Flight {
     path: f64,
 }
 
-/// Statistics of the finished flights: the distribution and the mean of their times or lengths.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct EndedFlights {
     histogram: Histogram,
@@ -102,7 +100,6 @@ impl FreePaths {
         }
     }
 
-    /// Adds the time and distance that all particles have flown since the last event.
     fn fly(&mut self, time: f64, system: &SystemDescription) {
         let duration = (time - self.now).max(0.0);
         let flown = [system.moving.len() as f64 * duration, self.speeds * duration];
@@ -173,7 +170,6 @@ impl Instrument for FreePaths {
     }
 }
 
-/// Returns the sum of the speeds of all moving particles, relative to a drift velocity.
 fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f64 {
     system.moving.iter().map(|&id| (sample.velocities[id as usize] - drift).norm()).sum()
 }

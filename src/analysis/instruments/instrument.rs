@@ -92,7 +92,6 @@ pub trait Instrument {
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
-/// Whether two times are equal within round-off.
 fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
@@ -104,7 +103,6 @@ macro_rules! instruments {
         enum Kind { $($kind($kind),)* }
 
         impl Kind {
-            /// Creates the planned instruments at the start of the measurement.
             fn planned(plan: &MeasurementPlan, setup: &Setup<'_>) -> Vec<Self> {
                 let mut kinds = Vec::new();
                 $(kinds.extend(plan.$entry.iter().map(|plan| Self::$kind($kind::new(plan, setup))));)*
@@ -141,7 +139,6 @@ instruments! {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
-    /// Instruments that the user registered with the run.
     registered: Vec<Registered>,
 }
 
@@ -150,22 +147,18 @@ impl Instruments {
         self.kinds.is_empty() && self.registered.is_empty()
     }
 
-    /// Creates the planned instruments at the start of the measurement.
     pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
         Self { kinds: Kind::planned(plan, setup), registered: Vec::new() }
     }
 
-    /// Starts the registered instruments, at the start of the measurement.
     pub(crate) fn begin(&mut self, registry: &mut Registry, setup: &Setup<'_>) {
         self.registered = registry.begin(setup);
     }
 
-    /// Restores the registered instruments from a checkpoint.
     pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
         registry.restore(&mut self.registered)
     }
 
-    /// Returns the registered instruments after the end of the measurement.
     pub(crate) fn into_own(self) -> OwnInstruments {
         OwnInstruments::new(self.registered)
     }
@@ -178,17 +171,14 @@ impl Instruments {
         self.kinds.iter_mut().map(Kind::get_mut).chain(self.registered.iter_mut().filter_map(Registered::get_mut))
     }
 
-    /// Whether one of the instruments requests the end of the run.
     pub(crate) fn is_done(&self) -> bool {
         self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
     }
 
-    /// Simulated time of the next sample of any instrument; infinite if no instrument needs a sample.
     pub(crate) fn next_sample(&self) -> f64 {
         self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
     }
 
-    /// Passes the particles to those instruments that need a sample at this time.
     pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.next_sample() <= sample.time {
@@ -197,22 +187,18 @@ impl Instruments {
         }
     }
 
-    /// Ends the measurement of all instruments and passes them the particles at that time.
     pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.end(sample, system));
     }
 
-    /// Passes the particles before and after all velocities were scaled.
     pub(crate) fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.scaled(before, after, system));
     }
 
-    /// Whether any instrument needs to see events.
     pub(crate) fn has_events(&self) -> bool {
         self.all().any(Instrument::has_events)
     }
 
-    /// Passes an event to the instruments that observe events.
     pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
         for instrument in self.all_mut() {
             if instrument.has_events() {

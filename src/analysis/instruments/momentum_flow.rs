@@ -13,7 +13,6 @@ pub(super) const COMPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], 
 /// A symmetric tensor.
 pub(super) type Tensor = [f64; 6];
 
-/// Sum of the diagonal components.
 pub(super) fn trace(tensor: &Tensor) -> f64 {
     tensor[0] + tensor[1] + tensor[2]
 }
@@ -94,7 +93,6 @@ pub(super) struct MomentumFlow {
     pub kinetic: Tensor,
     /// `sum r_a J_b`, symmetrised `[energy time]`. The symmetrisation matters only for sliding contacts.
     pub collisional: Tensor,
-    /// Integrals for the flow of energy, if it is measured.
     pub heat: Option<HeatFlow>,
 }
 
@@ -121,7 +119,6 @@ impl MomentumFlow {
         }
     }
 
-    /// Also measures the flow of energy.
     pub fn with_heat(self, sample: &Sample<'_>, system: &SystemDescription) -> Self {
         let heat = HeatFlow { flow: energy_flow(sample, system, &self.drift), integral: Vector::zeros() };
         Self { heat: Some(heat), ..self }
@@ -139,7 +136,6 @@ impl MomentumFlow {
         }
     }
 
-    /// Advances to the time of an event and adds the transfer of momentum and energy in it.
     pub fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.pass(event.time);
         let transfer = Transfer::of(event, system, &self.drift);
@@ -161,7 +157,6 @@ impl MomentumFlow {
         }
     }
 
-    /// Advances to the time of a sample and recomputes the current flow from its velocities.
     pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.pass(sample.time);
         let flow = kinetic_flow(sample, system, &self.drift);
@@ -178,7 +173,6 @@ impl MomentumFlow {
         }
     }
 
-    /// Restarts the integrals.
     pub fn restart(&mut self) {
         (self.kinetic, self.collisional) = ([0.0; 6], [0.0; 6]);
     }

@@ -113,7 +113,6 @@ mod tests {
         (0..count).map(|_| space.lower + Vector::from_fn(|k, _| random.uniform() * space.size[k])).collect()
     }
 
-    /// Separations of two points within a distance, by brute force over all images up to two periods away.
     fn images(apart: Vector, space: &Space, displacement: f64, distance: f64) -> Vec<Vector> {
         let along = |k: usize| if space.boundary[k] == Boundary::Periodic { -2..=2 } else { 0..=0 };
         let mut all = Vec::new();
@@ -139,7 +138,6 @@ mod tests {
         ] {
             let space = space(boundary, size);
             let positions = points(120, &space);
-            // The list of particles has gaps and is in descending order.
             let ids: Vec<u32> = (0..120).rev().filter(|id| id % 5 != 2).collect();
             let half = 0.5 * space.periods().min();
             for distance in [0.4, 1.3, half.min(1e3)] {
@@ -178,7 +176,6 @@ mod tests {
         assert_eq!(beyond, Err(NearPairsError::NoParticle { id: 10, count: 10 }));
         assert_eq!(sample.for_each_pair_within(2.5, &space, &[], visit), Ok(()));
 
-        // In a box without periodic axes every distance is allowed, even an infinite one.
         let open = Space { boundary: [Boundary::OPEN; 3], ..space };
         let mut count = 0;
         let ids: Vec<u32> = (0..10).collect();

@@ -13,7 +13,6 @@ use crate::engine::event::{Event, EventKind};
 use crate::model::ParticleId;
 use crate::model::measurement_plan::PressureTensor as Plan;
 
-/// Default number of blocks in a run.
 const BLOCKS: u32 = 1000;
 
 /// Names of the counted kinds of events, in the order in which their rates are stored.

@@ -35,7 +35,6 @@ pub(super) struct Profile {
     lower: Vector,
     size: Vector,
     bins: [usize; 3],
-    /// Ids of the counted particles.
     ids: Vec<u32>,
     samples: u64,
     curve: CurveAverage,
@@ -63,7 +62,6 @@ impl Profile {
         }
     }
 
-    /// Cell of a position; `None` outside of the grid.
     fn cell_of(&self, position: &Vector, space: &Space) -> Option<usize> {
         let mut cell = 0;
         for k in (0..3).rev() {
@@ -168,7 +166,6 @@ impl Instrument for Profile {
     }
 }
 
-/// Mean values in one cell of the grid.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
     /// Mean total mass of the particles in the cell, and the number of free velocity components per sample.

@@ -47,8 +47,6 @@ impl Measured {
     }
 }
 
-/// Replaces all characters except letters, digits, `_` and `-` by `_`, and appends a number if the name is
-/// already used.
 pub(super) fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let plain: String = name.chars().take(50).map(|c| if is_plain(c) { c } else { '_' }).collect();
@@ -170,12 +168,10 @@ impl Curve {
         self
     }
 
-    /// Sets logarithmic axes for the variable and for the values.
     pub(super) fn logarithmic(self, is_logarithmic: [bool; 2]) -> Self {
         Self { is_logarithmic, ..self }
     }
 
-    /// Adds published or exact curves to draw with the measured curve.
     pub(super) fn beside(self, published: impl IntoIterator<Item = Published>) -> Self {
         Self { published: published.into_iter().collect(), ..self }
     }

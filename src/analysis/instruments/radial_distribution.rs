@@ -48,7 +48,6 @@ pub(super) struct RadialDistribution {
     curve: CurveAverage,
 }
 
-/// A pair of classes, with its own radial distribution function.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Pair {
     classes: [usize; 2],
@@ -126,7 +125,6 @@ impl RadialDistribution {
         self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }
 
-    /// Tabulates the index of the pair for every two classes.
     fn pair_table(&self) -> Vec<Option<usize>> {
         let count = self.classes.iter().flatten().max().map_or(0, |last| last + 1);
         let mut table = vec![None; count * count];
@@ -228,14 +226,11 @@ impl RadialDistribution {
     }
 }
 
-/// Divides a range into equal bins and returns the lower and upper end of each bin.
 fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
     let edge = move |k: usize| from + (to - from) * (k as f64 / bins as f64);
     (0..bins).map(move |k| [edge(k), edge(k + 1)])
 }
 
-/// Forms one class of each species that has particles. If there are too many species, forms one class of all
-/// moving particles.
 fn classes(system: &SystemDescription) -> Vec<Class> {
     let mut counts = vec![0_u64; system.species_names.len()];
     system.species.iter().for_each(|&species| counts[species as usize] += 1);
@@ -279,7 +274,6 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
     })
 }
 
-/// The shell just outside of the contact distance of two species.
 fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
     match (&first.species[..], &second.species[..]) {
         (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.steps_outside_cores.get(a, b))),
@@ -316,7 +310,6 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
     })
 }
 
-/// Explains why the cutoff is shorter than the plan requests; `None` if it is not shorter.
 pub(crate) fn shortened_cutoff(plan: &plan::RadialDistribution, system: &SystemDescription) -> Option<String> {
     let asked = plan.cutoff?;
     shortened(asked, asked.min(reach(system)), &system.space)

@@ -74,14 +74,12 @@ type Begin = Box<dyn FnOnce(&Setup<'_>) -> Box<dyn Kept> + Send>;
 
 type Read = fn(&[u8]) -> Result<Box<dyn Kept>, postcard::Error>;
 
-/// A registered instrument: its name and the functions that start it or restore it from a checkpoint.
 struct Entry {
     name: String,
     begin: Begin,
     read: Read,
 }
 
-/// The instruments that a user registered with a run.
 #[derive(Default)]
 pub(crate) struct Registry {
     entries: Vec<Entry>,
@@ -94,7 +92,6 @@ impl fmt::Debug for Registry {
 }
 
 impl Registry {
-    /// Adds an instrument.
     pub fn add<I>(&mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static)
     where
         I: Instrument + Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
@@ -113,7 +110,6 @@ impl Registry {
         self.entries.is_empty()
     }
 
-    /// The names of all instruments, which must differ.
     pub fn names(&self) -> Result<Vec<String>, InstrumentError> {
         let mut names: Vec<String> = Vec::with_capacity(self.entries.len());
         for Entry { name, .. } in &self.entries {
@@ -125,18 +121,15 @@ impl Registry {
         Ok(names)
     }
 
-    /// Checks that the registered instruments are the instruments with which the run started.
     pub fn compare(&self, begun: &[String]) -> Result<(), InstrumentError> {
         compare(&self.names()?, begun)
     }
 
-    /// Starts all registered instruments at the beginning of the measurement.
     pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
         let entries = std::mem::take(&mut self.entries).into_iter();
         entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
     }
 
-    /// Restores instruments from the states in a checkpoint.
     pub(super) fn restore(&self, registered: &mut [Registered]) -> Result<(), InstrumentError> {
         for one in registered {
             let Content::Stored(bytes) = &one.content else { continue };
@@ -170,7 +163,6 @@ impl OwnInstruments {
         Self(registered)
     }
 
-    /// Returns the instrument with the given name, if it has the type `I`.
     pub fn get<I: 'static>(&self, name: &str) -> Option<&I> {
         self.0.iter().find(|one| one.name == name)?.typed()
     }

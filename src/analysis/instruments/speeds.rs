@@ -61,7 +61,6 @@ struct Class {
     width: f64,
 }
 
-/// Histograms of speeds in one time window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Window {
     number: usize,
@@ -99,8 +98,7 @@ impl Speeds {
         speeds
     }
 
-    /// Returns the index of the window at a time. Samples that are early by round-off belong to the next
-    /// window.
+    /// Samples that are early by round-off belong to the next window.
     fn window_at(&self, time: f64) -> usize {
         let passed = (time - self.start) / self.length;
         trunc_to_usize((passed + 1e-9).max(0.0)).min(self.most_windows - 1)
@@ -147,7 +145,6 @@ impl Speeds {
         });
     }
 
-    /// Returns the class of each species.
     fn table(&self, system: &SystemDescription) -> Vec<Option<usize>> {
         let mut table = vec![None; system.species_names.len()];
         for (number, class) in self.classes.iter().enumerate() {
@@ -156,7 +153,6 @@ impl Speeds {
         table
     }
 
-    /// Doubles the bin width until the histogram includes the fastest particle.
     fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64, system: &SystemDescription) {
         if self.end.is_some() {
             return;
@@ -178,7 +174,6 @@ impl Speeds {
         }
     }
 
-    /// Adds the speeds of one class to the histogram of the current window.
     fn count(&mut self, class: usize, speeds: &[f64]) {
         let width = self.classes[class].width;
         let all = speeds.len().max(1) as f64;
@@ -212,7 +207,6 @@ impl Instrument for Speeds {
     }
 }
 
-/// The requested species that have moving particles: one class each, or a single class if there are too many.
 fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<Class> {
     let mut counts = vec![0_usize; system.species_names.len()];
     system.moving.iter().for_each(|&id| counts[system.species[id as usize] as usize] += 1);
@@ -232,7 +226,7 @@ fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<C
     present.into_iter().map(one).collect()
 }
 
-/// Returns the mass of the first particle of a species. All its particles have the same mass.
+/// All its particles have the same mass.
 fn mass_of(species: u32, system: &SystemDescription) -> f64 {
     let first = system.species.iter().position(|other| *other == species);
     first.map_or(f64::INFINITY, |id| system.masses[id])

@@ -34,7 +34,7 @@ pub(in crate::view) struct Skin {
 }
 
 impl Skin {
-    /// Converts a mesh. Triangles without area are left out.
+    /// Triangles without area are left out.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let normal =
             |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
@@ -86,7 +86,6 @@ impl Skin {
         places.iter().fold([places[0]; 2], |[lower, upper], place| [lower.inf(place), upper.sup(place)])
     }
 
-    /// The surface at its position at a time.
     pub fn at(&self, time: f64) -> Self {
         let Some(timeline) = &self.timeline else { return self.clone() };
         let pose = timeline.at(time).pose;
@@ -105,7 +104,6 @@ impl Skin {
         }
     }
 
-    /// Position and normal of each corner of a triangle.
     #[cfg(test)]
     pub fn corners(&self, triangle: usize) -> [(Vector, Vector); 3] {
         self.triangles[triangle].map(|vertex| (self.vertices[vertex as usize], self.normals[vertex as usize]))

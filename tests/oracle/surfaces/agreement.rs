@@ -17,7 +17,6 @@ const PER_FAMILY: usize = 250;
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
-/// Results for one kind of feature.
 #[derive(Debug, Default)]
 struct Tally {
     states: usize,
@@ -94,7 +93,6 @@ impl Tally {
     }
 }
 
-/// Tests a number of states of every family and returns the number of wrong answers.
 fn count_wrong(target: Target, per_family: usize, seed: u64) -> usize {
     let mut tally = Tally::default();
     for (number, (family, _)) in FAMILIES.iter().enumerate() {

@@ -21,7 +21,6 @@ pub enum Target {
 pub struct Approach {
     pub target: Target,
     pub side: Side,
-    /// Three directions: perpendicular to the feature, along it, and perpendicular to both.
     pub frame: [Vector; 3],
     /// Whether all numbers are small binary fractions and the directions are coordinate axes, so that nothing is
     /// rounded.
@@ -146,7 +145,6 @@ impl Approach {
         self.frame[0] * out + self.frame[1] * along + self.frame[2] * third
     }
 
-    /// The state at the start of the motion.
     pub fn state(&self, random: &mut Random) -> State {
         let (velocity, acceleration, t) = (self.vector(self.velocity), self.vector(self.acceleration), self.time);
         // On a point, the foot of the perpendicular cannot move; on a line, it has one coordinate.

@@ -34,7 +34,6 @@ pub struct Comparison {
     pub judgement: Judgement,
 }
 
-/// Asks Carom for an answer and judges it by the oracle.
 pub fn compare(state: &State) -> Comparison {
     let (answer, question) = (state.ask(), state.question());
     let verdict = next_event(&question.exact());

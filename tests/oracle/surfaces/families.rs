@@ -30,7 +30,6 @@ pub const FAMILIES: [(&str, Family); 20] = [
     ("20 decades of every component", |_, _| ()),
 ];
 
-/// Draws a state of a family.
 pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
@@ -158,7 +157,6 @@ fn slight_overlap(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The foot of the perpendicular is near an end of the feature while the sphere is closer than the contact distance.
 fn entering(random: &mut Random, approach: &mut Approach) {
     near_end(random, approach);
     inside(random, approach);
@@ -218,7 +216,6 @@ fn offset(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The sphere comes from far away.
 fn far(random: &mut Random, approach: &mut Approach) {
     approach.time = random.scale(5.0, 6.5);
     let curve = random.scale(-14.0, -5.0);
@@ -308,7 +305,6 @@ fn of_any_scale(random: &mut Random, mut state: State) -> State {
     if let Feature::Segment(_, length) = &mut state.feature {
         *length = random.scale(-20.0, 20.0);
     }
-    // Half of the contact distances are of the order of the distance between the sphere and the feature.
     let near = state.position.norm() * random.scale(-1.0, 1.0);
     state.contact = if random.chance(0.5) { near } else { random.scale(-20.0, 20.0) };
     state

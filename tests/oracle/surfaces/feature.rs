@@ -65,7 +65,6 @@ impl State {
         }
     }
 
-    /// Carom's answer.
     pub fn ask(&self) -> Option<f64> {
         let (state, a, squared) = (self.relative(), &self.acceleration, self.contact * self.contact);
         match &self.feature {
@@ -88,7 +87,6 @@ impl State {
         Parabola::along(direction, &state, &self.acceleration)
     }
 
-    /// The exact polynomials of this state, and the boxes around their coefficients.
     pub fn question(&self) -> Question {
         let (shape, first) = match &self.feature {
             Feature::Point(side) => (Shape::Square(unit(*side)), self.square(None, &self.acceleration)),
@@ -176,7 +174,6 @@ impl State {
         can_be_dropped.then(|| self.square(Some(direction), &Vector::zeros()))
     }
 
-    /// The coefficients as computed by Carom.
     fn computed_square(&self, direction: Option<&Vector>, acceleration: &Vector) -> Vec<f64> {
         let project = |x: &Vector| direction.map_or(*x, |direction| feature::across(direction, x));
         let state = RelativeState { position: project(&self.position), velocity: project(&self.velocity) };

@@ -14,7 +14,6 @@ pub enum Place<'a> {
 }
 
 impl Place<'_> {
-    /// The sign of a polynomial at this time.
     pub fn sign(&self, g: &Polynomial) -> i32 {
         match self {
             Self::Now => g.sign_at(&Dyadic::zero()),

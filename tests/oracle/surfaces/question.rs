@@ -85,7 +85,6 @@ impl Functional {
 }
 
 impl Question {
-    /// The exact polynomials, at the centres of their boxes.
     pub fn exact(&self) -> Exact {
         let middles: Vec<_> = self.forms.iter().map(|form| form.coefficients.clone()).collect();
         self.with(&middles).expect("the exact square is one")
@@ -104,8 +103,7 @@ impl Question {
         Some(Self { shape: self.shape, forms, without_acceleration: None })
     }
 
-    /// The polynomials with other coefficients. Returns `None` if the leading coefficient of a squared distance has the
-    /// wrong sign.
+    /// Returns `None` if the leading coefficient of a squared distance has the wrong sign.
     pub fn with(&self, coefficients: &[Vec<Dyadic>]) -> Option<Exact> {
         let (first, extents) = coefficients.split_first().expect("an overlap function");
         let overlap = match self.shape {

@@ -32,12 +32,12 @@ impl Rounded {
         Self { exact, size, error: (error + ROUND_OFF * (size + error)) * SLACK }
     }
 
-    /// Half the number. Halving is exact.
+    /// Halving is exact.
     pub fn half(&self) -> Self {
         Self { exact: self.exact.half(), size: 0.5 * self.size, error: 0.5 * self.error }
     }
 
-    /// Twice the number. Doubling is exact.
+    /// Doubling is exact.
     pub fn double(&self) -> Self {
         Self { exact: &self.exact + &self.exact, size: 2.0 * self.size, error: 2.0 * self.error }
     }
@@ -69,7 +69,6 @@ impl Mul for &Rounded {
     }
 }
 
-/// A vector of numbers with error bounds.
 pub type Triple = [Rounded; 3];
 
 pub fn triple(vector: &Vector) -> Triple {

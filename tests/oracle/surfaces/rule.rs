@@ -27,7 +27,6 @@ pub enum Kind {
 /// A fall of the overlap function through zero. For a face, the sphere comes from above.
 pub const ROOT: Kind = Kind::Root { is_below: false };
 
-/// Whether and when the next event happens.
 #[derive(Debug, Clone)]
 pub enum Verdict {
     Now,
@@ -35,7 +34,6 @@ pub enum Verdict {
     None,
 }
 
-/// The overlap function.
 #[derive(Debug, Clone)]
 pub enum Overlap {
     /// `f(t)`.
@@ -44,7 +42,6 @@ pub enum Overlap {
     Height(Polynomial, Dyadic),
 }
 
-/// The exact polynomials of a sphere and a feature.
 #[derive(Debug, Clone)]
 pub struct Exact {
     pub overlap: Overlap,
@@ -110,7 +107,6 @@ fn negative(f: &Polynomial) -> Polynomial {
     Polynomial { coefficients: f.coefficients.iter().map(|c| -c).collect(), exponent: f.exponent }
 }
 
-/// Decides the rule.
 pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
@@ -120,7 +116,7 @@ pub fn next_event(exact: &Exact) -> Verdict {
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which an event becomes required by the rule. The first of them is the next event.
+/// All times after now at which an event becomes required by the rule.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();

@@ -31,7 +31,6 @@ impl Hash {
     }
 }
 
-/// Hash of all positions and velocities, and of the time.
 pub fn fingerprint(now: &Snapshot) -> u64 {
     let mut hash = Hash::EMPTY;
     hash.state(now);
@@ -54,7 +53,6 @@ pub struct Bits {
 impl Bits {
     pub const EMPTY: Self = Self { state: Hash::EMPTY, events: Hash::EMPTY, ledger: Hash::EMPTY, engine: [false; 3] };
 
-    /// Adds an event.
     pub fn see(&mut self, event: &Event) {
         self.events.bits(u64::from(event.code()));
         self.events.bits(u64::from(event.particle.0));
@@ -66,7 +64,6 @@ impl Bits {
         self.events.add(vectors.flat_map(|v| [v.x, v.y, v.z]));
     }
 
-    /// Adds the last state of a simulation, its event counts and its energies.
     pub fn close(&mut self, simulation: &Simulation) {
         let engine = simulation.engine();
         self.engine = [engine.is_falling, engine.has_table, matches!(engine.search, Search::Lists { .. })];
@@ -78,7 +75,6 @@ impl Bits {
             .add([energy.confined, energy.momentum, energy.peculiar_momentum].iter().flat_map(|v| [v.x, v.y, v.z]));
     }
 
-    /// Adds the last state and the means of a finished run.
     pub fn end(&mut self, finished: &Finished) {
         self.close(&finished.simulation);
         self.ledger.add(finished.observables.iter().map(|(_, estimate)| estimate.mean));

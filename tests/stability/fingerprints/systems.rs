@@ -2,7 +2,6 @@
 
 use carom::model::Scene;
 
-/// Hard spheres of one species in a periodic cube.
 const SPHERES: &str = r#"
 space.size = [6.0, 6.0, 6.0]
 run.until_events = 4000
@@ -20,7 +19,6 @@ count = 60
 temperature = 1.3
 "#;
 
-/// Two species with irregular masses, with wells and a shoulder.
 const MIXTURE: &str = r#"
 space.size = [7.0, 7.0, 7.0]
 run.until_events = 4000
@@ -227,7 +225,6 @@ pub const SYSTEMS: &[System] = &[
     ),
 ];
 
-/// The scene of a system.
 pub fn scene_of((name, text, values): &System) -> Scene {
     Scene::from_toml_with(*text, format!("{}.toml", name.replace(' ', "_")), values)
         .unwrap_or_else(|error| panic!("{name}: {error:?}"))

@@ -39,7 +39,6 @@ fn a_ball_that_comes_to_rest_on_a_surface_is_proven() {
     }
 }
 
-/// Grains slide over a flat floor of many triangles, and across their edges.
 #[test]
 fn flat_edges_are_no_obstacle_to_a_proof() {
     let floor = |n: u32| {

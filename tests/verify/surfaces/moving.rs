@@ -12,7 +12,6 @@ use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
 use crate::scenes::assert_proven;
 use crate::{Recording, config, prove};
 
-/// Number of motion sequences that `motions` can return.
 pub const MOTIONS: usize = 6;
 
 /// Returns one of `MOTIONS` motion sequences of a surface.
@@ -27,7 +26,6 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
         axis: Vector::new(1.0, 0.4, -0.3),
         frequency: 0.21,
     };
-    // A sequence of motions, with and without rests between them.
     let piece = |from, until, kind| SurfaceMotion { from, until, kind };
     match number {
         0 => for_ever(drift),
@@ -39,7 +37,6 @@ pub fn motions(number: usize) -> Vec<SurfaceMotion> {
     }
 }
 
-/// Builds a scene whose surfaces all have the same motions.
 pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[SurfaceMotion], restitution: f64) -> Scene {
     let draft = |(k, shape)| {
         let draft = SurfaceDraft::new(&format!("surface {k}"), shape).restitution(restitution);
@@ -81,7 +78,6 @@ fn surfaces_of_every_kind_are_proven_in_every_motion() {
     }
 }
 
-/// A single ball slides or rolls on moving surfaces, which carry it along.
 #[test]
 fn ball_carried_by_a_surface_is_proven() {
     for number in 0..MOTIONS {
@@ -97,7 +93,6 @@ fn ball_carried_by_a_surface_is_proven() {
     }
 }
 
-/// Surfaces with different motions move through each other in a box with walls.
 #[test]
 fn surfaces_that_move_through_each_other_are_proven() {
     let space = Space { boundary: [Boundary::walls(0.9); 3], ..Space::periodic_cube(20.0) };
@@ -141,8 +136,7 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
-    // A paddle turns in a pipe about the periodic axis of the box. The periodic images of the paddle follow each other
-    // along this axis.
+    // A paddle turns in a pipe about the periodic axis of the box.
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
     let turn = MotionKind::Rotation { point: Vector::new(3.5, 3.4, 0.0), axis: Vector::z(), frequency: 0.15 };
     let paddle = TriangleMesh::cuboid(&Vector::new(1.5, 3.2, 1.0), &Vector::new(5.5, 3.5, 5.0));
@@ -253,7 +247,6 @@ fn verifier_with_outdated_gravity_finds_a_fault() {
     assert!(verifier.turn_gravity(&aside, &elsewhere).is_err());
 }
 
-/// The floor shakes too gently to throw the ball, which stays on it.
 #[test]
 fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     let frequency = 2.0;
@@ -267,7 +260,6 @@ fn a_ball_on_a_floor_that_shakes_gently_is_proven_for_many_periods() {
     assert!(certificate.duration > 5.0 && certificate.counts.surface == 2000, "{certificate:?}");
 }
 
-/// A motion of frequency 0 leaves the surface at rest.
 #[test]
 fn a_surface_of_frequency_zero_is_proven_as_one_at_rest() {
     let forever = |kind| SurfaceMotion { from: 0.0, until: f64::INFINITY, kind };

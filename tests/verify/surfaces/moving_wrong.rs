@@ -10,7 +10,6 @@ use super::moving::{MOTIONS, motions, moving};
 use super::{MIDDLE, around, grains};
 use crate::Recording;
 
-/// Number of events in a recording, one of which is changed.
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
 /// Kinds of surfaces whose contacts are changed: planes, a hollow sphere, a pipe, a box, and obstacles in a hollow
@@ -34,7 +33,6 @@ fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     (20..recording.events.len()).find(is_one).map(|at| (recording, at))
 }
 
-/// Calls `check` with one contact for each motion and each kind of surface in `OF_KINDS`.
 fn for_each(mut check: impl FnMut(Recording, usize, &str)) {
     let mut kinds = 0;
     for number in 0..MOTIONS {
@@ -72,7 +70,6 @@ fn contacts_that_are_slightly_early_or_late_are_found() {
             let elapsed = original.events[at - 1].1.elapsed;
             let flown = states.elapsed.after(&elapsed);
             states.elapsed.since_epoch += shift;
-            // Move all particles along their flights before the contact, to the shifted time.
             let gravity = Vector::new(0.1, -0.2, -0.5);
             let before = &original.events[at - 1].1;
             for i in 0..states.positions.len() {
@@ -102,7 +99,6 @@ fn invented_contacts_are_found() {
             start: original.start.clone(),
             events: original.events.clone(),
         };
-        // The same contact again: the particle already moves away from the surface.
         let mut again = copy();
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
@@ -160,7 +156,6 @@ fn wrong_quantities_of_a_contact_are_found() {
     });
 }
 
-/// Returns the fault that the verifier finds in an engine whose surfaces have the motions `wrong` instead of `right`.
 fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fault {
     let scene = |motions| moving(grains(2, 18), around(kind), motions, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 600) };
@@ -227,7 +222,6 @@ fn missing_and_surplus_motions_are_found() {
     }
 }
 
-/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);

@@ -11,7 +11,6 @@ use carom::scene::SurfaceDraft;
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned, with, without};
 use crate::Recording;
 
-/// Number of events in a recording, one of which is changed.
 const EVENTS: usize = 160;
 
 fn gas(kind: usize) -> Scene {
@@ -82,7 +81,6 @@ fn contacts_that_are_slightly_early_or_late_are_found() {
     println!("{caught} shifted contacts caught");
 }
 
-/// Returns the fault after `change` has been applied to the first contact with a surface from event 30 on.
 fn changed(kind: usize, change: &dyn Fn(&mut Event, &mut States)) -> Fault {
     let (mut recording, at) = recording(kind, 30);
     let (event, states) = &mut recording.events[at];
@@ -126,7 +124,6 @@ fn contacts_with_a_wrong_surface_or_particle_are_found() {
         assert!(matches!(found, Fault::Missed { .. } | Fault::Unknown { .. }), "{found:?}");
         let found = changed(kind, &|event, _| event.distance *= 1.0 + 1e-12);
         assert!(matches!(found, Fault::Unknown { .. }), "{found:?}");
-        // The same contact again: the particle already moves away from the surface.
         let (mut again, at) = recording(kind, 30);
         let event = again.events[at].clone();
         again.events.insert(at + 1, event);
@@ -146,7 +143,6 @@ fn contacts_with_a_wrong_surface_or_particle_are_found() {
     }
 }
 
-/// Returns the fault that the verifier finds in an engine with the surfaces `wrong` instead of `right`.
 fn fault_of(right: Vec<SurfaceShape>, wrong: Vec<SurfaceShape>) -> Fault {
     let scene = |shapes| with(grains(2, 18), shapes, 1.0);
     let recording = Recording { scene: scene(right), ..Recording::of(scene(wrong), 1500) };
@@ -227,7 +223,6 @@ fn wrong_surface_law_and_wrong_species_are_found() {
     assert!(matches!(recording.fault(), Some((_, Fault::Unknown { .. }))));
 }
 
-/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);

@@ -21,7 +21,6 @@ pub const FILE: &str = "scene.toml";
 /// Number of values that [`Page::look`] writes before the positions.
 const HEADER: usize = 24;
 
-/// Largest number of events that [`Page::upcoming`] returns.
 const MOST_UPCOMING: u32 = 1000;
 
 /// Reasons for which [`Page::advance`] returns.
@@ -34,12 +33,10 @@ pub enum End {
     Planned = 4,
 }
 
-/// State that the module keeps between calls.
 #[derive(Default)]
 pub struct Page {
     /// Request from the page.
     pub room: Vec<u8>,
-    /// Answer of the last call.
     pub message: String,
     /// Values written by [`Page::look`]: a header, then positions and velocities.
     pub numbers: Vec<f64>,
@@ -230,7 +227,6 @@ fn nothing() -> Value {
     failure("there is no simulation")
 }
 
-/// Describes an error in a scene: message, line, position in the text, and remedy.
 fn mistake(error: &SceneError) -> Value {
     let help = error.help().map(|help| help.to_string());
     let span = error.labels().and_then(|mut labels| labels.next());
@@ -269,7 +265,6 @@ fn vector(value: &Value) -> Option<Vector> {
     Some(Vector::new(number(0)?, number(1)?, number(2)?))
 }
 
-/// Describes an event in JSON.
 fn told(event: &Event) -> Value {
     let kind = match event.kind {
         EventKind::Pair(Outcome::Core) => "core",

@@ -38,18 +38,15 @@ pub struct Library {
     others: BTreeSet<String>,
 }
 
-/// Link targets of one document.
 struct Linked<'a> {
     site: &'a Site,
     source: &'a str,
     scenes: &'a [ScenePage],
     /// Files of the repository that the document links to, each with the heading that the link names (may be empty).
     found: Vec<(String, String)>,
-    /// Links to files that do not exist.
     broken: Vec<String>,
 }
 
-/// Address of the page about a file or folder of the repository.
 fn address_of(path: &str, is_folder: bool) -> String {
     let is_picture = [".png", ".svg", ".gif", ".csv"].iter().any(|ending| path.ends_with(ending));
     if let Some(name) = path.strip_prefix("configs/").and_then(|name| name.strip_suffix(".toml")) {
@@ -195,7 +192,6 @@ impl Library {
     }
 }
 
-/// Returns the list of headings that the page of a document shows beside the text.
 fn contents(text: &Text) -> String {
     let items = text.headings.iter().filter(|heading| heading.level == HeadingLevel::H2);
     let items: String = items

@@ -20,7 +20,6 @@ const CHOSEN: [&str; 8] = [
     "rotating_drum",
 ];
 
-/// Returns the cards of scenes as an HTML list.
 pub fn cards<'a>(from: &str, scenes: impl Iterator<Item = &'a ScenePage>) -> String {
     format!("<ul class=\"site-cards\">{}</ul>", scenes.map(|scene| scene.card(from)).collect::<String>())
 }

@@ -54,7 +54,6 @@ impl Page<'_> {
     }
 }
 
-/// Returns the navigation bar at the top of every page.
 pub fn navigation(address: &str) -> String {
     let folder = address.split_once('/').map_or("", |(folder, _)| folder);
     let links = PLACES.iter().enumerate().map(|(index, (place, name))| {

@@ -89,7 +89,6 @@ pub fn write_gas(site: &Site, scenes: &[ScenePage]) -> io::Result<Option<String>
     Ok(Some(address.to_owned()))
 }
 
-/// Writes the page with the editor for new scenes.
 pub fn write_editor(site: &Site, scenes: &[ScenePage]) -> io::Result<()> {
     let (address, about) = ("editor.html", "Write a scene, see it run, and share it as a link.");
     let frames = Frames { address, style: BESIDE, has_navigation: true, below: String::new() };

@@ -21,9 +21,7 @@ use crate::scene::ScenePage;
 
 /// Sources and output folder of the site.
 struct Site {
-    /// The repository.
     root: PathBuf,
-    /// Output folder for the pages.
     out: PathBuf,
     /// The engine for browsers, built by `web/build`. Without it, no page runs a scene.
     module: Option<Vec<u8>>,
@@ -76,7 +74,6 @@ fn build(site: &Site) -> io::Result<usize> {
     Ok(library.len() + scenes.len() + 3)
 }
 
-/// The style of the report pages, with additions for the site.
 fn style() -> String {
     format!("{}\n{}", include_str!("../../../src/view/report/page.css"), include_str!("site.css"))
 }

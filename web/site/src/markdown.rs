@@ -6,7 +6,6 @@ use pulldown_cmark::{CowStr, Event, HeadingLevel, Options, Parser, Tag, TagEnd, 
 
 use crate::links::{anchor, escaped};
 
-/// A heading within a page.
 pub struct Heading {
     pub level: HeadingLevel,
     pub anchor: String,
@@ -68,7 +67,6 @@ fn links_around(events: &[Event]) -> Vec<bool> {
     within
 }
 
-/// Gives each heading an anchor, and returns the headings.
 fn name_headings(events: &mut [Event]) -> Vec<Heading> {
     let mut headings: Vec<Heading> = Vec::new();
     let mut seen: HashMap<String, usize> = HashMap::new();

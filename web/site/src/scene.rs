@@ -24,7 +24,6 @@ pub struct ScenePage {
     pub scene: Scene,
     /// The scene and its files, as the page that runs the scene contains them.
     pub live: Source,
-    /// Whether the page has a picture of the scene.
     pub has_picture: bool,
 }
 
@@ -41,7 +40,6 @@ impl Targets for Plain {
     }
 }
 
-/// Returns the name of a scene as a title.
 fn titled(name: &str) -> String {
     let words = name.replace('_', " ").replace(" 1d", " in one dimension").replace("lennard jones", "Lennard-Jones");
     let mut letters = words.chars();
@@ -90,7 +88,7 @@ impl ScenePage {
         format!("scenes/{}.png", self.name)
     }
 
-    /// Writes the page of the scene. If the scene does not run in a browser, the page shows its picture and text.
+    /// If the scene does not run in a browser, the page shows its picture and text.
     pub fn write(&self, site: &Site, scenes: &[Self]) -> io::Result<()> {
         let address = self.address();
         if let Some(page) = crate::live::scene_page(site, self, scenes) {
@@ -119,7 +117,6 @@ impl ScenePage {
         )
     }
 
-    /// A card that links to the page of the scene.
     pub fn card(&self, from: &str) -> String {
         let picture = if self.has_picture {
             format!(

@@ -2,7 +2,6 @@
 
 use crate::Vector;
 
-/// The largest supported degree.
 const MOST_DEGREE: usize = 8;
 
 /// The functions of degree `l`: spherical harmonics `Y_lm` in space, `exp(i l phi)` in a plane.
@@ -32,7 +31,6 @@ impl Harmonics {
         (1..=MOST_DEGREE).contains(&degree).then(|| Self { degree, plane, polynomials: polynomials(degree) })
     }
 
-    /// Number of functions.
     pub fn count(&self) -> usize {
         if self.plane.is_some() { 2 } else { 2 * self.degree + 1 }
     }
@@ -73,7 +71,6 @@ fn times([re, im]: [f64; 2], x: f64, y: f64) -> [f64; 2] {
     [re * x - im * y, re * y + im * x]
 }
 
-/// Returns the coefficients of the scaled Legendre polynomial and of its derivatives.
 fn polynomials(degree: usize) -> Vec<Vec<f64>> {
     // Recurrence of the Legendre polynomials: n P_n = (2 n - 1) z P_(n-1) - (n - 1) P_(n-2).
     let (mut before, mut legendre) = (vec![0.0; degree + 1], vec![0.0; degree + 1]);

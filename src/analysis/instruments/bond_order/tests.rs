@@ -2,7 +2,7 @@ use super::*;
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// Builds a periodic lattice of `cells^3` unit cells. The sites are in units of the edges of the cell.
+/// The sites are in units of the edges of the cell.
 fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, Vec<Vector>) {
     let size = cell * f64::from(cells);
     let space = Space { lower: Vector::zeros(), size, boundary: [Boundary::Periodic; 3] };
@@ -113,7 +113,6 @@ fn trajectory_columns_hold_the_bond_order_of_their_degree() {
     assert_eq!(scalars.len(), 2);
     assert!(values("psi6").iter().all(|value| value.abs() < 1e-12));
     assert!(values("psi4").iter().all(|value| (value - 1.0).abs() < 1e-12));
-    // A one-dimensional box has no directions, and thus no bond order.
     let line = SystemDescription::of_points(
         Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..system.space },
         36,

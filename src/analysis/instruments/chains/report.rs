@@ -5,7 +5,6 @@ use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Num
 use crate::analysis::statistics::Estimate;
 use crate::base::text::digits;
 
-/// Adds the probability density of a length, in equal bins, to a curve.
 fn with_density(
     curve: Curve,
     symbol: &str,
@@ -77,7 +76,6 @@ impl Chains {
         measured.curves.push(curve);
     }
 
-    /// Reports the numbers of all linear chains and the distributions of the shortest ones.
     pub(super) fn report_ends(&self, measured: &mut Measured) {
         for (index, group) in self.groups.iter().enumerate() {
             let Some((place, longest)) = group.distribution else { continue };

@@ -25,7 +25,6 @@ pub(crate) struct ChainSizes {
 }
 
 impl ChainSizes {
-    /// Finds the molecules of a scene. There are none without bonds.
     pub fn of(scene: &Scene) -> Self {
         Self::with(SystemDescription::of(scene))
     }
@@ -39,8 +38,6 @@ impl ChainSizes {
         Self { components: components(system.species.len(), &system.bonds), system }
     }
 
-    /// Names of the quantities that the scene has. Without bonds there are none; without linear chains there
-    /// is no end-to-end distance.
     pub fn names(&self) -> &'static [&'static str] {
         match (self.components.is_empty(), self.components.iter().any(|it| it.is_linear)) {
             (true, _) => &[],

@@ -9,10 +9,9 @@ use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
 use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 
-/// Ticks per linear step, a power of two. It is the ratio of the linear step to the shortest logarithmic lag.
+/// Ticks per linear step, a power of two.
 pub(super) const TICKS_PER_STEP: u64 = 32;
 
-/// Default number of linear steps per mean free time.
 const STEPS_PER_FREE_TIME: f64 = 5.0;
 
 /// Shortest and longest default span, in mean free times.
@@ -54,9 +53,8 @@ pub(super) struct Lags {
 
 impl Lags {
     /// `interval = span / steps`. The default span is ten decay times of the slowest flow in the box, but at
-    /// least 100 and at most 1000 mean free times, and at most a quarter of the duration. By default there
-    /// are five steps per mean free time, but at least 50 and at most 2000 steps. Without a mean free time,
-    /// the span is a quarter of the duration and there are 100 steps.
+    /// least 100 and at most 1000 mean free times, and at most a quarter of the duration. Without a mean free
+    /// time, the span is a quarter of the duration and there are 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
@@ -98,22 +96,18 @@ impl Lags {
         self.tick * TICKS_PER_STEP as f64
     }
 
-    /// Ticks between two origins.
     pub fn origin_ticks(&self) -> u64 {
         self.stride.saturating_mul(TICKS_PER_STEP)
     }
 
-    /// Simulated time of a tick.
     pub fn time(&self, ticks: u64) -> f64 {
         self.start + self.duration(ticks)
     }
 
-    /// Converts a number of ticks into a duration `[time]`.
     pub fn duration(&self, ticks: u64) -> f64 {
         ticks as f64 * self.tick
     }
 
-    /// Number of ticks from the start to a time, within round-off.
     pub fn passed(&self, time: f64) -> u64 {
         trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
@@ -124,7 +118,6 @@ impl Lags {
         (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
     }
 
-    /// Returns the first linear lag longer than a number of ticks; `None` if there is none.
     pub fn next_linear(&self, ticks: u64) -> Option<u64> {
         let step = ticks / TICKS_PER_STEP + 1;
         (step <= self.steps as u64).then_some(step * TICKS_PER_STEP)
@@ -143,7 +136,6 @@ pub(super) fn logarithmic_ticks(number: usize) -> u64 {
     }
 }
 
-/// Returns the index of the longest logarithmic lag that is at most the given number of ticks.
 fn logarithmic_up_to(ticks: u64) -> Option<usize> {
     let power = ticks.checked_ilog2()? as usize;
     let number = (2 * power).saturating_sub(1);
@@ -155,7 +147,6 @@ pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
     logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
 }
 
-/// Returns the first logarithmic lag longer than a number of ticks.
 pub(super) fn next_logarithmic(ticks: u64) -> u64 {
     logarithmic_ticks(logarithmic_up_to(ticks).map_or(0, |number| number + 1))
 }

@@ -38,7 +38,6 @@ pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured
     measured.curves.push(linear(diffusion, system, INTEGRAL));
 }
 
-/// Describes how a curve is measured, including the differences in a sheared box and between walls.
 fn method(at_rest: &str, system: &SystemDescription) -> String {
     let followed = followed(system);
     let sheared = if system.shear_rate == 0.0 { "" } else { SHEARED };
@@ -130,7 +129,6 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     with_series(curve.logarithmic([true, true]), diffusion, system, &SQUARE, average, elements)
 }
 
-/// How a curve names and describes its values.
 struct Quantity {
     symbol: &'static str,
     unit: &'static str,
@@ -150,7 +148,6 @@ const SUMMED: Quantity = Quantity {
     is_by_axis: true,
 };
 
-/// Adds one series of values for each group of particles to a curve.
 fn with_series(
     curve: Curve,
     diffusion: &Diffusion,

@@ -27,7 +27,6 @@ pub(super) struct Spread {
     /// Least-squares coefficients of each linear lag, for the slope (0) and for the bend (1). The bend is the
     /// difference between the slopes of the two halves of the straight part.
     coefficients: Vec<[f64; 2]>,
-    /// Number of linear steps between two time origins.
     stride: usize,
     /// Slope and bend of each tracer, summed over all origins that have reached the span.
     sums: Vec<[f64; 2]>,
@@ -37,7 +36,6 @@ pub(super) struct Spread {
     axes: Vec<[[[f64; 2]; 2]; 3]>,
 }
 
-/// Slopes of the squared displacements from one time origin.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(super) struct Slopes {
     /// Slope and bend of each tracer, summed over the axes.
@@ -59,7 +57,6 @@ impl Spread {
         Self { coefficients, stride, sums: vec![[0.0; 2]; tracers.len()], origins: 0, axes }
     }
 
-    /// Creates the slopes of a new origin, which are zero.
     pub fn begin(&self) -> Slopes {
         Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
     }
@@ -82,7 +79,6 @@ impl Spread {
         }
     }
 
-    /// Adds the slopes of an origin that has reached the span.
     pub fn add(&mut self, slopes: &Slopes) {
         for (sum, slope) in self.sums.iter_mut().zip(&slopes.tracers) {
             (0..2).for_each(|kind| sum[kind] += slope[kind]);
@@ -96,7 +92,6 @@ impl Spread {
         }
     }
 
-    /// Slope (0) or bend (1) of one tracer, summed over all origins.
     pub fn sum(&self, tracer: usize, kind: usize) -> f64 {
         self.sums[tracer][kind]
     }

@@ -185,7 +185,6 @@ fn restored_diffusion_continues_bitwise() {
     assert_eq!(both.again, both.instrument);
 }
 
-/// Two points that fly freely and bounce off the walls across the given axes.
 fn between_walls(walls: [bool; 3]) -> Measured {
     let wall = |axis: usize| match walls[axis] {
         true => crate::model::space::Boundary::walls(1.0),
@@ -258,8 +257,6 @@ fn late_start_time_gives_the_same_curves_and_ends() {
     measured(1e12, 1e-5);
 }
 
-/// Brownian motion of a few particles, sampled as the instrument asks. Returns the diffusion coefficient with
-/// its error.
 fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 4);
     (system.conserves_momentum, system.conserved_axes) = (false, [false; 3]);

@@ -61,7 +61,6 @@ pub(super) struct Frame {
 }
 
 impl Tracers {
-    /// Chooses at most `most` of the moving particles.
     pub fn new(sample: &Sample<'_>, system: &SystemDescription, most: usize) -> Self {
         let ids = choice(&system.moving, most, system.seed);
         let species_of = |id: &u32| system.species[*id as usize];
@@ -86,7 +85,6 @@ impl Tracers {
         Self { ids, kinds, cells, species, counts, scales, drift, start: sample.time }
     }
 
-    /// Number of axes along which motion is followed.
     pub fn dimensions(system: &SystemDescription) -> f64 {
         followed(system).axes.len() as f64
     }
@@ -124,7 +122,6 @@ impl Tracers {
         (by_cell.len() >= FEWEST).then(|| squares * cells / ((cells - 1.0) * count * count))
     }
 
-    /// Number of particles in a group.
     pub fn count_of(&self, group: usize) -> f64 {
         let of_species = group.checked_sub(1).and_then(|species| self.counts.get(species));
         of_species.map_or(self.ids.len() as f64, |count| *count as f64)
@@ -167,7 +164,6 @@ impl Tracers {
     }
 }
 
-/// The axes along which motion is followed.
 pub(super) struct Followed {
     pub axes: Vec<usize>,
     /// Whether every axis without streaming ends at walls, so that no motion is diffusive.
@@ -192,8 +188,6 @@ impl Followed {
     }
 }
 
-/// Finds, by id, the coarse cell of the box that holds the particle. Bonded particles share the cell of the
-/// first particle of their molecule.
 fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
     let space = &system.space;
     let along = CELLS[space.dimensions().min(3)];

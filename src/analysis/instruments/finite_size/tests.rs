@@ -24,7 +24,6 @@ fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
 }
 
 /// Completes a measurement of point particles. Their diffusion coefficient is 0.1 ± 0.003, by both methods.
-/// The times of the curves are multiples of `interval`.
 fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     let mut measured = Measured::default();
     measured.numbers.extend([number(COEFFICIENT, 0.1, Some(0.003)), number(GREEN_KUBO, 0.1, Some(0.003))]);
@@ -161,10 +160,8 @@ fn flows_that_have_not_decayed_are_added_and_are_in_the_error() {
         (infinite.mean.unwrap() - (0.875 * (0.1 + missed) + 0.011_289_246 * 0.999_25)).abs() < 1e-6,
         "{infinite:?}"
     );
-    // The tail adds no error to a coefficient whose error is unknown.
     assert_eq!(measured.number("diffusion_coefficient_A").unwrap().standard_error, None);
 
-    // Without a measured viscosity, the tail uses Enskog's viscosity.
     let guessed = free_time::viscosity(&system, 1.5).unwrap();
     let missed = tail(guessed, 0.1).beyond_slope([0.01, 0.04]);
     let error = extended_over(0.005, &system, None).number(COEFFICIENT).unwrap().standard_error.unwrap();

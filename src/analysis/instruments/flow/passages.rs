@@ -18,18 +18,15 @@ pub(super) struct Row {
     pub gone: [f64; 2],
 }
 
-/// Indices of the number and the mass in [`Row::passed`].
 pub(super) const NUMBER: usize = 0;
 pub(super) const MASS: usize = 1;
 
-/// Counts passages and records the count over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Passages {
     rows: Vec<Row>,
     /// Number of samples per row of the table, and number of samples since the last row.
     stride: u64,
     skipped: u64,
-    /// The last sample.
     now: Row,
     /// Time of the first and of the last passage. `first_share` is the number and the mass that the first
     /// passage contributed.
@@ -47,8 +44,6 @@ pub(super) struct Passages {
 }
 
 impl Passages {
-    /// Starts counting at time `start`. Rates are averaged over `window`; if it is `None`, over the time from
-    /// the first to the last passage.
     pub fn new(start: f64, window: Option<[f64; 2]>, is_closed: bool) -> Self {
         let now = Row { time: start, passed: [0.0; 2], gone: [0.0; 2] };
         Self {
@@ -110,7 +105,6 @@ impl Passages {
         self.window.is_some()
     }
 
-    /// Passages so far.
     pub fn now(&self) -> Row {
         self.now
     }

@@ -19,7 +19,6 @@ pub(super) struct Histogram {
     /// Bin width; 0 before the bins exist.
     width: f64,
     counts: Vec<u64>,
-    /// Number of values.
     pub count: u64,
     sum: f64,
 }
@@ -42,7 +41,6 @@ impl Histogram {
         }
     }
 
-    /// The mean of all values; `None` if no value was added.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }

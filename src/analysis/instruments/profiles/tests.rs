@@ -6,12 +6,10 @@ use rand_core::{Rng, SeedableRng};
 
 const FRAMES: usize = 400;
 
-/// Returns a random number, uniform in `[0, 1)`.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Sets up an instrument and passes it frames of positions and velocities.
 fn measure(
     system: &SystemDescription,
     plan: &plan::Profile,

@@ -5,7 +5,6 @@ use crate::base::numbers::trunc_to_usize;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Number of bins in the shell just outside of the contact distance.
 pub(super) const CONTACT_BINS: usize = 20;
 
 /// Width of the shell divided by the contact distance, if the potential has no step within the shell.
@@ -14,7 +13,6 @@ const WIDTH: f64 = 0.1;
 /// Fewer bins near contact do not determine a parabola well.
 const FEWEST_BINS: usize = 8;
 
-/// Shell just outside of the core of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shell {
     /// Distance at which the two cores are in contact `[length]`.
@@ -24,14 +22,12 @@ pub(super) struct Shell {
 }
 
 impl Shell {
-    /// Creates the shell between contact at `core` and the first step of the potential, or a default width.
     pub fn new(core: f64, step: Option<f64>) -> Self {
         let end = core * (1.0 + WIDTH);
         Self { core, end: step.map_or(end, |step| end.min(step)) }
     }
 
-    /// Returns the bin of a distance. Round-off may put a pair in contact slightly inside the core; such a
-    /// pair belongs to the first bin.
+    /// Round-off may put a pair in contact slightly inside the core; such a pair belongs to the first bin.
     pub fn bin(&self, distance: f64) -> Option<usize> {
         let at = (distance - self.core) / (self.end - self.core);
         let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;

@@ -18,7 +18,6 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Creates the region that the centres of particles with the given diameter can reach.
     pub fn new(space: &Space, diameter: f64) -> Self {
         let (mut edges, mut volume) = (Vec::new(), 1.0);
         for k in 0..3 {

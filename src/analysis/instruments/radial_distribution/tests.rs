@@ -10,12 +10,11 @@ use crate::scene::{Amount, Lattice, SceneBuilder};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Passes frames to an instrument at t = 1, 2, ... and returns its report.
 fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// Measures the distribution in a sheared box. `displacement` is the shift of the next image along y.
+/// `displacement` is the shift of the next image along y.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,
@@ -170,7 +169,6 @@ fn a_crystal_has_its_neighbours_at_exact_distances() {
     assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-9), "{found:?}");
 }
 
-/// Returns all triples of integers in three ranges.
 fn triples([x, y, z]: [std::ops::Range<i32>; 3]) -> Vec<[i32; 3]> {
     z.flat_map(|k| y.clone().map(move |j| (j, k))).flat_map(|(j, k)| x.clone().map(move |i| [i, j, k])).collect()
 }

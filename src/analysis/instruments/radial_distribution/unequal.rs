@@ -12,7 +12,6 @@ const PIECES: usize = 3;
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
-/// The parts of a box that the centres of two particles with different diameters can reach.
 #[derive(Debug, Clone)]
 pub(super) struct Rooms {
     axes: Vec<Axis>,
@@ -45,7 +44,6 @@ impl Rooms {
         Self { axes: (0..3).filter_map(axis).collect() }
     }
 
-    /// The probability that the distance of two points is more than `from` and at most `to`.
     pub fn probability(&self, from: f64, to: f64) -> f64 {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let shell = |(node, weight): (f64, f64)| {
@@ -95,7 +93,6 @@ fn around(x: Axis, y: Axis, r: f64) -> f64 {
     integral(FRAC_PI_2, of_x.chain(of_y), density) / FRAC_PI_2
 }
 
-/// The integral from 0 to `end` of a function with kinks.
 fn integral(end: f64, kinks: impl Iterator<Item = f64>, function: impl Fn(f64) -> f64) -> f64 {
     let mut ends: Vec<f64> = kinks.filter(|kink| (0.0..end).contains(kink)).chain([0.0, end]).collect();
     ends.sort_by(f64::total_cmp);

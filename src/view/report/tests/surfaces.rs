@@ -8,7 +8,6 @@ use crate::model::TriangleMesh;
 const OBSTACLE: &str =
     "[[surface]]\nname = \"a box\"\nshape = \"box\"\nlower = [1.3, 1.3, 1.3]\nupper = [1.6, 1.7, 1.5]\n[run]";
 
-/// The JSON header of the player's data in a page.
 fn head(html: &str) -> serde_json::Value {
     let start = html.find("id=\"player-head\">").unwrap() + "id=\"player-head\">".len();
     serde_json::from_str(&html[start..start + html[start..].find("</script>").unwrap()]).unwrap()
