@@ -293,7 +293,7 @@ mod tests {
         assert!(found[0].contains("scaled about 1e11 times"), "{found:?}");
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
-        assert!(found[0].starts_with("a time of 100 has some"), "{found:?}");
+        assert!(found[0].starts_with("a time of 100 has about"), "{found:?}");
         // Costs are also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);

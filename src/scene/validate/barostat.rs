@@ -87,22 +87,22 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
             "in a box with open sides or walls",
             "a box that is periodic along each axis that is not flat",
         ),
-        (!scene.surfaces.is_empty(), "with surfaces", "none together with a [[surface]], which stays where it is"),
-        (has_static, "with static particles", "none together with static particles, which stay where they are"),
+        (!scene.surfaces.is_empty(), "with surfaces", "to be absent together with a [[surface]], which stays where it is"),
+        (has_static, "with static particles", "to be absent together with static particles, which stay where they are"),
         (
             falls,
             "with gravity",
-            "none together with gravity: particles that fall along a periodic axis have no equilibrium",
+            "to be absent together with gravity: particles that fall along a periodic axis have no equilibrium",
         ),
         (
             scene.shear_rate.is_some(),
             "in a sheared box",
-            "none together with space.shear_rate: a sheared system has no equilibrium",
+            "to be absent together with space.shear_rate: a sheared system has no equilibrium",
         ),
         (
             scene.contact_time.is_some(),
             "with the TC model",
-            "none together with dynamics.contact_time: contacts must be elastic",
+            "to be absent together with dynamics.contact_time: contacts must be elastic",
         ),
         (
             !scene.has_elastic_pairs(),
@@ -166,7 +166,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {
-        let expected = "none together with a barostat: regions do not scale with the box";
+        let expected = "to be absent together with a barostat: regions do not scale with the box";
         return refuse(root.key("output").key("count"), "given", expected);
     }
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {

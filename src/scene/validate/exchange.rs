@@ -42,12 +42,12 @@ impl SceneParts {
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
         for (count, key) in events {
             if let Some(count) = count {
-                let expected = "none together with [exchange], whose replicas are swapped at regular intervals: give until_time and equilibration_time";
+                let expected = "to be absent together with [exchange], whose replicas are swapped at regular intervals: give until_time and equilibration_time";
                 return refuse(run.key(key), count, expected);
             }
         }
         if self.run.until_stationary {
-            let expected = "none together with [exchange]: give equilibration_time";
+            let expected = "to be absent together with [exchange]: give equilibration_time";
             return refuse(run.key("equilibration"), "\"auto\"", expected);
         }
         for (time, at) in [
@@ -92,15 +92,15 @@ impl SceneParts {
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
-            let expected = "none together with [exchange]: prepare the particles with `carom run`, and start from the end of that run with start.from";
+            let expected = "to be absent together with [exchange]: prepare the particles with `carom run`, and start from the end of that run with start.from";
             return refuse(ConfigPath::entry("stage", 0), "given", expected);
         }
         if self.run.thermostat.is_some() {
-            let expected = "none together with [exchange], which has temperatures and a rate of its own";
+            let expected = "to be absent together with [exchange], which has temperatures and a rate of its own";
             return refuse(root.key("run").key("thermostat"), "given", expected);
         }
         if self.run.barostat.is_some() {
-            let expected = "none together with [exchange], whose replicas all have the volume of the scene";
+            let expected = "to be absent together with [exchange], whose replicas all have the volume of the scene";
             return refuse(root.key("run").key("barostat"), "given", expected);
         }
         if self.run.threads != Threads::default() {
@@ -119,13 +119,13 @@ impl SceneParts {
         ] {
             if is_given {
                 let expected =
-                    "none together with [exchange], which writes a row for each attempt to swap, and trajectories";
+                    "to be absent together with [exchange], which writes a row for each attempt to swap, and trajectories";
                 return refuse(at.key(key), "given", expected);
             }
         }
         if let Some(format) = output.formats.first().map(|format| Format::name(*format)) {
             let expected = format!(
-                "none together with [exchange]: convert later with `carom convert DIR/trajectory-1.xyz --to {format}`"
+                "to be absent together with [exchange]: convert later with `carom convert DIR/trajectory-1.xyz --to {format}`"
             );
             return refuse(at.key("formats"), "given", expected);
         }
@@ -145,10 +145,10 @@ impl SceneParts {
         let mut all = asked(plan).map(|(key, ..)| key).chain(others);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
             let expected =
-                "none together with an ensemble other than \"canonical\": measure it in the canonical ensemble";
+                "to be absent together with an ensemble other than \"canonical\": measure it in the canonical ensemble";
             return all.next().map(|key| (key, expected));
         }
-        let expected = "none together with [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
+        let expected = "to be absent together with [exchange], whose replicas change their temperatures, so that it measures what is seen at one time: radial_distribution, structure_factor, chains, \
                         bond_order and profile; others with `carom run` at one temperature, with an Andersen thermostat in [run]";
         all.find(|key| !AT_ONE_TIME.contains(key)).map(|key| (key, expected))
     }
@@ -277,12 +277,12 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
 
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
-        let expected = "none together with [exchange]: a system that a surface drives has no equilibrium";
+        let expected = "to be absent together with [exchange]: a system that a surface drives has no equilibrium";
         return refuse(at.key("motion"), "given", expected);
     }
     match surface.law {
         SurfaceLaw::Thermal { temperature } => {
-            let expected = "none together with [exchange], whose replicas have temperatures of their own";
+            let expected = "to be absent together with [exchange], whose replicas have temperatures of their own";
             refuse(at.key("temperature"), shortest(temperature), expected)
         }
         SurfaceLaw::Reflecting { restitution } if restitution < 1.0 => {
@@ -296,7 +296,7 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
 /// keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
-        let expected = "none together with [exchange], whose replicas have temperatures of their own";
+        let expected = "to be absent together with [exchange], whose replicas have temperatures of their own";
         return refuse(wall.key("temperature"), shortest(temperature), expected);
     }
     match face {

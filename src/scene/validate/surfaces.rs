@@ -109,7 +109,7 @@ impl SceneBuilder {
 
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
         let expected =
-            "none together with a [[surface]]: surfaces need particles of constant size in a box without shear";
+            "to be absent together with a [[surface]]: surfaces need particles of constant size in a box without shear";
         if self.parts.shear_rate.is_some() {
             return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
         }

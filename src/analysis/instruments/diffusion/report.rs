@@ -177,21 +177,21 @@ fn with_series(
     (0..diffusion.tracers.groups()).fold(curve, with_group)
 }
 
-const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, of unwrapped positions; where momentum is conserved \
-    relative to the centre of mass, and divided by 1 - m / M.";
-const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momentum is conserved relative to the centre of mass, and \
-    divided by 1 - m / M, so that it is D T / m at t = 0.";
+const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, with unwrapped positions. If momentum is conserved, \
+    positions are relative to the centre of mass, and the result is divided by 1 - m / M.";
+const CORRELATION: &str = "<v(0) . v(t)> over particles and origins. If momentum is conserved, velocities are relative to the centre of \
+    mass, and the result is divided by 1 - m / M, so that it is D T / m at t = 0.";
 const RUNNING: &str =
     "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by cubic interpolation, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
-    squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
-    stay where they are. The error is the largest of the scatter of origins, of axes and of particles, together with what flows in a periodic box would \
-    still add after the span by mode-coupling theory. Not corrected for the size of the box.";
-const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes; none if it \
-    grows over their second half by more than a tenth and three errors. The error has what flows in a periodic box would still add after the span, \
-    by mode-coupling theory. Not corrected for the size of the box.";
-const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";
+    squares, d the number of axes. There is no value if the slopes of both halves differ by more than a tenth and three errors, or if \
+    particles stay where they are. The error is the largest of the scatter of origins, of axes and of particles. It also includes the \
+    contribution of the flow in the periodic box after the longest time, from mode-coupling theory. Not corrected for the size of the box.";
+const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes. There is no \
+    value if the integral grows over the second half of the times by more than a tenth and three errors. The error also includes the \
+    contribution of the flow in the periodic box after the longest time, from mode-coupling theory. Not corrected for the size of the box.";
+const WALLED: &str = "Axes with walls are left out of r, v and d, because nothing diffuses towards a wall.";
 const ENCLOSED: &str =
     "All axes have walls: the mean squared displacement is bounded, and there is no diffusion coefficient.";
-const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
-    unless Andersen collisions change it; the axes count without x.";
+const SHEARED: &str = "In this sheared box, r and v are the components along y and z, across the flow. Momentum is conserved along \
+    these axes unless Andersen collisions change it. The number of axes does not include x.";

@@ -217,7 +217,7 @@ fn axes_between_walls_are_excluded_from_diffusion() {
     assert!(curve.method.contains("Axes with walls"), "{}", curve.method);
     let closed = between_walls([true; 3]);
     assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
-    assert!(closed.curves[0].method.contains("walls along all axes"));
+    assert!(closed.curves[0].method.contains("All axes have walls"));
     // The square of the longest displacement, the diagonal of the box, is 300.
     assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
 }
