@@ -87,8 +87,16 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
             "in a box with open sides or walls",
             "a box that is periodic along each axis that is not flat",
         ),
-        (!scene.surfaces.is_empty(), "with surfaces", "to be absent together with a [[surface]], which stays where it is"),
-        (has_static, "with static particles", "to be absent together with static particles, which stay where they are"),
+        (
+            !scene.surfaces.is_empty(),
+            "with surfaces",
+            "to be absent together with a [[surface]]: surfaces do not scale with the box",
+        ),
+        (
+            has_static,
+            "with static particles",
+            "to be absent together with static particles: they do not scale with the box",
+        ),
         (
             falls,
             "with gravity",

@@ -118,8 +118,7 @@ impl SceneParts {
             (!output.regions.is_empty(), "count"),
         ] {
             if is_given {
-                let expected =
-                    "to be absent together with [exchange], which writes a row for each attempt to swap, and trajectories";
+                let expected = "to be absent together with [exchange], which writes a row for each attempt to swap, and trajectories";
                 return refuse(at.key(key), "given", expected);
             }
         }
