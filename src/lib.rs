@@ -131,7 +131,7 @@
 //! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
 //! | Do measurements agree with published results? | [`check::validate`] | |
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
-#![cfg_attr(feature = "cli", doc = "| What can be typed, and what comes of it | [`cli`] | |")]
+#![cfg_attr(feature = "cli", doc = "| The commands of the program, and their output | [`cli`] | |")]
 //!
 //! The modules are layers, or parts of layers. Each module uses only modules above it in this table; see
 //! `docs/architecture.md`.

@@ -41,7 +41,7 @@ impl fmt::Display for Place {
 pub enum MeshFileProblem {
     /// The extension of the file belongs to no supported format.
     #[error(
-        "`{extension}` is no format of meshes that is read: expected `stl` or `obj`; export the mesh as one of them"
+        "`{extension}` is not a supported mesh format: expected `stl` or `obj`; export the mesh as one of them"
     )]
     UnknownFormat {
         /// The extension.

@@ -126,7 +126,7 @@ fn empty_and_unknown_files_are_refused() {
         }
         assert!(refused(extension, b"\xff\xfes\0o\0").contains("UTF-16"));
     }
-    assert!(refused("ply", b"ply").starts_with("`ply` is no format of meshes that is read: expected `stl` or `obj`"));
+    assert!(refused("ply", b"ply").starts_with("`ply` is not a supported mesh format: expected `stl` or `obj`"));
     assert!(refused("stl", "facet ".repeat(100)).contains("expected text that begins with `solid`"));
 }
 
