@@ -1,21 +1,28 @@
-//! Every invalid scene gives exactly one error that says what is wrong and on which line. Reading a scene never panics.
+//! Every wrong scene gives exactly one error that says what is wrong and on which line. Nothing ever panics.
 //!
-//! The first line of each `tests/bad_scenes/*.toml` gives the expected error, such as `# line 7: part of the message`.
+//! The scenes and their errors are in `bad_scenes/cases.toml`.
 
-use std::path::PathBuf;
+#[path = "bad_scenes/cases.rs"]
+mod cases;
+
+use std::path::{Path, PathBuf};
 
 use carom::model::Scene;
 use carom::scene::{SceneError, SceneErrorKind};
+use cases::{Case, FOLDER, bases, cases};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
-fn bad_scenes() -> Vec<PathBuf> {
-    let mut paths: Vec<PathBuf> = std::fs::read_dir("tests/bad_scenes").unwrap().map(|e| e.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
-    paths.sort();
-    paths
+/// Path of a scene, which its errors name.
+fn path_of(name: &str) -> PathBuf {
+    Path::new(FOLDER).join(name).with_extension("toml")
 }
 
+fn error_of(name: &str) -> SceneError {
+    Scene::from_toml(cases()[name].scene.as_str(), path_of(name)).unwrap_err()
+}
+
+/// The message as on a terminal, without colours.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor()).with_width(200);
@@ -26,26 +33,20 @@ fn rendered(error: &SceneError) -> String {
 #[test]
 fn every_bad_scene_gives_its_expected_error() {
     let mut failures = Vec::new();
-    let paths = bad_scenes();
-    assert!(paths.len() > 60, "only {} bad scenes", paths.len());
-    for path in paths {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let (line, fragment) = text
-            .lines()
-            .next()
-            .and_then(|first| first.strip_prefix("# line ")?.split_once(": "))
-            .unwrap_or_else(|| panic!("{} does not say what it expects", path.display()));
-        let name = path.display();
-        match Scene::from_file(&path) {
+    let cases = cases();
+    assert!(cases.len() > 200, "only {} bad scenes", cases.len());
+    for (name, Case { scene, line, message }) in &cases {
+        let path = path_of(name);
+        match Scene::from_toml(scene.as_str(), &path) {
             Ok(_) => failures.push(format!("{name}: no error")),
             Err(error) => {
-                if !error.to_string().contains(fragment) {
-                    failures.push(format!("{name}: expected `{fragment}`, got `{error}`"));
+                if !error.to_string().contains(message) {
+                    failures.push(format!("{name}: expected `{message}`, got `{error}`"));
                 }
-                if error.line() != Some(line.parse().unwrap()) {
+                if error.line() != Some(*line) {
                     failures.push(format!("{name}: expected line {line}, got {:?}: {error}", error.line()));
                 }
-                if !rendered(&error).contains(&format!("{name}:{line}:")) {
+                if !rendered(&error).contains(&format!("{}:{line}:", path.display())) {
                     failures.push(format!("{name}: the report does not show the place:\n{}", rendered(&error)));
                 }
             }
@@ -55,11 +56,18 @@ fn every_bad_scene_gives_its_expected_error() {
 }
 
 #[test]
+fn every_base_is_valid() {
+    for (name, text) in bases() {
+        Scene::from_toml(text, path_of(&format!("base/{name}")))
+            .unwrap_or_else(|error| panic!("{name}: {}", rendered(&error)));
+    }
+}
+
+#[test]
 fn the_nearest_key_is_suggested() {
-    let error = Scene::from_file("tests/bad_scenes/unknown_key.toml").unwrap_err();
-    assert_eq!(error.help().unwrap().to_string(), "did you mean `restitution`?");
-    let error = Scene::from_file("tests/bad_scenes/unknown_potential.toml").unwrap_err();
-    assert_eq!(error.help().unwrap().to_string(), "did you mean `hard-sphere`?");
+    let help_of = |name| error_of(name).help().unwrap().to_string();
+    assert_eq!(help_of("unknown_key"), "did you mean `restitution`?");
+    assert_eq!(help_of("unknown_potential"), "did you mean `hard-sphere`?");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Fuzzes the scene reader: text is rejected with an error or built into a scene. Small scenes without
 //! external driving then run for up to 30 events, all of which are verified.
 //!
-//! The scenes in `configs` and in `tests/bad_scenes` are a good initial corpus.
+//! The scenes in `configs` and those that `tests/bad_scenes/scenes.py` writes are a good initial corpus.
 #![no_main]
 
 use std::ops::ControlFlow;

@@ -3,14 +3,14 @@
 //
 //   node tests/browser/bad_scenes.mjs [COUNT] [--seed N] [--program PATH] [--compare N] [--module PATH] [--patience SECONDS]
 //
-// Uses the files of tests/bad_scenes/, then mutations of these and of configs/: cut, flipped, swapped, with
-// other numbers, nested, random.
+// Uses the scenes of tests/bad_scenes/, which Python writes, then mutations of these and of configs/: cut,
+// flipped, swapped, with other numbers, nested, random.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { fileURLToPath, pathToFileURL } from "node:url";
 import { Worker, isMainThread, parentPort, workerData } from "node:worker_threads";
 import { classesOf, moduleOf, root } from "./scripts.mjs";
 
@@ -164,6 +164,18 @@ class Tally {
   }
 }
 
+/** Scenes in a folder, whose URL ends with a slash. */
+const scenesIn = (url) => readdirSync(url).filter((name) => name.endsWith(".toml")).map((name) => ({ name, text: readFileSync(new URL(name, url), "utf8") }));
+
+/** Writes the scenes of tests/bad_scenes/ into a folder, and reads them. */
+function badScenes(folder) {
+  const { status, error, stderr } = spawnSync("python3", ["-B", fileURLToPath(new URL("tests/bad_scenes/scenes.py", root)), folder], { encoding: "utf8" });
+  if (status !== 0) {
+    throw error ?? new Error(stderr);
+  }
+  return scenesIn(pathToFileURL(`${folder}/`));
+}
+
 /** A worker that answers, or is replaced. */
 class Asker {
   constructor(bytes, patience) {
@@ -235,14 +247,13 @@ async function main() {
   const option = (name, standard) => (words.includes(name) ? words[words.indexOf(name) + 1] : standard);
   const count = Number(/^\d+$/.test(words[0] ?? "") ? words[0] : 1000);
   const random = generator(Number(option("--seed", "1")));
-  const read = (folder) => readdirSync(new URL(folder, root)).filter((name) => name.endsWith(".toml")).map((name) => ({ name, text: readFileSync(new URL(folder + name, root), "utf8") }));
-  const bad = read("tests/bad_scenes/");
-  const sources = [...bad, ...read("configs/")].map(({ text }) => text);
+  const folder = mkdtempSync(join(tmpdir(), "carom-bad-"));
+  const bad = badScenes(join(folder, "bad"));
+  const sources = [...bad, ...scenesIn(new URL("configs/", root))].map(({ text }) => text);
   const bytes = moduleOf(option("--module", undefined));
   const path = option("--program", "");
   const comparisons = path ? Number(option("--compare", "300")) : 0;
   const asker = new Asker(bytes, Number(option("--patience", "2")));
-  const folder = mkdtempSync(join(tmpdir(), "carom-bad-"));
   const tally = new Tally();
   await asker.begin();
   for (let index = 0; index < count; index += 1) {

@@ -2,7 +2,7 @@
 # Checks pages of `carom report` in a headless Chromium:
 # tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
 # PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them no page is tested.
-# Node tests the picture between frames.
+# Node tests the picture between frames, and bad scenes, which Python writes.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 program=$(realpath "${1:?usage: tests/browser/run.sh PROGRAM [FOLDER]}")
@@ -14,7 +14,7 @@ if command -v node >/dev/null; then
     echo between
     node "$here/between.js"
     node "$here/editor_test.mjs"
-    if [ -f "$here/../../web/carom.module" ]; then
+    if [ -f "$here/../../web/carom.module" ] && command -v python3 >/dev/null; then
         node "$here/bad_scenes.mjs" 600 --patience 20 --program "$program" --compare 191
     fi
 else

@@ -126,7 +126,8 @@ def check_interrupted(carom, folder):
 
 
 def check_refusals(carom, folder):
-    bad = run(carom, 3, CONFIGS.parent / "tests/bad_scenes/duplicate_key.toml", "--out", folder / "bad")
+    (folder / "duplicate_key.toml").write_text("seed = 1\nseed = 2\n")
+    bad = run(carom, 3, folder / "duplicate_key.toml", "--out", folder / "bad")
     assert bad.returncode == 2 and bad.stderr.count("duplicate key") == 1, (bad.returncode, bad.stderr)
     scene = str(CONFIGS / "hard_sphere_fluid.toml")
     parts = [["-n", "1", carom, "run", scene, "--seed", seed, "--out", str(folder / "x")] for seed in ("1", "2")]

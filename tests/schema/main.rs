@@ -1,13 +1,15 @@
 //! The schema of scene files agrees with the reader: the same keys, words, limits and defaults.
 
+#[path = "../bad_scenes/cases.rs"]
+mod cases;
 mod validator;
 
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::process::Command;
 
 use carom::model::Scene;
 use carom::scene::{SceneError, SceneErrorKind, schema};
+use cases::cases;
 use serde_json::{Value, json};
 use validator::mistakes;
 
@@ -131,32 +133,34 @@ fn schema_accepts_scenes_of_configs_and_of_carom_new() {
 /// Scenes in `tests/bad_scenes` that the schema must reject, because their error does not depend on other parts of the
 /// scene.
 const REFUSED: [&str; 41] = [
-    "barostat_of_no_pressure",
+    "barostat_with_negative_pressure",
     "bond_id_too_large",
+    "bond_name_with_a_space",
     "fractional_count",
     "infinite_diameter",
     "key_of_another_potential",
     "lambda_of_one",
     "missing_key",
     "missing_run",
-    "name_of_a_bond",
-    "name_of_a_formula",
-    "name_of_a_region",
-    "name_too_long",
-    "name_with_a_backslash",
-    "name_with_a_quote",
-    "name_with_a_slash",
-    "name_with_an_escape",
     "nan_mass",
     "negative_audit_limit",
     "negative_count",
-    "negative_interval",
+    "negative_frame_interval",
     "negative_mass",
     "negative_size",
     "negative_temperature",
+    "negative_temperature_of_one_wall",
+    "negative_wall_restitution",
     "no_species",
+    "region_name_like_a_formula",
     "restitution_above_one",
-    "restitution_of_one_wall",
+    "restitution_of_one_wall_above_one",
+    "scene_name_with_a_slash",
+    "species_name_like_a_formula",
+    "species_name_too_long",
+    "species_name_with_a_backslash",
+    "species_name_with_a_quote",
+    "species_name_with_an_escape_character",
     "unknown_arrangement",
     "unknown_boundary",
     "unknown_key",
@@ -164,9 +168,7 @@ const REFUSED: [&str; 41] = [
     "unknown_potential",
     "unknown_section",
     "unknown_side",
-    "temperature_of_one_wall",
     "vector_too_short",
-    "wall_restitution",
     "wrong_type",
     "zero_contact_time",
     "zero_count",
@@ -177,10 +179,11 @@ const REFUSED: [&str; 41] = [
 #[test]
 fn schema_reports_one_mistake_per_bad_scene() {
     let schema = schema();
+    let cases = cases();
     for name in REFUSED {
-        let text = std::fs::read_to_string(Path::new("tests/bad_scenes").join(name).with_extension("toml")).unwrap();
-        let found = mistakes(&schema, &json_of(&text));
-        assert_eq!(found.len(), 1, "{name}: {found:?}");
+        let case = &cases[name];
+        let found = mistakes(&schema, &json_of(&case.scene));
+        assert_eq!(found.len(), 1, "{name}, `{}` in line {}: {found:?}", case.message, case.line);
     }
 }
 

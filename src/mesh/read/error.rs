@@ -40,9 +40,7 @@ impl fmt::Display for Place {
 #[non_exhaustive]
 pub enum MeshFileProblem {
     /// The extension of the file belongs to no supported format.
-    #[error(
-        "`{extension}` is not a supported mesh format: expected `stl` or `obj`; export the mesh as one of them"
-    )]
+    #[error("`{extension}` is not a supported mesh format: expected `stl` or `obj`; export the mesh as one of them")]
     UnknownFormat {
         /// The extension.
         extension: String,
