@@ -168,7 +168,7 @@ energy. Both methods conserve it, so the ensemble is the same (N, V, E). The tab
 pressure. Errors are differences from velocity Verlet at the smallest time step. The columns *+-* give the standard error of the difference,
 from block averages; in the row of the reference, they give its own standard error. Runs end after a given simulated time or a given
 processor time. A stepped run that covers only a few units of time shows its cost, but has hardly left the initial configuration. A row of
-dashes is a run that blew up. Numbers of steps that are not listed are so coarse that the initial configuration has a potential energy above
+dashes is a run that blew up. Potentials with fewer steps are not listed: in them, the initial configuration has a potential energy above
 the total energy.
 
 *What it shows*: for a smooth potential, time steps are the better discretisation. A stepped potential with few steps describes

@@ -10,7 +10,7 @@ use crate::model::{InputFile, Scene};
 use crate::scene::NamedInput;
 
 /// Tables of a scene that refer to files and runs.
-const NAMING: [&str; 2] = ["file", "start"];
+const NAMING: [&str; 4] = ["file", "output", "start", "surface"];
 
 /// Checksums of files by their absolute paths.
 pub(super) type Inputs = BTreeMap<String, String>;
