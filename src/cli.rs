@@ -220,7 +220,8 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Requests for help and version also arrive here. They are no failures, and neither is a closed pipe.
+            // Requests for help and version also arrive here. They are not failures, and a closed pipe is not a failure
+            // either.
             if has_controls {
                 warn(&error.render().to_string());
             } else {

@@ -107,8 +107,8 @@ pub enum Reason {
     Events,
     /// No time limit was given, and no further event is expected.
     ///
-    /// Usually this is proved: all pairs recede along axes that are not periodic, and no wall is in the way.
-    /// Otherwise no event is predicted, but round-off may hide events after a very long flight.
+    /// Usually this is proved: no particle will reach a surface, and no two particles will meet. Otherwise no event is
+    /// predicted, but round-off may hide events after a very long flight.
     Idle,
     /// The observer returned [`std::ops::ControlFlow::Break`]. The simulation is at the last event that was
     /// passed to the observer.
@@ -277,9 +277,9 @@ impl Simulation {
     /// Advances the simulation as [`Self::advance_with`] does, but pauses after a number of steps and returns
     /// `None`. The observer is optional.
     ///
-    /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At
-    /// least one step is done. Any number of other steps can lie between two events, so this function suits
-    /// callers that have other work to do in between. Pauses do not change any event.
+    /// A step is an event, a cell transition, a new prediction, or anything that takes about as long. At least one step
+    /// is done. There can be many steps between two events. A limit on steps therefore returns control to the caller
+    /// soon, even if no event happens. Pauses do not change any event.
     ///
     /// # Errors
     /// [`EngineError::Arrest`] if events continue but time does not advance, [`EngineError::InvariantBroken`]
@@ -361,7 +361,8 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.real_overlaps())
     }
 
-    /// The state of a pair: the number of radii of its potential through which the pair has been captured.
+    /// The state of a pair: the number of radii of its potential through which the pair has been captured. It is 0 for
+    /// an uncaptured pair.
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
         with_engine!(&self.engine, engine => engine.state_of_pair(a, b))

@@ -133,7 +133,7 @@
 #![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 #![cfg_attr(feature = "cli", doc = "| The commands of the program, and their output | [`cli`] | |")]
 //!
-//! The modules are layers, or parts of layers. Each module uses only modules above it in this table; see
+//! The rows of this table are layers or parts of layers. A module uses only modules above it; see
 //! `docs/architecture.md`.
 //!
 //! # Notation and units
@@ -161,7 +161,7 @@
         clippy::unimplemented
     )
 )]
-// Without pictures, movies and pages, some code for writing files is not used.
+// Without the feature `view`, some code for writing files is not used.
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;

@@ -129,10 +129,10 @@ pub enum Ending {
     Events,
     /// A custom instrument reached its end condition: [`Instrument::is_done`].
     Condition,
-    /// The run has no time limit, and it can be shown that nothing will happen any more.
+    /// The run has no time limit, and no further event can occur.
     Idle,
-    /// The run has no time limit, and nothing has happened for a million rows or a very long time. It cannot be shown
-    /// that nothing ever will.
+    /// The run has no time limit, and no event has occurred for a million rows or a very long time. Whether another
+    /// event can occur is unknown.
     GaveUp,
     /// An automatic equilibration without a limit did not end. After very many events an observable still
     /// drifts, or its drift is unknown.
@@ -272,7 +272,7 @@ pub struct MeasurementPeriod {
     pub duration: f64,
     /// Number of physical events before the measurement, since the start of the simulation.
     pub events_before: u64,
-    /// Event counts of the measurement. Only the deepest overlap in them refers to the whole run.
+    /// Event counts of the measurement, except for the deepest overlap, which refers to the whole run.
     pub event_counts: EventCounts,
     /// Wall time of the measurement `[seconds]`.
     pub wall_seconds: f64,
@@ -298,7 +298,7 @@ pub struct Finished {
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each observable drifted or was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium or in a steady state.
+    /// Whether the system was in equilibrium or a steady state, and reasons against it.
     pub equilibrium: Equilibrium,
     /// Results of the instruments in the scene and of the custom instruments: see [`Measured::number`] and
     /// [`Measured::curve`].
@@ -400,7 +400,7 @@ impl Finished {
         }
     }
 
-    /// Whether the run can be continued towards a sound end: no error ended it, and the audit found no fault.
+    /// Whether it makes sense to continue the run: no error ended it, and the audit found no fault.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
         !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_) | Ending::Blocked(_))

@@ -26,8 +26,8 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
     let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
     let expected = carnahan_starling(0.3);
     assert!(error < 0.01 * expected, "{error}");
-    // The tolerance is five standard errors, plus a few parts in a thousand for the equation of state and for the
-    // finite size of 500 particles.
+    // The tolerance is five standard errors plus 0.3 %. The second part covers the error of the equation of state and
+    // the effect of the finite size of 500 particles.
     assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
 }
 

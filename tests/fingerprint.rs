@@ -25,7 +25,7 @@ fn every_source_that_a_run_depends_on_changes_the_fingerprint() {
     write("src/cli/run.rs", "words\n");
     let first = fingerprint(root).unwrap();
     for name in sources {
-        // Exchanging two fields changes the layout but no name.
+        // Exchanging two fields changes the layout of the struct, but none of the names.
         write(name, "struct Body { velocity: f64, position: f64 }\n");
         assert_ne!(fingerprint(root).unwrap(), first, "{name}");
         write(name, "struct Body { position: f64, velocity: f64 }\r\n");

@@ -30,7 +30,7 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Licences that also require changes of the licensed files to be published, by crate.
+/// Licences that also require changes to the licensed files to be published, by crate.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");
@@ -69,7 +69,7 @@ fn dependencies() -> Vec<Crate> {
     let mut open: Vec<String> = own.iter().cloned().collect();
     while let Some(id) = open.pop() {
         for dependency in nodes[&id]["deps"].as_array().unwrap() {
-            // Normal dependencies have a kind of `null`. Other kinds are for tests and for build scripts.
+            // The kind of a normal dependency is `null`. Dependencies for tests and for build scripts have other kinds.
             let is_normal = dependency["dep_kinds"].as_array().unwrap().iter().any(|kind| kind["kind"].is_null());
             let id = text(&dependency["pkg"]);
             if is_normal && built_in.insert(id.clone()) {
@@ -141,7 +141,8 @@ fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }
 
-/// The licence texts in the folder of a crate. If one of several licences is sufficient, only the shortest of them.
+/// The licence texts in the folder of a crate. If one licence is sufficient, the list contains only its text and any
+/// notices. MIT is preferred, then MPL-2.0, then Apache-2.0.
 fn texts(it: &Crate) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(&it.folder)
         .unwrap()

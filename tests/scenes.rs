@@ -232,11 +232,12 @@ fn a_distribution_of_diameters_becomes_classes() {
     assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
     let mut counts = [0; 21];
     scene.particles().iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
-    // Of the particles, 307.5 belong to the 20 classes, 15.375 each, and 102.5 to species B.
+    // Three quarters of the 410 particles, 307.5, belong to the 20 classes, 15.375 to each. The other 102.5 belong to
+    // species B. These numbers are rounded.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // Classes with one particle more are spread over all sizes. So the mean diameter is off by at most a few of 307
-    // particles, whose diameters have a relative deviation of a tenth.
+    // The classes that have 16 particles instead of 15 are spread over all sizes. So the mean diameter is off by at
+    // most a few of 307 particles, whose diameters have a relative deviation of a tenth.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");

@@ -197,8 +197,8 @@ impl Observer {
     /// Returns the means over all intervals so far, by name, of the quantities that are defined for the
     /// scene. A constant has the error 0.
     ///
-    /// Equal hard particles on a line have no errors. They only exchange velocities, so a run of any length
-    /// cannot show how far its mean is from the mean over all starts.
+    /// For equal hard particles on a line, errors are unknown. These particles only exchange velocities, so
+    /// even a long run cannot show how far its mean is from the mean over all initial states.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let is_too_short = self.is_short_of_volumes();
@@ -222,8 +222,9 @@ impl Observer {
         estimates.filter_map(|(at, ((name, _), average))| Some((*name, estimate(at, name, average)?))).collect()
     }
 
-    /// Whether too few independent volumes were seen at constant pressure. All observables but the temperature
-    /// then follow slow changes of the volume, and faster fluctuations hide these changes from the error.
+    /// Whether a run at constant pressure has sampled too few independent volumes. Slow changes of the volume
+    /// then affect all observables except the temperature. Faster fluctuations hide these changes, so the
+    /// error estimates are too small.
     fn is_short_of_volumes(&self) -> bool {
         let averages = self.averages.get(VOLUME).zip(self.averages.get(SQUARED_VOLUME));
         let averages = averages.filter(|_| self.applicable.isobaric.is_some());
@@ -231,13 +232,13 @@ impl Observer {
         variance.is_some_and(|variance| variance.standard_error.is_none())
     }
 
-    /// Estimates a quantity of one wall from the common quantity of both walls, if a conservation law relates
-    /// them.
+    /// Estimates a quantity of one wall. If a conservation law relates the two walls, the error follows from
+    /// the quantity that they share.
     ///
     /// The force on a wall is the virial plus the time derivatives of two bounded moments, `sum m v_x` and `sum
-    /// x m v_x`. Heat that enters at one wall and does not leave at the other wall is stored as energy. Such a
-    /// term changes a mean over a time `t` only by its difference between both ends, divided by `t`. The error
-    /// of this part is smaller than for independent fluctuations.
+    /// x m v_x`. Heat that enters at one wall and does not leave at the other is stored as energy, which is
+    /// also bounded. The mean of such a derivative over a time `t` is the change of the bounded quantity
+    /// divided by `t`. The error of this mean is smaller than for independent fluctuations.
     fn of_wall(&self, at: usize, average: &BlockAverage) -> Option<Estimate> {
         let is_of = |axis: usize, first: usize| (first + 2 * axis..first + 2 * axis + 2).contains(&at);
         if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {

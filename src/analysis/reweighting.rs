@@ -36,20 +36,21 @@ const RESAMPLES: usize = 200;
 /// Length of a block in correlation times (more exactly, statistical inefficiencies).
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Smallest number of blocks. Because eight independent values are required, each block is at least half a
-/// correlation time long.
+/// Minimum number of blocks, unless the histograms have fewer. Eight independent values are required, so each of 16
+/// blocks is at least half a correlation time long.
 const FEWEST_BLOCKS: usize = 16;
 
-/// Fewest independent energies for which errors are reported; the same number as for a mean.
+/// Minimum number of independent energies for a standard error, the same as for a mean.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// The density of states, and the densities of states of resampled data. Their scatter gives the errors of all
-/// derived quantities.
+/// The density of states, and the densities of states of resampled data. Their scatter gives the errors of all derived
+/// quantities.
 ///
-/// Time is cut into blocks of five correlation times of the energy, taken from the ensemble in which the energy
-/// changes most slowly. All blocks are drawn with replacement, 200 times. The same blocks are drawn for all
-/// ensembles, because swaps correlate the replicas. The error is the standard deviation over the resamples,
-/// enlarged for the correlation that blocks of this length miss, and by Student's factor for their number.
+/// Time is cut into blocks of five correlation times of the energy, taken from the ensemble in which the energy changes
+/// most slowly. Each of 200 resamples has as many blocks as the data, drawn with replacement. The same blocks are drawn
+/// for all ensembles, because swaps correlate the replicas. The error is the standard deviation over the resamples. It
+/// is enlarged for the correlation that blocks of this length miss, and for the small number of blocks (Student's
+/// factor).
 ///
 /// H. R. Künsch, Ann. Statist. 17, 1217 (1989), [doi:10.1214/aos/1176347265](https://doi.org/10.1214/aos/1176347265).
 #[derive(Debug, Clone)]
@@ -156,9 +157,9 @@ impl Blocks {
     }
 }
 
-/// Fraction of the variance of a mean that remains if correlations between blocks of a length `L` are lost. For
-/// correlations that decay as `r^k`, with the inefficiency `g = (1 + r) / (1 - r)`, it is about `1 - x` with `x
-/// = (g^2 - 1) / (2 g L)`.
+/// Fraction of the variance of a mean that remains if correlations between blocks of length `L` are neglected. For
+/// correlations that decay as `r^k`, with the inefficiency `g = (1 + r) / (1 - r)`, it is about `1 - x` with
+/// `x = (g^2 - 1) / (2 g L)`.
 fn in_blocks(inefficiency: f64, length: f64) -> f64 {
     let x = (inefficiency - inefficiency.recip()) / (2.0 * length);
     if x > 0.0 { 1.0 - x * (1.0 - libm::exp(-x.recip())) } else { 1.0 }

@@ -19,12 +19,12 @@ pub(crate) const ROUNDING: f64 = 1e-11;
 
 const FEWEST_VALUES: usize = 8;
 
-/// Fewest independent values for which there is an error. A series of five or fewer independent values often
-/// seems to have more by chance.
+/// Minimum number of independent values for a standard error. This number is often overestimated if there are five or
+/// fewer.
 const FEWEST_INDEPENDENT: f64 = 8.0;
 
-/// Fewest independent values for which a variance has an error. With fewer values, a variance that is small by
-/// chance would also seem very certain.
+/// Minimum number of independent values for the standard error of a variance. With fewer values, a variance that is
+/// small by chance would have too small an error.
 const FEWEST_FOR_VARIANCE: f64 = 16.0;
 
 /// A mean with its standard error.
@@ -85,8 +85,8 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // The first value may have had a larger weight than all other values. With its bin weight, there would
-        // never be a second bin.
+        // The bin weight may be that of the first value, and larger than all later weights together. A second bin would
+        // then never be filled.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -161,15 +161,16 @@ impl BlockAverage {
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
-    /// The variance of the values, from the average of their squares over the same times, `s^2 = <x^2> -
-    /// <x>^2 + e^2`. Without the last term the variance would be too small by the squared deviation of the
-    /// sample mean. The most likely value of this square is `e^2`.
+    /// The variance of the values, `s^2 = <x^2> - <x>^2 + d^2`, where `squares` contains the squares of the same
+    /// values. The sample mean deviates from the true mean, and `d^2` is the most likely value of the squared
+    /// deviation. Without this term the variance would be too small.
     ///
-    /// The error is the error of the mean of `x^2 - 2 <x> x`, and at least `e s`, where `e` is the standard
-    /// error of the mean. Squares of a quantity that relaxes in a time `t` relax in `t / 2`, so `s^2` is
-    /// known to `s^2 / sqrt(n)` with the number `n = (s / e)^2` of independent values. Without this lower
-    /// bound, a variance that is small by chance would have a small error, too. The error is unknown if `n`
-    /// is less than 16. `None` if one of the averages has no values.
+    /// The error is the error of the mean of `x^2 - 2 <x> x`, but at least `e s`, where `e` is the standard error of
+    /// the mean. Without this lower bound, a variance that is small by chance would have a small error, too. The bound
+    /// follows from the number of independent values, `n = (s / e)^2`: if a quantity relaxes in a time `t`, its squares
+    /// relax in `t / 2`, so the error of `s^2` is `s^2 / sqrt(n) = e s`.
+    ///
+    /// The error is unknown if `n` is less than 16. `None` if one of the averages has no values.
     #[must_use]
     pub fn variance(&self, squares: &Self) -> Option<Estimate> {
         let (mean, square) = (self.mean()?, squares.mean()?);
@@ -192,7 +193,7 @@ impl BlockAverage {
         verdict_on(&self.bins, self.mean().unwrap_or(0.0))
     }
 
-    /// Whether all values are equal within round-off, as far as the bins show.
+    /// Whether the mean of every full bin equals the mean of all values within round-off.
     pub(crate) fn is_constant(&self) -> bool {
         let mean = self.mean().unwrap_or(0.0);
         self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
@@ -287,17 +288,17 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 
 /// The standard error of the mean of a correlated series.
 ///
-/// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency
-/// zero: the sum of all autocovariances, positive and negative. It is estimated from the most likely sum of
-/// white noise, relaxations, and differences that cancel between neighbours, as in the virial of a crystal.
-/// No window has to be chosen, and slow motion under fast noise is resolved, as in a fluid with a heat bath.
+/// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency zero: the
+/// sum of all autocovariances, positive and negative. It is estimated from the most likely sum of white noise,
+/// relaxations, and differences that cancel between neighbours, as in the virial of a crystal. No window has to be
+/// chosen, and slow motion under fast noise is resolved, as in a fluid with a heat bath.
 ///
-/// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that
-/// the mean is within it in 68.27 % of all cases.
+/// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that the mean
+/// is within it in 68.27 % of all cases.
 ///
-/// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if
-/// most of the variance is slower than a twelfth of the series. If most of the spectral density is as slow
-/// and noise hides this in the variance, the error is larger by up to `sqrt(3)`.
+/// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if most of
+/// the variance is slower than a twelfth of the series. Fast noise can increase the variance so much that slow motion
+/// contributes most of `S(0)`, but less of the variance. The error is then enlarged by a factor of up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;
@@ -336,9 +337,9 @@ fn spread(series: &[f64]) -> Option<Spread> {
     Some(Spread { variance, density: Some(spectrum::density_at_zero(&deviations, variance)?) })
 }
 
-/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, by degrees of freedom. The
-/// expansion in their inverse to second order (M. Abramowitz and I. A. Stegun, 26.7.5) has an error of 0.1 %
-/// at seven degrees of freedom.
+/// Width of the central 68.27 % of Student's distribution relative to a Gaussian, expanded to second order in the
+/// inverse number of degrees of freedom (M. Abramowitz and I. A. Stegun, 26.7.5). The error is below 0.1 % at seven
+/// degrees of freedom.
 pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
@@ -347,8 +348,8 @@ pub(crate) fn student(freedom: f64) -> f64 {
 pub(crate) struct Correlation {
     /// The statistical inefficiency: the number of values per independent value, at least one.
     pub inefficiency: f64,
-    /// Factor by which the inefficiency may be larger, if most of the correlation is as slow as the series can
-    /// resolve.
+    /// Factor by which the true inefficiency may exceed the estimate. It is above 1 if most of the correlation is as
+    /// slow as the series can resolve.
     pub doubt: f64,
 }
 

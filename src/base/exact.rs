@@ -54,8 +54,8 @@ impl ExactSum {
         #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
         let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
         let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
-        // All bits are set for a negative number, and none for a positive number. The next line negates by xor and
-        // subtraction.
+        // `sign` is -1 for a negative number and 0 for a positive number. If it is -1, the xor and the subtraction in
+        // the next line negate the digit.
         let sign = bits.cast_signed() >> 63;
         let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
         if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {

@@ -34,8 +34,8 @@ mod system {
         (is_known && limit.rlim_cur != libc::RLIM_INFINITY).then_some(limit.rlim_cur)
     }
 
-    /// Returns the smallest limit of the control group of this process and of its parent groups, for both versions of
-    /// control groups.
+    /// Returns the smallest memory limit of the control group of this process and of its parent groups. Versions 1 and
+    /// 2 of control groups are supported.
     fn control_group() -> Option<u64> {
         let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
         groups.lines().filter_map(|line| least_of(line, Path::new("/sys/fs/cgroup"))).min()

@@ -89,7 +89,7 @@ const REPORT: &str = "everything except the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene differs from the scene of the run";
 const FREE_TEXT: &str = "a text that the program did not write";
 
-/// What the checkpoints in the run folder tell about the run.
+/// Information from the checkpoints in the run folder.
 #[derive(Debug, Default)]
 struct Known {
     planned: Option<Limit>,

@@ -156,7 +156,8 @@ impl Reference {
     }
 
     /// Returns the initial state of a pair: the number of potential radii that are larger than the distance of the
-    /// pair. A pair at a radius, within 32 roundings, counts as on the side towards which it moves.
+    /// pair. If the distance equals a radius within 32 roundings, the direction of motion decides on which side of the
+    /// radius the pair is.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
         let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
@@ -297,7 +298,7 @@ impl Reference {
         self.put(Candidate::LookAgain(i, j), horizon.is_finite().then_some(horizon));
     }
 
-    /// The time in which a pair moves by less than half a period.
+    /// Returns the time in which the separation of a pair changes by at most half of the shortest period.
     fn horizon(&self, velocity: &Vector, acceleration: &Vector) -> f64 {
         let shortest = self.periods().map(|period| 0.5 * period).fold(f64::INFINITY, f64::min);
         let (v, a) = (velocity.norm(), acceleration.norm());

@@ -77,7 +77,7 @@ type Compare = fn(f64, Effort, u64, Watch<'_>) -> Compared;
 /// Parameters of one kind of state point, for a brief, a usual and a long comparison.
 type Parameters = [&'static [f64]; 3];
 
-/// Returns all state points for an effort.
+/// Returns all state points that are compared at this effort.
 #[must_use]
 pub fn points(effort: Effort) -> Vec<StatePoint> {
     const ONE: Parameters = [&[0.0]; 3];

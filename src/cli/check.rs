@@ -74,8 +74,9 @@ fn per_second(scene: &Scene) -> Option<f64> {
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// Duration of the trial, followed by the longest time to wait for its result.
+/// Duration of the trial.
 const TRY: Duration = Duration::from_millis(200);
+/// Longest time to wait for the result of the trial.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Returns two lines with the output, the memory and the number of events of the run.

@@ -64,8 +64,8 @@ pub(super) fn report_full_files() {
     }
 }
 
-/// Allocates as much stack as the program needs. Otherwise the stack would grow later. If no memory were left then, the
-/// system would end the program with a signal.
+/// Allocates as much stack as the program needs. Otherwise the stack would grow later, and if no memory were free then,
+/// the system would end the program with a signal.
 #[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
 pub(super) fn take_stack() {
     /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.

@@ -89,7 +89,7 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            // Part of the path is missing only if it was deleted during the run, so this is no bad input.
+            // Part of the path can be missing only if it was deleted during the run. This is a failure, not bad input.
             OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             OutputError::Write { .. }
             | OutputError::Frame { .. }
@@ -118,7 +118,7 @@ impl From<ExchangeFolderError> for Failure {
                 let message = format!("another process runs the exchange in {}", path.display());
                 Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
-            // An exchange with a damaged checkpoint needs other advice than a run.
+            // For an exchange with a damaged checkpoint, the advice differs from the advice for a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
                 Self::bad_input(with_causes(&error), error.cure())
             }

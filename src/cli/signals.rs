@@ -9,7 +9,7 @@ static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 /// Whether the work has checked for signals. Each check sets this flag.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Time in which work that leaves no files must check for a signal. Otherwise the program ends.
+/// After a signal, work that leaves no files must check for it within this time. Otherwise the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Installs the signal handler. The first signal lets the work end in good order, and the second signal ends the

@@ -128,7 +128,8 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // If a sweep file is in the folder of its own sweep, it continues the sweep in that folder.
+        // If the sweep file is the `sweep.toml` of a folder that contains runs of this sweep, the sweep continues in
+        // that folder.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))

@@ -14,12 +14,13 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// The order in memory is renewed after this many transitions per particle to another cell or list centre.
+/// Mean number of transitions of a particle, to another cell or list centre, after which the particles are reordered in
+/// memory.
 const WANDERED: u64 = 64;
 
-/// Numbers of particles above which prefetching pays, with cells and with lists. Bodies and cells then take a few
-/// megabytes. Lists take as much memory with fewer particles, although an event reads only a small part of them.
+/// Number of particles in cells above which prefetching pays. Bodies and cells then take a few megabytes.
 const LARGE_IN_CELLS: usize = 32_768;
+/// The same for particles with neighbour lists, which take more memory per particle.
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

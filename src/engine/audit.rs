@@ -41,8 +41,8 @@ pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 ///
 /// One operation has an error of at most half a unit. A coordinate at a given time is a product and a sum, from a
 /// difference of times: three operations. It is computed once for the prediction and once for the event. In between,
-/// the coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. The separation
-/// of the two particles and their image are two more differences. With three axes, this gives
+/// the coordinate may be wrapped or brought forward to a new epoch, which is one more sum in each case. Subtracting the
+/// two positions and finding the nearest image are two more differences. With three axes, this gives
 /// `sqrt(3) (2 (3 + 1) + 2 + 2) / 2`, about 11 units of the coordinates of either particle.
 ///
 /// The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives the time
@@ -50,8 +50,8 @@ pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 /// time to later epochs, contribute three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns whether an overlap is below the round-off of any discontinuity at `distance`, so that it needs no
-/// further check.
+/// Returns whether an overlap is so shallow that round-off explains it at any discontinuity at this distance. No
+/// further check is needed then.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
@@ -85,19 +85,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// - units in the last place of the largest coordinates that were rounded on the way, see
     ///   [`Self::largest_coordinate`]. The coordinates at the event are not enough: a pair close to
     ///   coordinate 0 may have been predicted across the side of the box, with one particle at coordinate
-    ///   `L`. The separation of the nearest image is rounded at no more than the separation itself. In a
-    ///   small box, or with several images at equal distance, the image is farther by a few periods;
+    ///   `L`. Finding the nearest image adds no more than a rounding of the separation itself. In a small
+    ///   box, or with several images at equal distance, the image that meets is a few periods farther away;
     /// - in a sheared box, also units in the last place of the displacement of images across the sliding
     ///   sides, before whole periods are subtracted from it;
-    /// - units of a time in the queue, see [`Self::clock`], multiplied by the relative speed of the two images
-    ///   plus the speed of a growing diameter;
-    /// - units of the overlap function. Its terms are as large as the squared distance from which the pair
-    ///   came. This distance is the distance of the discontinuity, plus the path of the pair and the
-    ///   discontinuity in between, but at most the width of the box. The slope of the overlap function in
-    ///   space is `2 s`, where `s` is the distance of the discontinuity.
+    /// - units in the last place of a time in the queue, see [`Self::clock`], multiplied by the relative speed
+    ///   of the two images plus the speed of a growing diameter;
+    /// - units in the last place of the overlap function, divided by its slope in space. The slope is `2 s`,
+    ///   where `s` is the distance of the discontinuity. The terms of the function are as large as the squared
+    ///   distance from which the pair came. This distance is `s` plus the path of the pair and of the
+    ///   discontinuity since then. The path is limited to [`Self::farthest_image`].
     ///
-    /// The result includes overlaps left by an earlier event: an inelastic pair that hardly moves is still as
-    /// deep as it was at that event.
+    /// The deepest overlap that was accepted as round-off so far is added: an inelastic pair that hardly moves
+    /// is still as deep as it was at an earlier event.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
@@ -152,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// Returns the magnitude of the time of an event that was predicted `flown` ago, counted from the epoch of its
-    /// prediction.
+    /// Returns the magnitude of the time of an event, counted from the epoch in which the event was predicted. The
+    /// prediction was made `flown` ago.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }

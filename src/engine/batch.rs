@@ -125,8 +125,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
-            // The processor would mispredict branches on results of single lanes. No branch depends on a result until
-            // all lanes are done.
+            // Branches on the results of single lanes would often be mispredicted. No branch therefore depends on a
+            // result until all lanes are done.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
@@ -185,8 +185,8 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         for together in captured.chunks(TOGETHER) {
             let mut least = F::all(prediction.contact_time);
             let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
-            // The processor would mispredict branches on results of single lanes. No branch depends on a result until
-            // all lanes are done.
+            // Branches on the results of single lanes would often be mispredicted. No branch therefore depends on a
+            // result until all lanes are done.
             for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
                 let mut ids = [me.id; MOST_LANES];
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);

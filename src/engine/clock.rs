@@ -22,8 +22,8 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Time that the queue covered in the previous epoch, but at least half of the value before that. Predictions are
-    /// up to three epochs old.
+    /// Time that the queue covered in the previous epoch, but at least half of this field's previous value. Earlier
+    /// epochs still count because predictions can be up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -60,8 +60,8 @@ impl Clock {
         let standstill = StandstillWatch {
             since: 0.0,
             events: 0,
-            // The simultaneous events of a lattice are no arrest. Neither are the N^2/2 events of N touching spheres on
-            // a line.
+            // The simultaneous events of a lattice are not an arrest. Neither are the N^2/2 events of N touching
+            // spheres on a line.
             most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
             lost_speed: None,
         };
@@ -76,7 +76,8 @@ impl Clock {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Ends the run if events continue without any advance of time or without any speed: theory, section 6.
+    /// Returns an arrest if events continue while time stands still, or if the speed of a contact was lost to rounding:
+    /// theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
         let standstill = match self.clock.standstill.lost_speed {
             Some(approach) => Standstill::Speed { approach },

@@ -46,7 +46,7 @@ impl Order {
 }
 
 pub(super) trait Column: Sized {
-    /// Whether a contact can change the entries of its two particles.
+    /// Whether a contact can change the entries of its two particles in this column.
     const CHANGES_IN_CONTACTS: bool = true;
 
     /// Particle numbers in the entries are translated.
@@ -147,7 +147,7 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// Adds an empty prediction. A prediction in a record gives its partner by id. It is written later, when all
+    /// Adds an empty prediction. The prediction in the record gives its partner by id, so it is written later, when all
     /// particles have numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);

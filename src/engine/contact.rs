@@ -1,4 +1,4 @@
-//! Contacts: every event that changes velocities takes one path.
+//! Contacts: every event that changes velocities takes the same path.
 //!
 //! | step | file | content |
 //! |---|---|---|

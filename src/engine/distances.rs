@@ -60,7 +60,7 @@ impl Distances {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The factor of all diameters now.
+    /// Current scale factor of all diameters, relative to the scene.
     pub fn scale(&self) -> f64 {
         self.distances.growing().map_or(1.0, |growing| growing.scale(self.clock.now))
     }

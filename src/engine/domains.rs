@@ -3,14 +3,14 @@
 //! The box is cut into slabs. Each domain is an ordinary engine over the particles that it *owns* and copies of the
 //! particles around them. It runs alone for a window of simulated time. Copies at its edge sooner or later deviate from
 //! their owners, because their neighbours are missing. At the end of the window, each step of a copy that an owned
-//! particle may have read is compared with the step of its owner. If all agree, every owned particle is right to the
-//! bit:
+//! particle may have read is compared with the step of its owner. If all agree, every owned particle is correct, bit
+//! for bit:
 //!
 //! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest such step
 //! in any domain. Then this step read a particle that was already different. The particle was not owned, because this
 //! step is the earliest. It was not a readable copy: readable copies agree with their owners, and the earlier steps of
-//! the owners are right. It was not a particle without a copy in the domain: its owner, with right earlier steps, has
-//! checked that the particle did not enter the readable region. So there is no such step.
+//! the owners are right. It was not a particle without a copy in this domain: the owner of such a particle, whose
+//! earlier steps are right, has checked that the particle did not enter the readable region. So there is no such step.
 //!
 //! If any of these steps differ, the window is rolled back and repeated up to the first difference. Three cases cannot
 //! be decided in this way and are left to the single engine: simultaneous events of two domains in an observed run,
@@ -51,8 +51,8 @@ const MOST_STEPS: f64 = 10_000.0;
 /// Number of steps that the single engine runs when the domains cannot continue.
 const SERIAL_STEPS: u64 = 2_000;
 
-/// Minimum number of steps of the single engine in the last window before an event limit, even if fewer steps are
-/// requested. The run may end earlier.
+/// If the event limit is reached within a window, the single engine runs at least this number of steps, even if the
+/// caller requests fewer. The run may end earlier.
 const LEAST_SERIAL: u64 = 50_000;
 
 /// After this many short windows in a row, the system runs serially for a while, because serial runs are then
@@ -60,9 +60,9 @@ const LEAST_SERIAL: u64 = 50_000;
 const MOST_SHORT: u32 = 8;
 const FEWEST_STEPS: u64 = 8;
 
-/// If there are more recent rollbacks than this, the halo counts as too thin, and both of its widths increase by these
-/// amounts.
+/// Number of recent rollbacks above which the halo counts as too thin.
 const MOST_UNDONE: f64 = 4.0;
+/// The widths of a halo that is too thin increase by these amounts.
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
 /// Initial widths of the halo.
@@ -130,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
         }
     }
 
-    /// Continues a run as [`Engine::advance_for`] does, with the same results to the bit. Between calls, the single
+    /// Continues a run as [`Engine::advance_for`] does, with the same results, bit for bit. Between calls, the single
     /// engine is out of date until [`Self::settle`] is called.
     pub fn advance_for(
         &mut self,
@@ -228,8 +228,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
                 break;
             }
         }
-        // These domains cannot continue. New domains may be able to. If these domains are new, the single engine
-        // continues, which is always possible.
+        // These domains cannot continue. If they were cut from the current state, a new cut would be the same. The
+        // single engine then continues, because it always can. Otherwise, the system is cut again.
         let is_fresh = cut.is_fresh;
         self.cut = Some(cut);
         self.join(whole);

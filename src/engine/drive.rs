@@ -109,7 +109,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => !engine.distances.are_constant())
     }
 
-    /// The factor by which diameters have grown since the start of the scene, including growth in progress.
+    /// The factor by which diameters have grown since the start of the simulation, including growth in progress.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale * with_engine!(&self.engine, engine => engine.scale())
@@ -171,7 +171,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         deepest.map(|(particle, number, depth)| (self.name(particle), surfaces.name(number).to_owned(), depth))
     }
 
-    /// Takes over the accelerations of `scene`, which equals the present scene otherwise.
+    /// Takes over the accelerations of `scene`, which is otherwise equal to the present scene.
     fn set_accelerations(&mut self, scene: &Scene) {
         self.join();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {

@@ -193,11 +193,11 @@ pub enum Invariant {
     CapturedPair,
     /// The surface of a predicted contact exists.
     Surface,
-    /// A thermal surface has a source of random numbers.
+    /// There are random numbers for a contact with a thermal surface.
     SurfaceRandom,
     /// A cell transition goes through a face that has a cell on its other side.
     Transition,
-    /// A particle that leaves the skin of its Verlet list has a Verlet list.
+    /// If a particle leaves the skin of a Verlet list, the engine uses Verlet lists.
     VerletList,
     /// In a sheared box, the particles are sorted into cells and not into Verlet lists.
     Cells,
@@ -267,8 +267,8 @@ mod tests {
             potential.unwrap(),
             1.0,
         );
-        // With these additional particles, there are too many for Verlet lists at this density. The engine uses
-        // cells.
+        // A system of a few particles uses Verlet lists. With these additional particles, the engine uses cells,
+        // because the density is low.
         for k in 0..40 {
             scene = scene.particle("A", Vector::new(3.0 + f64::from(k), 50.0, 50.0), Vector::zeros());
         }

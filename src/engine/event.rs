@@ -205,7 +205,7 @@ impl EventCounts {
         2 * self.core - self.core_static
     }
 
-    /// Only the deepest overlap still refers to the whole run.
+    /// Returns the counts and sums since `earlier`. The deepest overlap still refers to the whole run.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         let mut before = *earlier;
@@ -218,7 +218,7 @@ impl EventCounts {
         since
     }
 
-    /// The deepest overlap becomes the larger of the two.
+    /// Adds the counts and sums of `part`, and keeps the larger of the two deepest overlaps.
     pub(crate) fn merge(&mut self, part: &Self) {
         let mut some = *part;
         for (count, more) in self.counts_mut().into_iter().zip(some.counts_mut()) {

@@ -14,16 +14,16 @@ use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
-/// Maximum number of pairs that the proof tests in general, which takes a few hundredths of a second. Larger
-/// systems end only when no particle changes its cell any more.
+/// Maximum number of pairs that the proof tests in general. Testing them takes a few hundredths of a second. In larger
+/// systems, the proof is possible only if no particle changes its cell any more.
 const MOST_PAIRS: usize = 4_000_000;
 
-/// Maximum number of pairs in adjacent cells that the proof tests if no particle changes its cell any more. This
-/// takes a few seconds.
+/// Maximum number of pairs in adjacent cells that the proof tests if no particle changes its cell any more. Testing
+/// them takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Minimum number of cell transitions without an event before the first attempt at a proof. They take longer than
-/// the attempt.
+/// Minimum number of cell transitions without an event before the first attempt at a proof. Together, they take longer
+/// than the attempt.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -81,8 +81,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns whether particles in adjacent cells and captured pairs never meet. Other pairs cannot meet while
-    /// no particle changes its cell.
+    /// Returns whether it is certain that no pair in adjacent cells and no captured pair will ever meet. Other pairs
+    /// cannot meet while no particle changes its cell.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
         let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {

@@ -167,13 +167,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns, for each axis, the number of images on either side of the nearest image in which a bonded pair
     /// can meet before either particle is predicted again.
     ///
-    /// Each particle travels at most one cell before it is predicted again. With three or more cells, a
-    /// separation of at most half a period therefore stays below seven sixths of a period. The range is at most
-    /// half a period. While images slide along x, separations along x grow by another quarter of a period.
+    /// Each particle travels at most one cell before it is predicted again, so the separation of a pair grows by at
+    /// most two cells. With three or more cells, a separation of at most half a period stays below 1/2 + 2/3 = 7/6
+    /// periods. The range is at most half a period, so no image two periods away is in range. While images slide along
+    /// x, separations along x grow by another quarter of a period.
     pub(super) fn most_images(&self) -> [i32; 3] {
         let counts = match &self.neighbours {
             Neighbours::Cells(cells) => cells.grid.counts(),
-            // Particles with Verlet lists travel only within their narrow skins, as in a box with very many
+            // Particles with Verlet lists travel only within their narrow skins, like particles in a box with very many
             // cells.
             Neighbours::Lists(_) => [u32::MAX; 3],
         };
@@ -185,8 +186,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Returns a relative state at a time since the epoch, with another image of the partner. `image` counts
-    /// periods from the nearest image.
+    /// Returns the relative state for another image of the partner, at a time since the epoch. `image` counts periods
+    /// from the nearest image.
     pub(super) fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {

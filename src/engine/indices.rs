@@ -8,7 +8,7 @@ use super::state::State;
 use super::{Chosen, Simulation};
 
 impl Simulation {
-    /// Describes the first data with an index that is out of range; `None` if all indices are valid.
+    /// Names the first part of the data that is inconsistent or has an index out of range; `None` if there is none.
     pub(crate) fn unsound_index(&self) -> Option<&'static str> {
         let species = self.scene.species.len();
         with_engine!(&self.engine, engine => engine.unsound_index(species))

@@ -61,8 +61,8 @@ impl Neighbours {
         }
     }
 
-    /// Adds a particle at `place`, with an empty list. The particle's position is used if there is no place, or
-    /// if the place belongs to the other search method.
+    /// Adds a particle with an empty list. It is added at `position` if `place` is `None` or belongs to the other
+    /// search method.
     pub fn push(&mut self, position: &Vector, place: Option<Place>) {
         match (self, place) {
             (Self::Cells(cells), Some(Place::Cell(cell))) => cells.push(cell),
@@ -72,7 +72,7 @@ impl Neighbours {
         }
     }
 
-    /// The entries of lists do not change.
+    /// Moves a particle to another cell, or the centre of its list to another position. The lists do not change.
     pub fn relocate(&mut self, particle: u32, place: Place) {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
@@ -171,10 +171,11 @@ const DIFFERENT: f64 = 0.3;
 /// Up to this number of particles, Verlet lists are cheap even if they hold all particles.
 const FEW: usize = 32;
 
-/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges along
-/// all axes. Particles fly far there before they meet. A contact is predicted when the particles are at most
-/// three times the half skin apart. The error of the overlap function there is about the square of this distance,
-/// roughly `1e5` units in the last place.
+/// Half skin, in units of the interaction range, for a few particles in a box longer than [`LONG`] ranges along all
+/// axes. Particles fly far there before they meet, and with a wide skin their lists are rarely rebuilt. An even wider
+/// skin would make predictions less accurate. Contacts are predicted at distances of up to four half skins, and the
+/// error of the overlap function grows with the square of this distance. It reaches about `1e5` units in the last
+/// place.
 const WIDE: f64 = 100.0;
 const LONG: f64 = 1e4;
 
@@ -265,7 +266,7 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
     let volume: f64 = (0..3).filter_map(extent).product();
     let mut density = positions().count() as f64 / volume;
     // Cells for the mean density of the box are too large if only part of the box is filled. Each further pass
-    // uses the density that the pass before has found.
+    // therefore uses the density that the previous pass has found.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, &positions);
@@ -355,7 +356,8 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
-            // A skin that does not fit the box is replaced, even if it is close to the new skin.
+            // A skin that is too thick for the box is replaced, even though it is only a tenth thicker than the new
+            // skin.
             let wider = Search::Lists { half_skin: 1.1 * half_skin };
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }

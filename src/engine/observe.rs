@@ -90,7 +90,7 @@ impl Simulation {
 pub struct EventSequence<'s> {
     simulation: &'s mut Simulation,
     until: Until,
-    /// An arrest that the last event has revealed. It is returned after this event.
+    /// The error that occurred directly after the last event. The next call of `next` returns it.
     error: Option<EngineError>,
     reason: Option<Reason>,
     is_over: bool,

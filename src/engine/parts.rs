@@ -27,8 +27,8 @@ pub(super) struct Counts {
     pub by_species: EventCountsBySpecies,
     /// Number of physical events, the sum over their kinds.
     pub executed: u64,
-    /// Number of transitions at the last event. A restart of the counts can wrap it below zero. Only its difference
-    /// from the present number of transitions has a meaning.
+    /// Number of transitions at the last event. Only its difference from the present number of transitions has a
+    /// meaning: when the counts are reset to zero, this number can wrap below zero.
     pub transitions_at_event: u64,
     /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,
@@ -197,7 +197,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The caller has to put it back.
+    /// Takes the working memory of predictions out of the engine. The caller puts it back into `self.scratch`.
     #[inline]
     pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
         self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))

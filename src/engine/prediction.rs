@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
-    /// Contact with another particle, at a discontinuity of the pair potential that is reached from this side.
+    /// Contact with another particle. The pair reaches a discontinuity of its potential from this side.
     Pair(Side),
     /// Contact with a surface. The index of the surface is stored in place of the partner's event count.
     Surface,
@@ -39,9 +39,10 @@ pub(super) struct Prediction {
 
 const _: () = assert!(size_of::<Prediction>() == 32);
 
-/// First number that denotes an absent partner: a particle that is not in memory, because only a part of the system is.
-/// The partner's id is its number minus this constant. A contact with an absent partner is void, because the partner
-/// has changed its motion since the prediction. Indices in memory are less than `2^29`.
+/// Partner numbers from this one on denote absent partners: particles that are not in the memory of an engine that
+/// holds only a part of the system. The id of an absent partner is its number minus this constant. A contact with an
+/// absent partner is void, because the partner has changed its motion since the prediction. Indices in memory are less
+/// than `2^29`.
 pub(super) const FIRST_ABSENT: u32 = 1 << 31;
 
 pub(super) fn absent(id: u32) -> u32 {

@@ -28,7 +28,7 @@ impl Work for WithinReach<'_> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // Relative positions are wrong if the partner accelerates, but its contact distance is infinite then, so it
+            // Relative positions are wrong if the partner accelerates, but its contact distance is then infinite, so it
             // is always tested. A partner that is never tested gets a NaN reach, for which the comparison below is
             // false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
@@ -101,9 +101,9 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
 /// The motion of the periodic images across the sliding sides of a sheared box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// Present offset along the flow of the image above the box, without whole periods `[length]`.
+    /// Present displacement along the flow of the image above the box, reduced by whole periods `[length]`.
     pub displacement: f64,
-    /// Rate of change of the offset `[length / time]`.
+    /// Rate of change of the displacement `[length / time]`.
     pub speed: f64,
 }
 
@@ -178,8 +178,8 @@ impl Batch<'_> {
         self.width.run(AnotherImage::<FALLING> { batch: self, me, others, horizon })
     }
 
-    /// Returns a bit mask that selects the candidates that `me` could reach before a finite `horizon`, even if all
-    /// particles flew straight at it.
+    /// Returns a bit mask that selects the candidates that could reach `me` before a finite `horizon` if all of them
+    /// flew straight at it.
     #[inline]
     pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
         self.width.run(WithinReach { batch: self, me, others, squared, horizon })
@@ -254,7 +254,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 const ALL: u32 = (1 << MOST_LANES) - 1;
 
 /// Calls `predict` for the candidates that `kept` selects. The second argument of `kept` is a horizon: the time from
-/// now to the earliest contact so far, but at most to `last`.
+/// now to the earliest contact so far, or to `last` if `last` is earlier.
 #[inline]
 fn for_each_kept(
     others: &[u32],

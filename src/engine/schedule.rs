@@ -32,8 +32,8 @@ impl QueueEntry {
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
-        // Maps the bits of a float to an integer of the same order: inverts all bits of a negative number, and the sign
-        // bit of a positive one.
+        // Maps the bits of a float to an integer, so that integers sort like the floats. All bits of a negative number
+        // are inverted, and only the sign bit of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
         u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
@@ -63,14 +63,14 @@ const TARGET: u32 = 64;
 
 /// An epoch ends early if its steps exceed the target by this factor. The length of an epoch may have been chosen while
 /// few events happened, for example at a start from rest. Without an early end, the times of many later events would
-/// have too few digits.
+/// be less precise.
 const CROWDED: u64 = 4;
 
 /// Number of parts of an epoch. An epoch may end early only at the end of a part. Parts and epochs do not depend on the
 /// number of buckets, so this number does not affect the results.
 const TICKS: usize = 64;
 
-/// Distance of prefetching while a bucket is opened, in entries.
+/// While a bucket is opened, the data of the entry this many places ahead are prefetched.
 const AHEAD: usize = 8;
 
 /// The event queue. It holds the entries from the epoch to the horizon. Later entries are not stored.
@@ -88,7 +88,7 @@ pub struct EventQueue {
     per_width: f64,
     /// Number of steps in this epoch. A step is the removal of an entry that was due.
     steps: u64,
-    /// Number of steps to which the length of an epoch is tuned.
+    /// Target number of steps per epoch. The length of epochs is tuned to it.
     target: u64,
 }
 
@@ -133,8 +133,8 @@ impl EventQueue {
         self.width * self.buckets.count() as f64
     }
 
-    /// Time from the epoch to the end of the bucket that time has reached. The next epoch begins there. Unless the
-    /// epoch ends early, this is the length of the epoch.
+    /// Time from the epoch to the end of the bucket that has become the front. When an epoch ends, this is its length,
+    /// which is less than [`Self::span`] if the epoch ended early.
     #[must_use]
     pub fn reached(&self) -> f64 {
         self.width * (self.cursor + 1) as f64
@@ -294,7 +294,7 @@ impl EventQueue {
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at the end of a part, `tick`, after the given number of steps.
+    /// Whether the epoch ends at `tick`, which is the end of one of its parts, if it has had `steps` steps by then.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }

@@ -45,7 +45,7 @@ pub enum SetStateError {
         /// The axis of the wrong component: 0, 1 or 2.
         axis: usize,
     },
-    /// A position is beyond the sliding sides of a sheared box, where the particle would need another velocity.
+    /// A position is beyond the sliding sides of a sheared box, where the particle would need a different velocity.
     #[error("particle {} is outside of the sheared box along y", particle.0)]
     OutsideOfShearedBox {
         /// The particle.
@@ -213,7 +213,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.wrap(particle, &position);
     }
 
-    /// Predicts all events again after the state was set. Time is no longer assumed to stand still.
+    /// Predicts all events again after the state was set. Also restarts the check for a standstill, which is a series
+    /// of events without an advance of time.
     fn move_again(&mut self) {
         self.clock.standstill.lost_speed = None;
         (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);

@@ -28,8 +28,8 @@ pub struct Snapshot {
     /// the box, the unwrapped position is
     /// `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)`.
     pub images: Vec<[i32; 3]>,
-    /// Displacement along x of the next periodic image above a sheared box, without whole periods `[length]`. It lies
-    /// in `(-L_x / 2, L_x / 2]`, and is 0 without shear.
+    /// Displacement along x of the next periodic image above a sheared box `[length]`, reduced by whole periods to the
+    /// range `(-L_x / 2, L_x / 2]`; 0 without shear.
     pub displacement: f64,
     /// Edge lengths of the box `[length]`; 0 along flat axes.
     pub size: Vector,

@@ -76,7 +76,7 @@ impl State {
 
 impl State {
     /// Returns the index in memory of the particle with an id, if it exists. Ids increase with every insertion and are
-    /// never reused. Until a particle is removed, an id is also an index into `numbers`.
+    /// never reused. Before the first removal of a particle, an id is also an index into `numbers`.
     #[inline]
     pub fn number(&self, id: u32) -> Option<u32> {
         let of = |number: u32| self.bodies[number as usize].name;

@@ -92,8 +92,8 @@ pub(crate) trait Surface {
         0.0
     }
 
-    /// Returns a smooth overlap function, which is positive outside contact, and its rate of change. The function is
-    /// the gap or a difference of squared distances.
+    /// Returns a smooth overlap function and its rate of change. The function is the gap or a difference of squared
+    /// distances. It is positive if the sphere does not touch the surface.
     fn overlap(&self, position: &Vector, velocity: &Vector, radius: f64) -> (f64, f64) {
         (self.gap(position, radius), self.normal(position).dot(velocity))
     }
@@ -212,7 +212,7 @@ impl Surface for Shape {
 pub(crate) enum Law {
     /// Reflection. The restitution is the ratio of the normal speeds after and before the contact.
     Reflecting { restitution: f64 },
-    /// Particles leave with velocities from the flux of a gas at this temperature `[energy]`.
+    /// Particles leave with velocities drawn from the flux distribution of a gas at this temperature `[energy]`.
     Thermal { temperature: f64 },
 }
 

@@ -1,5 +1,5 @@
-//! Simulations on several threads. The box is cut into domains, which are simulated in parallel. The states of the
-//! particles are in the domains until they are collected in the engine.
+//! Simulations on several threads. The box is cut into domains, which are simulated in parallel. The domains hold the
+//! states of the particles until these are copied to the engine.
 
 use super::domains::{DomainWork, Domains, SingleThread};
 use super::observe::Observe;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Smallest number of particles for which domains run on several threads.
 const FEW: usize = 4_000;
 
-/// A WebAssembly module leaves out the code for several cores.
+/// False in WebAssembly modules, which run on one thread.
 const HAS_DOMAINS: bool = cfg!(not(target_family = "wasm"));
 
 impl Simulation {
@@ -26,8 +26,8 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.complete());
     }
 
-    /// Returns the arrest that reports an event storm. It names the particles of the next predicted contact; `None`
-    /// if no contact is predicted.
+    /// Reports an event storm as an [`Arrest`], which names the particles of the next predicted contact. `None` if no
+    /// contact is predicted.
     pub(crate) fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         with_engine!(&self.engine, engine => engine.storm(events, advance))
     }
@@ -66,8 +66,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Returns the reason why the system runs in one thread now, whatever was passed to
-    /// [`Self::set_threads`].
+    /// Returns the reason why the system runs on one thread now, even if [`Self::set_threads`] was called with more.
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
@@ -119,9 +118,9 @@ impl Simulation {
         self.spread();
     }
 
-    /// Cuts the system into `domains` for each process, on `threads` threads. [`Self::set_threads`] uses the
-    /// same number for both. With more domains than threads, the run is slower, but [`DomainWork::slowest`]
-    /// shows what more threads would gain.
+    /// Cuts the system into `domains` domains in each process, and simulates them on `threads` threads.
+    /// [`Self::set_threads`] uses the same number for both. With more domains than threads, the run is slower, but
+    /// [`DomainWork::slowest`] shows what more threads would gain.
     pub fn set_domains(&mut self, domains: usize, threads: usize) {
         let transport = self.transport.clone();
         with_engine!(&mut self.engine, engine => engine.set_domains(domains, threads, transport));
@@ -144,8 +143,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.domains = has_domains.then(|| Box::new(Domains::new(domains, threads, transport)));
     }
 
-    /// Continues as [`Self::advance_for`] does, but in the domains if there are any. The states in the engine itself
-    /// are then outdated until [`Self::settle`].
+    /// Advances as [`Self::advance_for`] does, but in the domains if there are any. The states in the engine are then
+    /// outdated until [`Self::settle`] is called.
     pub(super) fn advance_on_cores(
         &mut self,
         steps: u64,
@@ -164,7 +163,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.with_domains(Domains::complete);
     }
 
-    /// Returns all particles from the domains to the engine, so that the state can be changed from outside.
+    /// Moves all particles from the domains back to the engine, so that the state can be changed from outside.
     pub(super) fn join(&mut self) {
         self.with_domains(Domains::join);
     }

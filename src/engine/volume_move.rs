@@ -20,7 +20,7 @@ pub(crate) struct Scaling {
     species: Vec<SpeciesId>,
     /// Pairs with a bond, the lower id first.
     bonded: HashSet<[u32; 2]>,
-    /// Longest range of pairs without a bond `[length]`.
+    /// Longest interaction range of pairs without a bond `[length]`.
     range: f64,
     /// Shortest allowed period of the box: twice the longest range, so that no pair interacts through two images
     /// `[length]`.

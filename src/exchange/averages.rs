@@ -93,7 +93,7 @@ impl Averages {
         }
     }
 
-    /// The observables that apply to the scene, equal at all temperatures.
+    /// The observables that apply to the scene. They are the same at all temperatures.
     pub fn applicable(&self) -> &ApplicableObservables {
         self.temperatures[0].observer.applicable()
     }

@@ -14,8 +14,8 @@ use crate::model::ExchangeEnsemble;
 use crate::model::exchange_plan::ends;
 use std::convert::Infallible;
 
-/// Approximate number of temperatures of a curve. Each interval between two simulated temperatures gets the same
-/// number, at constant ratios.
+/// Approximate number of temperatures of a curve. Every interval between two simulated temperatures is divided into the
+/// same number of parts. Within an interval, successive temperatures have a constant ratio.
 const POINTS: usize = 120;
 
 /// Names of the quantities that are given relative to their values at the highest temperature.
@@ -35,11 +35,11 @@ pub struct ThermalPoint {
     /// Heat capacity at constant volume in units of k_B, `D / 2 + <(U - <U>)^2> / (N T^2)`: the sum of a kinetic and
     /// a configurational part.
     pub heat_capacity_per_particle: Estimate,
-    /// Entropy in units of k_B, relative to its value at the highest temperature. It includes the kinetic and the
+    /// Entropy in units of k_B, relative to its value at the highest temperature: the sum of a kinetic and a
     /// configurational part.
     pub entropy_per_particle: Estimate,
     /// Free energy divided by the temperature, `A / (N T)` with `A = E - T S`, relative to its value at the highest
-    /// temperature. It includes the kinetic and the configurational part.
+    /// temperature: the sum of a kinetic and a configurational part.
     pub reduced_free_energy_per_particle: Estimate,
     /// Means of the quantities of [`Exchange::measured_names`], by name.
     pub others: BTreeMap<String, Estimate>,
@@ -164,8 +164,8 @@ impl System<'_> {
         all
     }
 
-    /// Position and value of the maximum of the heat capacity near one of the ascending temperatures of a
-    /// grid, by golden-section search.
+    /// Finds the maximum of the heat capacity near the temperature `grid[place]`, by golden-section search. The
+    /// temperatures in `grid` ascend. Returns the temperature and the value of the maximum.
     fn peak_near(&self, density: &DensityOfStates, grid: &[f64], place: usize) -> [f64; 2] {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let height = |temperature: f64| self.heat_capacity(temperature, &density.at(temperature));
@@ -189,7 +189,8 @@ impl System<'_> {
 }
 
 impl ThermalCurves {
-    /// `visit` passes the energies of all attempts, and is called twice.
+    /// Computes the curves. Each call of `visit` goes through the energies and the other quantities of all attempts. It
+    /// is called twice: first to find the energy levels, then to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64], &[f64])) -> Result<(), E>,

@@ -67,7 +67,7 @@ struct Task {
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// Whether the replica has reached the time; if the thread panicked, its panic.
+    /// Whether the replica has reached the time. The outer error is a panic of the thread.
     result: thread::Result<Result<bool, EngineError>>,
 }
 
@@ -90,10 +90,10 @@ impl Watch<'_> {
 impl Exchange {
     /// Runs to the end, `jobs` replicas at a time. Rows and frames are passed to a recorder, such as an
     /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange at its end, or at the time when
-    /// `watch` broke.
+    /// `watch` stopped it.
     ///
     /// `watch` receives the number of attempts so far and the total number, every few hundredths of a
-    /// second. The results do not depend on `watch`, the recorder or `jobs`, not even in one bit.
+    /// second. The results are bitwise the same for any `watch`, recorder and `jobs`.
     ///
     /// # Errors
     /// [`ExchangeError::Recorder`] if something cannot be recorded, [`ExchangeError::Engine`] if a replica

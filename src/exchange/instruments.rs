@@ -33,7 +33,8 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // The instruments take the interval as their duration, because the exchange may be extended later.
+            // The exchange may be extended later, so its final duration is unknown. The instruments get the interval
+            // between attempts as their duration.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }
@@ -46,7 +47,7 @@ impl InstrumentsAtTemperatures {
     ) {
         for (instruments, simulation) in self.each.iter_mut().zip(simulations) {
             let system = description(&self.system, simulation, applicable);
-            // Passed with `end`, which takes the sample even if its time differs from the due time by rounding.
+            // `end` also takes a sample whose time differs from the due time by round-off.
             instruments.end(&Sample::of(&simulation.snapshot()), system);
         }
     }

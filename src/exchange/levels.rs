@@ -12,8 +12,8 @@ use crate::analysis::statistics::Estimate;
 pub struct LevelDensity {
     /// The energy of the level `[energy]`.
     pub energy: f64,
-    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest
-    /// temperature `T`. It has no error if the level is missing in any of the resamples.
+    /// Natural logarithm of the density of states `g(E)`, with `sum_E g(E) exp(-E / T) = 1` at the highest temperature
+    /// `T`. It has no error estimate if any of the resamples lacks the level.
     pub log_density_of_states: Estimate,
 }
 

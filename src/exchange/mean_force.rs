@@ -35,8 +35,8 @@ impl MeanForcePoint {
 /// The potential of mean force along the distance of an exchange between windows,
 /// [`ExchangeEnsemble::Umbrella`](crate::model::ExchangeEnsemble::Umbrella).
 ///
-/// Within each window, the distance has the unrestricted probability density up to a factor. These factors
-/// follow from the samples of all windows by the equations of
+/// Within each window, the probability density of the distance is proportional to the density without windows. The
+/// factors of proportionality follow from the samples of all windows by the equations of
 /// [`MultiHistogram`](crate::analysis::reweighting::MultiHistogram). The energy of a window is zero inside
 /// the window and infinite outside. Errors are from [`Reweighting`].
 ///
@@ -87,7 +87,8 @@ impl Distances {
 }
 
 impl MeanForce {
-    /// `visit` passes the distances in all windows at each attempt, and is called twice.
+    /// Computes the potential. Each call of `visit` goes through the distances in all windows at all attempts. It is
+    /// called twice: first to find the visited bins, then to fill the histograms.
     pub(super) fn of<E>(
         exchange: &Exchange,
         mut visit: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
@@ -193,8 +194,8 @@ mod tests {
         distances.iter().for_each(|distance| histograms.add(&[*distance], &[]));
         let all = points(&Reweighting::new(&histograms, 1).unwrap(), (&edges, [0.0, 1.0]), 0.8, 3.0);
         let potential = |place: usize| all[place].potential_of_mean_force;
-        // The first bin holds one sample in a very small shell. Its potential is lowest by chance, and its error is
-        // unknown.
+        // The first bin holds a single sample in a very small shell. Its potential is therefore low, and has no error
+        // estimate.
         assert!(potential(0).mean < 0.0 && potential(0).standard_error.is_none());
         assert!(
             (1..6)

@@ -1,5 +1,5 @@
-//! The weights of the energy that all replicas share in a multicanonical exchange, and how the equilibration
-//! determines them.
+//! Energy weights of a multicanonical exchange, and how the equilibration determines them. All replicas share the same
+//! weights.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,11 +22,11 @@ const MOST_ROWS: u64 = 10_000;
 pub(super) struct Multicanonical {
     /// Numbers of attempts at the ends of the first three quarters of the equilibration.
     ends: [u64; 3],
-    /// Number of attempts between two rows of energies that are kept.
+    /// Number of attempts from one stored row of energies to the next.
     every: u64,
-    /// Rows of energies of the second quarter, and rows of the third quarter.
+    /// Rows of energies from the second and from the third quarter.
     rows: [Vec<Vec<f64>>; 2],
-    /// Present weights of the energy; `None` before the third quarter of the equilibration.
+    /// Present energy weights; `None` before the third quarter of the equilibration.
     weights: Option<EnergyWeights>,
 }
 
@@ -78,8 +78,8 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // A row of the second quarter without a counterpart in the third is incomplete, and the histograms skip
-            // it.
+            // If the third quarter has fewer rows than the second, the last rows remain incomplete, and the histograms
+            // skip them.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();

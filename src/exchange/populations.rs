@@ -9,7 +9,8 @@ use crate::model::Scene;
 /// Largest number of levels. If there are more, they are merged into bins of equal width.
 const MOST_LEVELS: usize = 100;
 
-/// Largest number of bins when bins replace levels. Bins are merged in pairs when there are more than [`MOST_BINS`].
+/// When bins replace levels, the width of the bins is chosen to give at most about this many bins. Neighbouring bins
+/// are merged in pairs as soon as there are more than [`MOST_BINS`].
 const BINS: f64 = 40.0;
 const MOST_BINS: usize = 80;
 
@@ -152,7 +153,8 @@ pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> 
     bins
 }
 
-/// Returns the smallest power of two not below a positive number. With such widths, the edges of bins are exact.
+/// Returns the smallest power of two that is at least as large as a positive number. If the width of bins is a power of
+/// two, their edges are exact.
 fn power_of_two(number: f64) -> f64 {
     libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
 }

@@ -39,7 +39,7 @@ impl Replica {
         Ok(Self { simulation, ledger })
     }
 
-    /// Enters the energy of the replica in its ledger, and returns the potential energy `[energy]`.
+    /// Records the energy of the replica in its ledger, and returns the potential energy `[energy]`.
     pub fn note(&mut self) -> f64 {
         let energy = self.simulation.energy();
         self.ledger.note(&self.simulation, &energy);

@@ -57,9 +57,11 @@ pub struct Exchange {
     pub(super) first_stream: usize,
     /// Simulated time at the start `[time]`.
     start: f64,
-    /// Numbers of attempts: before averages begin, in all, and between two frames.
+    /// Number of attempts before averages begin.
     pub(super) equilibration: u64,
+    /// Number of attempts until the end of the exchange.
     total: u64,
+    /// Number of attempts between two frames.
     frame_every: u64,
     pub(super) attempts: u64,
     pub(super) replicas: Vec<Replica>,
@@ -104,7 +106,7 @@ pub struct ExchangeRow<'e> {
 pub const DISTANCE: (&str, &str) = ("distance", "length");
 
 impl ExchangeRow<'_> {
-    /// Returns the distance in each window `[length]`. The result has a meaning only for exchanges between windows.
+    /// Returns the distance in each window `[length]`. The result is meaningful only for exchanges between windows.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> {
         let each = self.measured.len() / self.potential.len().max(1);
         self.measured.iter().copied().step_by(each.max(1))
@@ -116,8 +118,8 @@ pub(super) fn in_order<'e>(places: &'e [usize], replicas: &'e [Replica]) -> impl
     places.iter().map(|number| &replicas[*number].simulation)
 }
 
-/// Number of attempts between two frames. It follows from the frame interval of the scene. If the scene has none, the
-/// number keeps the frames of all temperatures within the size limit.
+/// Number of attempts between two frames, according to the frame interval of the scene. If the scene has no frame
+/// interval, the number is chosen so that the frames of all temperatures stay within the size limit.
 pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
     let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
     given.unwrap_or_else(|| {

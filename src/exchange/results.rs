@@ -90,6 +90,6 @@ pub struct ExchangeResults {
     /// exchange, they lead from the mean potential energy of the highest temperature to that of the lowest and back.
     /// Between windows, they lead from the last window to the first and back.
     pub round_trips: Vec<u64>,
-    /// Faults found by the audits of the replicas, in words; empty for a sound exchange.
+    /// Faults found by the audits of the replicas, in words; empty if there are none.
     pub faults: Vec<String>,
 }

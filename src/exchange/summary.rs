@@ -31,7 +31,7 @@ pub struct ExchangeSummary {
     /// Checksums of the tables, by name; empty for an incomplete exchange.
     #[serde(default)]
     pub tables: BTreeMap<String, String>,
-    /// The engine of the replicas, in words.
+    /// Description of the engine that runs the replicas.
     pub engine: String,
     /// Number of particles of each replica, static ones included.
     pub particles: usize,
@@ -110,9 +110,10 @@ impl ExchangeSummary {
         Self { potential_of_mean_force: found.points, ..self }
     }
 
-    /// The smallest set of ascending temperatures, from the lowest to the highest of the exchange, for
-    /// which all swaps have equal acceptance, at least the given value. It follows from the density of
-    /// states. `None` if the density of states is unknown, or if the value is not between 0 and 1.
+    /// The shortest list of temperatures for which neighbours swap with a probability of at least `acceptance`. This
+    /// probability is the same for all neighbours, and is predicted from the density of states. The temperatures ascend
+    /// from the lowest to the highest of the exchange. `None` if the density of states is unknown, if `acceptance` is
+    /// not between 0 and 1, or if more than a thousand temperatures are needed.
     #[must_use]
     pub fn temperatures_for(&self, acceptance: f64) -> Option<Vec<f64>> {
         let levels = self.density_of_states.iter().map(|level| (level.energy, level.log_density_of_states.mean));

@@ -178,7 +178,7 @@ impl Cells<'_> {
         self.0.get(at)?.parse().ok()
     }
 
-    /// Returns a mean with the error in the next cell, which may be empty.
+    /// Returns an estimate: its mean is in this cell, and its error is in the next cell, which may be empty.
     fn estimate(&self, at: usize) -> Option<Estimate> {
         Some(Estimate { mean: self.number(at)?, standard_error: self.number(at + 1) })
     }

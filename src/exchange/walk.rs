@@ -22,7 +22,8 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// `temperatures` ascend or descend. Equal temperatures stand for windows in ascending order.
+    /// Temperatures are in ascending or descending order. For an exchange between windows, all temperatures are equal,
+    /// and the windows ascend.
     pub fn new(temperatures: &[f64]) -> Self {
         let count = temperatures.len();
         let last = count - 1;

@@ -9,8 +9,8 @@ fn is_within(distance: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&distance)
 }
 
-/// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin, a
-/// distance caught between the temporary window's end and an obstacle would be reflected ever more often.
+/// Fraction of a window's width by which a replica may move back on its way to the window. Without this margin, the
+/// particles could be caught between the end of the temporary window and an obstacle, and be reflected ever more often.
 const BACK: f64 = 0.1;
 
 /// Returns the temporary window of a replica on its way to its final window. The temporary window includes the

@@ -63,8 +63,8 @@ pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
 /// Gives a complete file or folder its final name, in one step.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; system errors. In these cases,
-/// no file or folder is changed.
+/// [`io::ErrorKind::AlreadyExists`] if the name is taken and `existing` is [`Existing::Keep`]; system errors. In
+/// these cases, no file or folder is changed.
 pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
         Existing::Keep => publish_new(from, to)?,

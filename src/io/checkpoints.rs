@@ -69,13 +69,13 @@ impl Checkpoints {
         self.since.elapsed() >= interval
     }
 
-    /// Writes a checkpoint under a temporary name. Once it is synced to disk, the last one becomes the
-    /// previous one.
+    /// Writes a checkpoint to a temporary file and syncs it to disk. The file then replaces the last checkpoint, which
+    /// is kept as the previous one if there is a path for it.
     pub fn write(&mut self, content: &impl Serialize) -> Result<(), OutputError> {
         let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write(&file, content) {
-            // An incomplete checkpoint is useless, and a full disk may need its space.
+            // Removes the incomplete checkpoint. It cannot be used, and the disk may be full.
             drop(file);
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));

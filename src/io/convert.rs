@@ -42,7 +42,7 @@ use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
-    /// Default path of a conversion: beside the source, with the same name and another ending.
+    /// Default path of a conversion: beside the source, with the same name and another extension or suffix.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -58,8 +58,8 @@ impl Format {
         source.with_file_name(name)
     }
 
-    /// Returns the format for the ending of a file or folder name, such as GSD for `.gsd`. [`Self::ENDINGS`] lists
-    /// all endings.
+    /// Returns the format that belongs to the extension or suffix of a name, such as GSD for `.gsd`. [`Self::ENDINGS`]
+    /// lists all extensions and suffixes.
     #[must_use]
     pub fn of_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -67,7 +67,7 @@ impl Format {
         Self::ENDINGS.into_iter().find(|(_, ending)| is_ending(ending)).map(|(format, _)| format)
     }
 
-    /// Endings of the names of files and folders, by format.
+    /// File name extensions and folder name suffixes, by format.
     pub const ENDINGS: [(Self, &str); 12] = [
         (Self::Lammps, ".lammpstrj"),
         (Self::Lammps, ".lammps"),
@@ -101,7 +101,7 @@ impl Format {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
-    /// Endings of the files in a folder of this format; `None` if the format is a single file.
+    /// Extensions of the files in a folder of this format; `None` if the format is a single file.
     fn folder_of(self) -> Option<&'static [&'static str]> {
         match self {
             Self::Vtk => Some(&["vtp", "pvd"]),
@@ -118,7 +118,7 @@ pub struct Options {
     pub first: u64,
     /// Index of the last frame to convert; `None` for all later frames.
     pub last: Option<u64>,
-    /// Whether an existing file may be replaced, or a folder that holds only files of the format.
+    /// Whether to replace an existing file, or an existing folder that holds only files of the format.
     pub replace: bool,
 }
 
@@ -148,8 +148,8 @@ pub(super) trait Writer: Send {
 
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
-/// Nothing that exists, finished or not, is replaced unless the options permit it, and then only a file, or a
-/// folder that holds only files of the format. If a conversion fails, its output is removed. A conversion of
+/// Existing output, complete or not, is replaced only if the options permit it. A folder is replaced only if it
+/// holds nothing but files of the format. If a conversion fails, its output is removed. A conversion of
 /// a run's trajectory at [`Format::target_beside`] counts as one of the run's files, and is removed when that
 /// run is replaced.
 ///
@@ -165,8 +165,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     convert_watched((source, format, target), options, &mut || ControlFlow::Continue(()))
 }
 
-/// Converts a trajectory as [`convert`] does, from a source to a format at a target. `watch` is called after each
-/// frame, and may end the conversion.
+/// Converts a trajectory as [`convert`] does. Calls `watch` after each frame; `watch` may end the conversion.
 ///
 /// # Errors
 /// The errors of [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is then removed.

@@ -52,7 +52,7 @@ impl UnnamedFile {
 /// A file with a temporary name. Dropping this value removes the file if it still has this name.
 struct TemporaryFile {
     path: PathBuf,
-    /// Keeps the file locked until this value is dropped, also if another program writes to the file.
+    /// Keeps the file locked until this value is dropped, even if another program writes to the file.
     _lock: File,
 }
 
@@ -82,14 +82,15 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Removes all drafts in a folder that no process has locked. On systems without locks, drafts are not removed.
+/// Removes all drafts in a folder, except for drafts that a process has locked. On systems without locks, no draft is
+/// removed.
 pub(crate) fn remove_abandoned(folder: &Path) {
     // An unreadable folder is ignored here, because the command itself reports it.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // The lock is held until the draft is removed. Otherwise, the process that has just created the draft could
-        // lock it and use it.
+        // `file` holds the lock until the draft is removed. Without the lock, the process that has just created the
+        // draft could lock it and start to write.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }

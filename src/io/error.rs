@@ -89,7 +89,7 @@ pub enum OutputError {
     /// The folder holds a run and its replacement, which is unfinished or unsound.
     #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
-    /// The new run would replace an existing one, but something else exists at the path that it needs.
+    /// The new run would replace an existing one. It needs this path, but something else exists there.
     #[error("{} is needed for the new run, and holds something else", .0.display())]
     NotReplacement(PathBuf),
     /// The output folder is inside the folder of a run.

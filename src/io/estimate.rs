@@ -33,7 +33,7 @@ const ROWS: f64 = 400.0;
 /// Length of a number with all its digits, as text `[bytes]`.
 const DIGITS: f64 = 19.0;
 
-/// Size of the checkpoints per particle `[bytes]`. At times, three checkpoints exist.
+/// Size of the checkpoints per particle `[bytes]`. Up to three checkpoints exist at the same time.
 const CHECKPOINT: f64 = 3.0 * 300.0;
 
 /// Size of an event in the table of contacts `[bytes]`.
@@ -44,8 +44,8 @@ const CONTACT: f64 = 100.0;
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// Memory per triangle of a curved mesh `[bytes]`, including its edges, its corners and the search tree. For a million
-/// triangles, 0.97 GB were measured.
+/// Memory per triangle of a curved mesh `[bytes]`, including its edges, its corners and the search tree. The measured
+/// value for a million triangles was 0.97 GB.
 const TRIANGLE: f64 = 1_000.0;
 
 /// Additional memory per particle `[bytes]` if instruments must know the duration of the run in advance. A copy of the
@@ -62,7 +62,7 @@ pub struct SizeEstimate {
     pub rows: Option<f64>,
     /// Number of frames of `trajectory.xyz`; `None` if the scene does not determine it.
     pub frames: Option<f64>,
-    /// Why the size of frames on disk limits their number; `None` if it does not.
+    /// Why the number of frames is limited by their size on disk; `None` if it is not.
     pub frames_limit: Option<&'static str>,
     /// Number of events of all stages; `None` if the scene does not determine it.
     pub events: Option<f64>,
@@ -165,8 +165,8 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames of a stage before the last measurement. If the scene gives no `interval`, the run chooses
-/// one that yields at most `most` rows or frames. `None` if the scene does not determine the number.
+/// Number of rows or frames in one of the stages that precede the final measurement. If the scene gives no `interval`,
+/// the run chooses one that yields at most `most` rows or frames. `None` if the scene does not determine the number.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -178,8 +178,8 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
     }
 }
 
-/// Simulated time and number of events until a limit, as far as they are known. If the limit has both, the rate decides
-/// which comes first.
+/// Simulated time and number of events at which a limit is reached; `None` if they are unknown. If the limit has both,
+/// the event rate decides which of them is reached first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {

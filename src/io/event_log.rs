@@ -45,7 +45,7 @@ const COLUMNS: [Kind; 9] = [
 /// Number of events buffered in memory. They take 0.7 MB.
 const GATHERED: usize = 4096;
 
-/// Size of an event in all columns together `[bytes]`.
+/// Size of an event, summed over all columns `[bytes]`.
 pub(super) fn bytes_of_event() -> f64 {
     COLUMNS.iter().map(|(.., size)| *size as f64).sum()
 }

@@ -25,7 +25,7 @@ pub struct Measurements {
     /// Results of the last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// Results of the earlier measured stages of a run, or of the temperatures of an exchange.
+    /// Results of the earlier measured stages of a run, or results at each temperature of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }

@@ -1,4 +1,5 @@
-//! State of a folder before a run writes to it: empty, with a finished or unfinished run, or with something else.
+//! State of a folder before a run writes to it. The folder may hold no run, an unfinished run, a finished run, or
+//! something else.
 
 use std::fs;
 use std::io;
@@ -67,8 +68,8 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. The run counts as finished as long as a run that is to replace it can be
-/// resumed.
+/// Returns the state of the run in a folder. The run counts as finished if the folder also contains a run that is to
+/// replace it and can be resumed.
 ///
 /// # Errors
 /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or

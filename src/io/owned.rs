@@ -141,8 +141,8 @@ impl Owned {
         self.list(names)
     }
 
-    /// Checks that files with these names may be written: Carom wrote every file that already has one of the names, and
-    /// every file in a folder with one of the names.
+    /// Checks that files with these names may be written. A file or folder that already has one of the names must be in
+    /// the list. If it is a folder, Carom must have written every file in it.
     ///
     /// # Errors
     /// [`OutputError::Foreign`] if a file that Carom did not write is in the way, [`OutputError::NotPlain`] if a folder
@@ -210,18 +210,18 @@ impl Owned {
     }
 }
 
-/// Files that commands add to the folder of a run under these names by default.
+/// Default names of pages and pictures that commands add to the folder of a run.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
-/// Adds a page, an image or a converted trajectory with its default name to the list of the run in the same folder. A
-/// run that replaces this run then removes the file.
+/// Adds a file to the list of the run in the same folder, so that a run that replaces this run removes the file. Only
+/// pages, pictures and converted trajectories with their default names are added.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);
     let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
-        // Errors are ignored. Without an entry in the list, the file merely remains when the run is replaced.
+        // Errors are ignored. If the entry is missing, a run that replaces this run merely leaves the file in place.
         if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
@@ -260,7 +260,8 @@ fn read(folder: &Path) -> Option<List> {
     List::of(&text).map(|(list, _)| list)
 }
 
-/// Returns the files in a folder with names that every run uses. They form the new list if the list was lost.
+/// Returns the standard names of run files that exist in a folder, complete or not. If the list of files was lost, they
+/// form the new list.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);

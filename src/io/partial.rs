@@ -11,14 +11,15 @@ use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 const SUFFIX: &str = ".partial";
 
-/// Its checksum is updated while it is written, so that a checkpoint does not have to read it again.
+/// A file that has a temporary name until it is complete. Its checksum is updated while it is written, so that a
+/// checkpoint does not have to read it again.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: BufWriter<Checked<File>>,
-    /// Length of the part at the start of the file that is replaced at the end `[bytes]`. The checksum does not include
-    /// it.
+    /// Length of the head of the file `[bytes]`. The checksum does not include the head, because it is overwritten at
+    /// the end of the run.
     head: u64,
 }
 
@@ -52,7 +53,8 @@ impl PartialFile {
         Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
-    /// Continues a checked file under its temporary name. Everything written after the checkpoint is cut off.
+    /// Reopens, under its temporary name, a file that a checkpoint records. Everything written after the checkpoint is
+    /// cut off. The file must have been checked.
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;
@@ -61,7 +63,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
-    /// Continues a file that no checkpoint records, at its end.
+    /// Reopens a file that no checkpoint records. Writing continues at its end.
     pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         let mut file = Checked::new(file);
@@ -73,7 +75,7 @@ impl PartialFile {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
 
-    /// Writes the first bytes of an empty file. They are replaced at the end.
+    /// Writes a provisional head to an empty file. [`Self::replace_head`] writes the final one.
     pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.replace_head(bytes)?;
         self.head = bytes.len() as u64;

@@ -10,8 +10,8 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// Creates an empty file. An existing file is removed first, so that the new content cannot reach another place through
-/// a symbolic or a hard link.
+/// Creates an empty file. An existing file is removed first, because writing through a symbolic or hard link would
+/// change another file.
 ///
 /// # Errors
 /// System errors, for example if a folder exists at the path.
@@ -90,8 +90,8 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Checks the paths of one of Carom's files, under its temporary and its final name. Only a plain file may be there, or
-/// only a folder if `name` ends with `/`. No folder on the way may be a link.
+/// Checks the temporary path and the final path of one of Carom's files. If something exists there, it must be a plain
+/// file, or a plain folder if `name` ends with `/`. No folder between `folder` and the file may be a link.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`] otherwise. A missing file is accepted.
@@ -112,7 +112,8 @@ pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputErr
     parents.try_for_each(|parent| refuse(parent, true))
 }
 
-/// Rejects a path with anything but a plain file, or anything but a plain folder if `is_folder` is true.
+/// Rejects a path at which something other than a plain file exists, or something other than a folder if `is_folder` is
+/// true. Links are always rejected.
 ///
 /// # Errors
 /// [`OutputError::NotPlain`]. A missing file is accepted.

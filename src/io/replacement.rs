@@ -71,7 +71,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// A missing file or folder has been moved before.
+/// Moves a file or folder. If `from` is missing, an earlier attempt has already moved it.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -81,8 +81,8 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // The old folder is removed before the new one arrives in one step. No old file remains among new ones, even if the
-    // program is killed.
+    // The old folder is removed first. A single rename then moves the new folder into place. Even if the program is
+    // killed, no old files are left among the new ones.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
@@ -95,7 +95,7 @@ fn clear(inner: &Path, list: Owned) {
         }
     }
     drop(list);
-    // If the folder contains files of the user, it stays.
+    // The folder stays if it contains files of the user.
     let _ = fs::remove_file(inner.join(owned::FILE));
     let _ = fs::remove_dir(inner);
 }

@@ -44,7 +44,7 @@ pub enum SavedError {
         /// Description of the damage.
         why: String,
     },
-    /// The file was written by another version of Carom, or by a build from other sources.
+    /// The file was written by another version of Carom, or by a build from different sources.
     #[error("carom {found} wrote {name}, and this is carom {} ({here}), which may continue differently", env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// Name of the file.
@@ -203,7 +203,7 @@ mod tests {
         assert!(matches!(refused, Err(SavedError::Exists(_))));
         assert!(std::fs::read_to_string(&path).unwrap().starts_with("notes"));
         save_simulation(&path, &simulation, &1_u8, Existing::Replace).unwrap();
-        // A saved simulation is replaced even if existing files are to be kept.
+        // `Existing::Keep` protects other files, but not saved simulations.
         save_simulation(&path, &simulation, &2_u8, Existing::Keep).unwrap();
         assert_eq!(load_simulation::<u8>(&path).unwrap().1, 2);
         assert!(matches!(load_simulation::<u8>(folder.path()), Err(SavedError::Read { .. })));

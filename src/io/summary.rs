@@ -265,8 +265,8 @@ impl Summary {
     }
 }
 
-/// Ratio of the present diameters to the diameters in the simulation's scene, which are those after its last completed
-/// growth.
+/// Factor by which the growth in progress has changed the diameters; 1 without growth. The diameters in the
+/// simulation's scene include only completed growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }

@@ -1,11 +1,11 @@
 //! Surfaces of a scene as files for viewers: one binary STL file per surface, in the folder `surfaces` beside the
 //! trajectory.
 //!
-//! A file has the name of its surface, with `_` in place of spaces and of characters beyond ASCII. If two names would
-//! be equal, ignoring case, the later one gets a number. A surface has no file if no part of it is in the displayed
-//! region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first motion. If a
-//! surface moves, or is present in some stages only, `surfaces.json` lists all surfaces of the scene with their
-//! motions.
+//! A file is named after its surface. Characters other than ASCII letters, digits and `_-+.()` become `_`. If two names
+//! would be equal, ignoring case, the later one gets a number. A surface has no file if no part of it is in the
+//! displayed region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first
+//! motion. If a surface moves, or is present in some stages only, `surfaces.json` lists all surfaces of the scene with
+//! their motions.
 
 #[cfg(test)]
 mod tests;

@@ -49,8 +49,8 @@ impl Columns {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Columns of a continued run. `applicable` comes from the checkpoint, because the scene may no longer contain
-    /// particles.
+    /// Columns of a resumed run. `applicable` comes from the checkpoint, because the scene of a resumed simulation may
+    /// have no particles.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }

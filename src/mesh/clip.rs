@@ -74,7 +74,7 @@ mod tests {
         let cube = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(2.0));
         let above = HalfSpace { normal: Vector::z(), offset: 0.5 };
         let upper = clipped(&cube, &[above], 1e-12);
-        // The lid has area 4, and the four sides have height 1.5. No new side closes the cut.
+        // The top has area 4, and each of the four sides has area 2 x 1.5. The cut stays open.
         assert!((upper.area() - (4.0 + 4.0 * 3.0)).abs() < 1e-12);
         assert!(upper.all_corners().flatten().all(|corner| corner.z >= 0.5 - 1e-12));
         let oblique = HalfSpace { normal: Vector::new(1.0, 1.0, 0.0).normalize(), offset: 2.0_f64.sqrt() };

@@ -39,8 +39,8 @@ const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 /// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
 
-/// Rounding of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane that lies
-/// in a side of the box within this rounding counts as inside.
+/// Round-off of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane that
+/// lies in a side of the box, within this round-off, counts as inside the box.
 const ROUNDING: f64 = 1e-9;
 
 /// Returns the name and the triangles of each surface of a scene. A surface out of sight has no triangles.
@@ -176,7 +176,7 @@ impl Region {
         let length = span.norm();
         let axis = if length > 0.0 { span } else { Vector::z() };
         let tolerance = self.tolerance(radius);
-        // Steps from a pole to the equator are about as long as the sides of the circles.
+        // A step along a meridian is about as long as a side of the equator.
         let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
         let arc = |step: u32| {
             // The poles lie exactly on the axis.

@@ -18,8 +18,8 @@ pub struct Barostat {
     pub pressure: f64,
     /// Time between two moves `[time]`.
     pub interval: f64,
-    /// Largest change `a` of the logarithm of the volume in a move; `None` adjusts it in equilibrations and in stages
-    /// that are not measured.
+    /// Largest change `a` of the logarithm of the volume in a move. If it is `None`, it is adjusted in equilibrations
+    /// and in stages that are not measured.
     pub amplitude: Option<f64>,
 }
 

@@ -10,11 +10,10 @@ use crate::base::numbers::id;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Component {
-    /// Ids of the particles. Each particle comes after a particle to which it is bonded. A linear chain runs from one
-    /// end to the other.
+    /// Ids of the particles, each after its [parent](Self::parents). A linear chain runs from one end to the other.
     pub ids: Vec<u32>,
-    /// For each entry of `ids`, the index of an earlier entry whose particle is bonded to it. The first entry has its
-    /// own index.
+    /// For each particle, the index of its parent in `ids`. The parent comes earlier in `ids`; if the component follows
+    /// bonds, the two are bonded. The first particle is its own parent.
     pub parents: Vec<u32>,
     pub is_linear: bool,
 }
@@ -31,13 +30,13 @@ impl Component {
         components(group.len(), &inner).into_iter().find(|all| all.ids.len() == group.len())
     }
 
-    /// A component of `count` particles, each connected to the first one.
+    /// Returns a component of `count` particles in which the first particle is the parent of all others.
     pub fn side_by_side(count: usize) -> Self {
         Self { ids: (0..id(count)).collect(), parents: vec![0; count], is_linear: count < 3 }
     }
 
-    /// Positions of the particles of the component relative to the first one. The path follows the bonds, and each bond
-    /// is a minimum image.
+    /// Returns the positions of the particles relative to the first one, across periodic sides. `nearest` returns the
+    /// minimum image of the displacement of a particle from its parent.
     pub fn path(&self, positions: &[Vector], nearest: impl Fn(Vector) -> Vector) -> Vec<Vector> {
         let mut path: Vec<Vector> = Vec::with_capacity(self.ids.len());
         for (&id, &parent) in self.ids.iter().zip(&self.parents) {
@@ -49,7 +48,8 @@ impl Component {
     }
 }
 
-/// Components with an end come first. Otherwise, the order is that of their first ids.
+/// Returns the components of bonded particles. Components with an end (a particle with a single bond) come first, then
+/// the others, each sorted by the id of the first particle. Particles without bonds are left out.
 pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component> {
     let (starts, partners) = adjacency(particles, bonds);
     let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
@@ -81,8 +81,7 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Returns two arrays: the index at which the partners of each particle start, and the bonded partners of all
-/// particles.
+/// Returns the index of each particle's first partner, and one array with the bonded partners of all particles.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

@@ -46,7 +46,7 @@ pub enum PotentialError {
     /// Every energy is infinite.
     #[error("every energy is infinite, so the pair could be nowhere")]
     Inaccessible,
-    /// The energy at infinite distance is neither 0 nor the barrier of a bond.
+    /// The energy beyond the largest radius is neither 0 nor positive infinity.
     #[error("the outermost energy is {energy}, expected 0 (pairs far apart do not interact) or +inf (a bond)")]
     Outside {
         /// The value.

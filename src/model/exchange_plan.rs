@@ -69,8 +69,8 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
 /// Relative round-off in the ratio of a duration and an interval that are decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts. No computer can reach it, and it leaves a separate random stream for each replica
-/// at each attempt.
+/// Largest number of swap attempts. No computer can reach it, and there are enough random streams for each replica to
+/// have its own at each attempt.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

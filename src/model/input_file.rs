@@ -15,16 +15,16 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of the content of the file: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of columns of the file that the scene does not use. They are not stored with a run, and empty when a run
-    /// is read back.
+    /// Names of columns of the file that the scene does not use. They are not stored with a run: after a run is read
+    /// back, the list is empty.
     #[serde(skip)]
     pub unused: Vec<String>,
-    /// Number of unused bytes after the triangles of a mesh. It is not stored with a run, and zero when a run is read
-    /// back.
+    /// Number of unused bytes after the triangles of a mesh. It is not stored with a run: after a run is read back, it
+    /// is zero.
     #[serde(skip)]
     pub extra_bytes: usize,
-    /// Number of vertices of a mesh that were merged with others, as the scene requests. It is not stored with a run,
-    /// and zero when a run is read back.
+    /// Number of vertices of a mesh that were merged with others, as the scene requests. It is not stored with a run:
+    /// after a run is read back, it is zero.
     #[serde(skip)]
     pub merged_vertices: usize,
 }
@@ -52,7 +52,7 @@ impl InputFile {
     pub fn changed(&self) -> io::Result<Option<String>> {
         let content = fs::read(&self.path)?;
         let now = match content.split_last_chunk::<4>() {
-            // A checkpoint ends with the checksum of all bytes before. A checksum of the whole file would be the same
+            // A checkpoint ends with the CRC-32 of all preceding bytes. The CRC-32 of the whole file would be the same
             // for all checkpoints.
             Some((rest, end)) if checksum(rest).to_le_bytes() == *end => word(rest),
             _ => word(&content),

@@ -97,8 +97,8 @@ pub struct SurfaceForces {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RadialDistribution {
-    /// Largest distance `[length]`; if not given, half of the shortest period, or of the longest edge without periodic
-    /// axes, but at most four times the largest diameter.
+    /// Largest distance `[length]`. The default is half of the shortest period, or half of the longest edge if no axis
+    /// is periodic, but at most four times the largest diameter.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
     /// Number of bins of each function; 200 if not given.
@@ -249,8 +249,8 @@ pub struct Flow {
     pub normal: Option<[f64; 3]>,
     /// Coordinate of the plane along `axis` or `normal` `[length]`.
     pub at: f64,
-    /// Lower corner of a rectangle in the plane, or of a box if the plane is tilted; the whole plane if not given
-    /// `[length]`. The coordinate along `axis` has no effect.
+    /// Lower corner of a rectangle in the plane, or of a box if the plane is tilted `[length]`; no lower limit if not
+    /// given. The coordinate along `axis` has no effect.
     pub lower: Option<[f64; 3]>,
     /// Upper corner of the rectangle `[length]`.
     pub upper: Option<[f64; 3]>,

@@ -61,7 +61,7 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Number of periods from the particle to the image of it that is connected to the first particle of the
+                // Number of periods from the particle to its image that is connected to the first particle of the
                 // molecule.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }

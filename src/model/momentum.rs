@@ -11,7 +11,7 @@ use crate::model::{InteractionId, Scene, Species, Thermostat};
 pub enum Influence {
     /// Reflecting walls. Each wall changes the momentum along its normal.
     Walls,
-    /// Contacts with dissipative walls that the TC model alters. They change the momentum parallel to the wall.
+    /// Contacts with dissipative walls under the TC model, which change the momentum parallel to the wall.
     SlidingContacts,
     /// Thermal walls and surfaces, which give particles new velocities. They change all components of the momentum.
     ThermalWalls,
@@ -21,7 +21,7 @@ pub enum Influence {
     Gravity,
     /// Static particles that interact with moving particles or are bonded to them.
     StaticParticles,
-    /// An Andersen thermostat in the measurement, which gives single particles new velocities.
+    /// An Andersen thermostat in the measurement, which gives individual particles new velocities.
     AndersenCollisions,
 }
 
@@ -91,9 +91,8 @@ impl Scene {
         !falls && self.loses_energy() && !self.is_heated_with(self.run.thermostat.as_ref())
     }
 
-    /// Whether a stage with this thermostat can reach a steady state, in which lost energy is supplied again.
-    /// Gravity supplies energy forever only along a periodic axis. Otherwise, falling particles come to rest
-    /// or leave.
+    /// Whether a stage with this thermostat can reach a steady state, in which the energy lost in contacts is replaced.
+    /// Gravity replaces energy forever only along a periodic axis. Otherwise, falling particles come to rest or leave.
     pub(crate) fn has_steady_state_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let is_periodic = |axis: usize| self.space.boundary[axis] == Boundary::Periodic;
         let falls_for_ever =
@@ -101,7 +100,8 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
-    /// A thermostat that rescales all velocities is allowed.
+    /// Whether no heat bath, thermal wall, moving surface, shear or dissipative contact changes the energy. A
+    /// thermostat that rescales all velocities is allowed.
     pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
         let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
         let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));

@@ -26,8 +26,8 @@ pub struct AuditPlan {
 }
 
 impl Region {
-    /// Whether a point is inside. Points on the lower faces are inside, points on the upper faces are not. Along an
-    /// axis without extent, the coordinates must be equal.
+    /// Whether a point is inside the region. Points on the lower faces are inside, points on the upper faces are not.
+    /// Along an axis on which the region has no extent, the point must have the coordinate of the region.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         let Self { lower, upper } = self;
@@ -56,10 +56,10 @@ pub enum CountSpace {
 /// Output plan of a scene: what to write, at intervals of simulated time `[time]`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
-    /// Interval of rows in `thermo.csv`, in all stages; `None` lets the run choose about 200 rows in each.
+    /// Interval between rows of `thermo.csv`, in all stages; `None` lets the run choose about 200 rows in each stage.
     pub thermo_interval: Option<f64>,
-    /// Interval of frames in `trajectory.xyz`; `None` lets the run choose about 20 frames, but no more than
-    /// fit into 200 MB.
+    /// Interval between frames in `trajectory.xyz`; `None` lets the run choose an interval for about 20 frames, or
+    /// fewer if these would exceed 200 MB.
     pub frame_interval: Option<f64>,
     /// Regions in which to count particles, each a column of `thermo.csv`.
     pub regions: Vec<CountRegion>,

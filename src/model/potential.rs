@@ -201,10 +201,10 @@ impl Potential {
         lowest..=highest
     }
 
-    /// The state of a pair that starts at `distance`. Later, events change the state, and the distance does not decide
-    /// it.
+    /// State of a pair that starts at `distance`. The distance determines only this initial state; afterwards, events
+    /// change it.
     ///
-    /// For a forbidden distance, it is the nearest accessible state.
+    /// If the distance is forbidden, the result is the nearest accessible state.
     #[must_use]
     pub fn state_at(&self, distance: f64) -> usize {
         let captured = self.radii.iter().take_while(|&&radius| distance < radius).count();

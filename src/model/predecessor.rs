@@ -50,8 +50,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// Differences between the scene and the run, in words. If there are any, a new engine starts from the last state
-    /// of the run. The list is empty after a simulation has begun.
+    /// Differences between the scene and the predecessor, in words. If there are any, the run continues from the last
+    /// state of the predecessor with a new engine. The list is empty after a simulation has begun.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// Purpose of random numbers. Each purpose has its own stream, so that a change of one part of a scene leaves
-/// the others unchanged.
+/// Purpose of random numbers. Each purpose has its own stream, so that changing one part of a scene does not change the
+/// random numbers of the other parts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Purpose {
     Placement,
@@ -19,7 +19,7 @@ pub(crate) enum Purpose {
     Exchange,
     Surface,
     Bootstrap,
-    /// Velocities that are redrawn during a run.
+    /// Velocities that `Simulation::thermalize` draws.
     Thermalizing,
     Volume,
 }
@@ -50,8 +50,8 @@ impl Random {
         Self(generator)
     }
 
-    /// Moves to the random numbers for event number `count` of a particle. They are independent of other particles.
-    /// There are 64 numbers for each event, and `2^29` events for each particle.
+    /// Moves to the random numbers for event number `count` of a particle. They are independent of the numbers of other
+    /// particles and events. There are 64 numbers for each event, and `2^29` events for each particle.
     pub(crate) fn seek(&mut self, particle: u32, count: u32) {
         let block = (u128::from(particle) << 32) + u128::from(count << 3);
         self.0.set_word_pos(16 * block);

@@ -21,13 +21,13 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Returns a limit of the simulated time.
+    /// Creates a limit on the simulated time.
     #[must_use]
     pub fn time(time: f64) -> Self {
         Self { time: Some(time), events: None }
     }
 
-    /// Returns a limit of the number of physical events.
+    /// Creates a limit on the number of physical events.
     #[must_use]
     pub fn events(events: u64) -> Self {
         Self { time: None, events: Some(events) }
@@ -49,8 +49,8 @@ pub struct RunPlan {
     pub thermostat: Option<Thermostat>,
     /// Barostat of the measurement.
     pub barostat: Option<Barostat>,
-    /// Gravity of the last equilibration and measurement. It replaces the accelerations of the species.
-    /// Either all stages have a gravity or none `[length / time^2]`.
+    /// Gravity of the last equilibration and measurement `[length / time^2]`. It replaces the accelerations of the
+    /// species. In a validated scene, either every stage has its own gravity or none has.
     pub gravity: Option<Vector>,
     /// Number of threads for the whole run.
     pub threads: Threads,
@@ -101,7 +101,7 @@ impl RunPlan {
         self.stages.iter().map(|stage| stage.gravity).chain([self.gravity]).flatten()
     }
 
-    /// Whether a thermostat gives single particles new velocities in any stage.
+    /// Whether any stage has an Andersen thermostat, which gives individual particles new velocities.
     #[must_use]
     pub fn has_andersen(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
@@ -109,7 +109,7 @@ impl RunPlan {
     }
 }
 
-/// One stage before the last measurement.
+/// A stage before the last measurement.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StagePlan {
     /// Name of the stage in progress reports and results.

@@ -240,7 +240,7 @@ impl Scene {
         self.surfaces.iter().any(SceneSurface::moves)
     }
 
-    /// Whether some wall or other surface has a temperature.
+    /// Whether any wall or other surface has a temperature.
     #[must_use]
     pub fn has_thermal_walls(&self) -> bool {
         self.wall_temperatures.iter().flatten().any(Option::is_some)

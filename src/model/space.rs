@@ -237,7 +237,8 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
 ///
 /// The image along y is chosen first, together with its displacement, then the images along x and z. If any
 /// image is shorter than half of the shortest period, the result is the shortest image. Requires a
-/// displacement of at most half a period, as from [`displacement_within_period`]; 0 for a box at rest.
+/// displacement of at most half a period, as returned by [`displacement_within_period`]. In a box at rest, the
+/// displacement is 0.
 #[inline]
 #[must_use]
 pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {
@@ -318,7 +319,7 @@ mod tests {
             (7.0, -3.0),
             (-5.0, 5.0),
             (25.0, 5.0),
-            // Round-off would wrap this position to the upper side.
+            // Adding a period rounds this position to exactly the upper side, so it is wrapped to the lower side.
             ((-3.0_f64).next_down(), -3.0),
         ] {
             assert_eq!(x(given), Vector::new(expected, 12.0, 1.0), "{given}");

@@ -1,5 +1,5 @@
-//! The state point of a system as a hash. With equal seeds, it gives independent random numbers at different state
-//! points.
+//! Hash of the state point of a system. Systems at different state points get independent random numbers from the same
+//! seed.
 
 use super::Scene;
 use super::space::Boundary;

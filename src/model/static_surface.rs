@@ -10,7 +10,7 @@ use super::{ParticleId, SpeciesId};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StaticSurface {
-    /// Name of the surface. If the scene gives no name, its number among the static surfaces.
+    /// Name of the surface; if the scene gives none, its number among the static surfaces.
     pub name: String,
     /// The static species.
     pub species: SpeciesId,

@@ -99,25 +99,25 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// Converts a point in the frame of the shape to space.
+    /// Converts a point from the frame of the shape to the frame of space.
     #[must_use]
     pub fn place(&self, position: &Vector) -> Vector {
         self.direction(position) + self.displacement
     }
 
-    /// Converts a direction in the frame of the shape to space.
+    /// Converts a direction from the frame of the shape to the frame of space.
     #[must_use]
     pub fn direction(&self, vector: &Vector) -> Vector {
         if self.is_turned { self.rotation * vector } else { *vector }
     }
 
-    /// Converts a point in space to the frame of the shape.
+    /// Converts a point from the frame of space to the frame of the shape.
     #[must_use]
     pub fn place_of_shape(&self, position: &Vector) -> Vector {
         self.direction_of_shape(&(position - self.displacement))
     }
 
-    /// Converts a direction in space to the frame of the shape.
+    /// Converts a direction from the frame of space to the frame of the shape.
     #[must_use]
     pub fn direction_of_shape(&self, vector: &Vector) -> Vector {
         if self.is_turned { self.rotation.tr_mul(vector) } else { *vector }
@@ -147,7 +147,7 @@ pub struct Moment {
     pub acceleration: Vector,
     /// Angular velocity `[1 / time]`.
     pub spin: Vector,
-    /// The point to which `velocity` and `acceleration` refer. For a rotation, it is a point of the axis `[length]`.
+    /// The point to which `velocity` and `acceleration` refer. For a rotation, it is a point on the axis `[length]`.
     pub origin: Vector,
 }
 
@@ -265,7 +265,7 @@ pub(crate) fn turn(axis: &Vector, (sin, cos): (f64, f64)) -> Matrix3<f64> {
 pub struct Timeline {
     /// The rest before the first motion.
     first: Piece,
-    /// All motions and the rests after them, in order of time.
+    /// All motions in order of time, each followed by a rest unless it never ends.
     later: Vec<Piece>,
 }
 

@@ -53,7 +53,7 @@ pub enum ThermostatError {
     /// The system has no temperature that can be scaled: particles accelerate, or fewer than two particles move.
     #[error("scaling velocities needs a temperature: two or more moving particles, without gravity")]
     NoTemperature,
-    /// A simulation does not rescale velocities itself. The caller or a run has to do it.
+    /// A simulation does not rescale velocities by itself. Its caller, such as `run::Run`, has to do it.
     #[error(
         "a simulation does not scale velocities by itself: call Simulation::scale_velocities at each interval, or use run::Run"
     )]

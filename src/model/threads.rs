@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Minimum number of particles per domain. With fewer particles, domains were hardly faster than one engine,
-/// or not at all.
+/// Minimum number of particles per domain. With fewer particles, domains bring little or no gain in speed over a single
+/// engine.
 pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 
 /// Number of threads for a system. The results have the same bits for any number.

@@ -15,8 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::limits::LARGEST;
 use crate::Vector;
 
-/// The largest number of triangles. The indices of their vertices, at most three times as many, fit in 32
-/// bits.
+/// Largest number of triangles. A mesh has at most three times as many vertices, so their indices fit in 32 bits.
 pub const MOST_TRIANGLES: usize = 1 << 28;
 
 /// Largest magnitude of a coordinate `[length]`. Squares of areas and products of volumes then stay far from
@@ -34,8 +33,8 @@ pub struct TriangleMesh {
 
 impl TriangleMesh {
     /// Creates a mesh from the corners of triangles, in the same order. Corners with equal coordinates become one
-    /// vertex, including zeros of different sign. Vertices are numbered in the order of their first appearance.
-    /// Triangles beyond [`MOST_TRIANGLES`] are dropped.
+    /// vertex; zeros of either sign are equal. Vertices are numbered in the order of their first appearance. Triangles
+    /// beyond [`MOST_TRIANGLES`] are dropped.
     #[must_use]
     pub fn welded(corners: impl Iterator<Item = [Vector; 3]>) -> Self {
         let mut welder = Welder::default();
@@ -108,7 +107,7 @@ impl TriangleMesh {
     /// Volume that a closed mesh encloses `[length^3]`, positive if its normals point outwards.
     ///
     /// By the divergence theorem, `V = sum (a - o) . ((b - o) x (c - o)) / 6` for any point `o`. Here `o` is a vertex,
-    /// because a distant point would cost digits of the volume.
+    /// because a distant point would make the volume less precise.
     #[must_use]
     pub fn enclosed_volume(&self) -> f64 {
         let [origin, ..] = self.corners(0);

@@ -8,10 +8,10 @@
 //! interacts immediately. Nothing here depends on absolute time, particle ids or boxes. At a zero of `df/dt`,
 //! the next derivative that is not zero decides whether `f` falls at once.
 //!
-//! The result equals the result of exact arithmetic, or the exact result for coefficients that differ by no
-//! more than their rounding errors. This holds if every component is zero or between `1e-50` and `1e50` in
-//! magnitude, as the test target `oracle` shows. Scenes with larger numbers are rejected, because a product
-//! of four such numbers would overflow.
+//! The result is that of exact arithmetic, either for the given coefficients or for coefficients that differ
+//! from them by no more than their rounding errors. This holds if every component is zero or between `1e-50`
+//! and `1e50` in magnitude, as the test target `oracle` shows. Scenes with larger numbers are rejected,
+//! because a product of four such numbers would overflow.
 //!
 //! | module | pairs | paper |
 //! |---|---|---|
@@ -20,7 +20,7 @@
 //! | [`plane`] | a particle and a flat wall, or the face of a cell | the rule in one dimension |
 //! | [`feature`] | a particle and a point, line or face of a surface, with its ends | Algorithms 2 to 6 on the motion across it |
 //! | `never` | proofs that there is never an event | |
-//! | [`stretch`] | when an overlap function requires an event, and where on a feature it happens | |
+//! | [`stretch`] | times at which an overlap function is falling and not positive, and the foot is on a feature | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;

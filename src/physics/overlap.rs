@@ -9,12 +9,12 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use serde::{Deserialize, Serialize};
 
-/// Side of a discontinuity on which a pair is.
+/// Side of a discontinuity to which a pair belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Side {
-    /// The pair is valid outside: the overlap function is `f+` (Core, Capture).
+    /// The pair belongs outside the discontinuity: its overlap function is `f+` (Core, Capture).
     Positive,
-    /// The pair is valid inside: the overlap function is `f-` (Bounce, Release).
+    /// The pair belongs inside the discontinuity: its overlap function is `f-` (Bounce, Release).
     Negative,
 }
 
@@ -125,8 +125,7 @@ mod tests {
         let acceleration = Vector::new(0.25, 0.0, -1.0);
         let zero = Vector::zeros();
         for dt in [0.0, 0.5, 1.0, 3.0] {
-            // All inputs are small binary fractions. Every operation is exact, so that the two results have the same
-            // bits.
+            // All inputs are small binary fractions and every operation is exact, so the two results are identical.
             let at = stream_position(&state.position, &state.velocity, &zero, dt);
             assert_eq!(Quadratic::new(&state, 1.0).value(dt), at.norm_squared() - 1.0);
             let at = stream_position(&state.position, &state.velocity, &acceleration, dt);

@@ -16,17 +16,17 @@ pub enum Outcome {
     Capture,
     /// The pair crosses a finite step outwards.
     Release,
-    /// Reflection by a finite step that is too high, or by the infinite end of a bond (with restitution).
+    /// Reflection by a finite step that is too high, or by the infinite outer barrier of a bond (with restitution).
     Bounce,
 }
 
 /// Radial state of a pair at a discontinuity, which determines the outcome.
 ///
-/// The radial motion is `B = v . r`, as in the overlap function, instead of `vn = B / |r|`. At a contact,
-/// `|r|` is close to the discontinuity's distance, often 1, and there the square root of a float rounds down
-/// more often than up. A unit normal computed from `|r|` is too long by a quarter of a rounding on average.
-/// Each reflection along this normal adds `4 mu vn^2` times this error to the energy. A hard-sphere fluid
-/// would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. Both may be taken along any vector
+/// The radial motion is given by `B = v . r`, as in the overlap function, not by `vn = B / |r|`. At a contact,
+/// `|r|` is close to the discontinuity's distance, which is often 1. Near 1 the square root of a float rounds down
+/// more often than up, and a unit normal computed from `|r|` is too long by a quarter of a unit in the last place
+/// on average. Each reflection along this normal adds `4 mu vn^2` times this error to the energy. A hard-sphere
+/// fluid would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. Both may be taken along any vector
 /// parallel to `r_ij`, of any length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
@@ -80,9 +80,8 @@ pub fn respond(side: Side, energy_step: f64, approach: &Approach, restitution: f
     Response { outcome, radial: -side.sign() * beyond.sqrt() }
 }
 
-/// Returns the radial motion after a reflection. At a turning point, a pair that does not move towards the
-/// invalid side, within round-off, keeps its velocity. Reversing the velocity would drive the pair to the
-/// invalid side.
+/// Returns the radial motion after a reflection. At a turning point, the pair may already move towards the valid side
+/// because of round-off. Its velocity is then kept, because reversing it would drive the pair to the invalid side.
 #[inline]
 fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }

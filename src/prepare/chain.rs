@@ -12,7 +12,7 @@ use crate::prepare::packing::occupancy::Occupancy;
 /// Maximum number of attempts to place a chain. Each tries several directions for every particle.
 const CHAIN_ATTEMPTS: usize = 2_000;
 
-/// Number of directions to try for the next particle of a chain, before the chain is started again.
+/// Number of directions to try for the next particle of a chain. If all fail, the whole chain is restarted.
 const DIRECTIONS: usize = 50;
 
 pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing: f64) -> Vec<Vector> {

@@ -28,7 +28,7 @@ pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(S
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
-/// Replaces shares by the integer numbers of particles, so that the size of the box suits the actual particles.
+/// Converts shares to whole numbers of particles. The size of the box is then calculated from the actual composition.
 pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let numbers = whole_numbers(&shares, index(count));

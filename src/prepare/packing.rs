@@ -30,11 +30,12 @@ pub(crate) struct RandomFill<'a> {
 }
 
 impl RandomFill<'_> {
-    /// Places particles one by one. If the fill is too dense for this and has a periodic box to itself,
-    /// places all particles together. With `as_many_as_fit`, the result may be shorter than `kinds`.
+    /// Places particles one by one. If this fails, or if the fill is too dense to try, a fill with a periodic box to
+    /// itself is compressed instead. With `as_many_as_fit` there is no compression, and the result may be shorter than
+    /// `kinds`.
     ///
     /// # Errors
-    /// [`NoPlace`] if there is no room for them; with `as_many_as_fit`, if not a single one fits.
+    /// [`NoPlace`] if the particles do not fit. With `as_many_as_fit`, only if not a single particle fits.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense

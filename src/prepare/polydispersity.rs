@@ -38,9 +38,9 @@ pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
 
 /// Diameters of the classes of a lognormal distribution `[length]`.
 ///
-/// `mean` and `deviation` describe the diameter. The logarithm of the diameter has the variance `s^2 =
-/// ln(1 + deviation^2 / mean^2)`. The mean between the quantiles `a` and `b` of a share `1/n` is `n mean
-/// [P(b - s) - P(a - s)]` with the normal distribution function `P`.
+/// `mean` and `deviation` describe the diameter. The variance of its logarithm is `s^2 = ln(1 + deviation^2 / mean^2)`.
+/// A class between the quantiles `a` and `b` of the standard normal distribution has the mean
+/// `n mean [P(b - s) - P(a - s)]`, where `P` is the normal distribution function and `n` the number of classes.
 pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
@@ -61,9 +61,9 @@ pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: 
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Iterates over all numbers below `count`, the indices of classes. The first few are always spread evenly, in pairs
-/// around the middle. If the number of particles is not a multiple of the number of classes, the first classes each get
-/// one more particle, and with this order the mean diameter hardly changes.
+/// Iterates over the indices of `count` classes, in an order in which the first few are always spread evenly, in pairs
+/// around the middle. If the number of particles is not a multiple of `count`, the first classes in this order each get
+/// one more particle, and the mean diameter hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =
@@ -142,7 +142,8 @@ mod tests {
 
     #[test]
     fn a_gaussian_is_cut_at_zero() {
-        // A mean near 0 cuts off half of the distribution. The rest has a mean of sqrt(2 / pi) standard deviations.
+        // With a mean near 0, truncation at 0 removes half of the distribution. The other half has a mean of
+        // sqrt(2 / pi) standard deviations.
         let diameters = gaussian(1e-9, 1.0, 64);
         let (mean, deviation) = mean_and_deviation(&diameters);
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");

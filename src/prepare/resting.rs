@@ -1,9 +1,8 @@
 //! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
 //!
-//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after
-//! `2 v / a` (theory: free fall). At rest this time is zero, so that events never end. If the sphere is
-//! almost at rest, events are so frequent that time hardly advances. The TC model then makes all of them
-//! elastic.
+//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a`
+//! (theory: free fall). For a sphere at rest this time is zero, so its events would never end. For a sphere almost at
+//! rest, events are so frequent that time hardly advances, and the TC model makes all of them elastic.
 
 use crate::Vector;
 use crate::base::numbers::id;

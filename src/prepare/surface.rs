@@ -5,8 +5,8 @@
 //! exceeds `s`.
 //!
 //! Rows of spheres at most `d` apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`,
-//! for any shift of the rows. The reason: a circle without spheres inside cuts no chord longer than `d` out of either
-//! row, and its centre is at most `h / 2` from the nearer row.
+//! for any shift of the rows. The reason: if a circle contains no sphere centre, its chord along each row is at most
+//! `d` long. Its centre is at most `h / 2` from the nearer row.
 
 pub(crate) mod curve;
 pub(crate) mod leak;
@@ -154,8 +154,8 @@ impl Surface {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// Spacing that gives the same holes as a square grid with the spacing `of_grid`. The hole of spacing `d` has the
-    /// radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
+    /// Spacing at which this surface has the same holes as a square grid with the spacing `of_grid`. With the spacing
+    /// `d`, the holes have the radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }

@@ -132,7 +132,8 @@ fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, 
     }
 }
 
-/// Three directions at 120 degrees to each other, in a random plane of at least two axes that are not flat.
+/// Returns three directions at 120 degrees to each other, in a random plane. The space needs at least two axes that are
+/// not flat.
 fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
     let first = random.direction(space);
     let across = loop {

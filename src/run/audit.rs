@@ -36,8 +36,8 @@ pub struct Limits {
     pub energy: f64,
     /// Largest accepted drift of the total momentum, relative to the sum of `m |v|` over all particles.
     pub momentum: f64,
-    /// Largest accepted depth of an overlap, relative to the contact distance. `None` compares each overlap with the
-    /// round-off of its coordinates.
+    /// Largest accepted depth of an overlap, relative to the contact distance. `None` accepts only overlaps that the
+    /// round-off of the coordinates explains.
     pub overlap: Option<f64>,
 }
 
@@ -236,7 +236,8 @@ impl Ledger {
         }
     }
 
-    /// Called before velocities are scaled, because no row may exist at that time.
+    /// Updates the largest energy and the largest sum of momenta at times without a row: before velocities are scaled,
+    /// and at the end of a stage.
     pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
         if self.initial_momentum.is_some() {

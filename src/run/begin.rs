@@ -115,8 +115,8 @@ impl Run {
         self
     }
 
-    /// Plans rows, frames and instruments for `end` instead of the limit of the scene. This repeats a run whose limit
-    /// was changed after its start.
+    /// Plans rows, frames and instruments for the limit `end` instead of the limit in the scene. This is needed to
+    /// repeat a run whose limit was changed after its start.
     pub(crate) fn planned_for(mut self, end: Option<Limit>) -> Self {
         self.state.planned = end;
         self
@@ -157,7 +157,7 @@ impl Run {
     /// a run.
     ///
     /// `watch` is called every few hundredths of a second. When it returns `Break`, the run is interrupted and can be
-    /// resumed. Neither `watch` nor the recorder changes the trajectory. A stage without a limit is skipped.
+    /// resumed. Neither `watch` nor the recorder changes the trajectory. A stage without an end condition is skipped.
     ///
     /// # Errors
     /// [`RunError::Recorder`] if the recorder fails, and [`RunError::Instrument`] if the registered instruments differ
@@ -239,9 +239,10 @@ impl Run {
         drive_in_steps(run, end, recorder).map_err(RunError::Recorder)
     }
 
-    /// Runs all stages before the last measurement. Then pauses with the thermostat and the gravity of the measurement
-    /// set up. Returns the run, which continues with the same bits, and `None`. If the run ends earlier, returns the
-    /// run in its present state and the reason for its end.
+    /// Runs all stages before the last measurement, then pauses at its beginning, with the thermostat and the gravity
+    /// of the measurement set up. Returns the paused run and `None`. The paused run can be continued, with the same
+    /// bits as without the pause. If the run ends earlier, returns the run in its present state and the reason for its
+    /// end.
     ///
     /// `watch` is called as in [`Self::execute`]. Results of measured stages are not recorded.
     ///

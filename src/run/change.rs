@@ -21,15 +21,15 @@ pub enum ChangeError {
 }
 
 impl Run {
-    /// Creates a run with changed values of the scene (gravity, interactions, temperatures of walls, ...). It starts
-    /// from the present positions and velocities, at the beginning of the present stage. The present particles, bonds
-    /// and static meshes replace those in the text.
+    /// Creates a run from `text`, a scene with changed values (gravity, interactions, temperatures of walls, ...). The
+    /// new run starts from the present positions and velocities, at the beginning of the present stage. The present
+    /// particles, bonds and static meshes replace those in `text`.
     ///
     /// `overrides` have the same form as in [`Scene::from_file_with`].
     ///
     /// # Errors
-    /// [`ChangeError`] if the text has an error, or does not fit the state (for example if the box has another size or
-    /// a diameter is larger). Also if diameters grow or have grown.
+    /// [`ChangeError::Scene`] if the text has an error, or does not fit the state (for example if the box has another
+    /// size or a diameter is larger). [`ChangeError::Grown`] if diameters grow or have grown.
     pub fn changed(&self, text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<Self, ChangeError> {
         if self.simulation.is_growing() || self.simulation.scale() != 1.0 {
             return Err(ChangeError::Grown);

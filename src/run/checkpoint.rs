@@ -147,7 +147,7 @@ mod tests {
         let scene = SceneBuilder::new("full")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            // The checkpoint has some megabytes, which is more than any buffer can hold.
+            // The checkpoint has several megabytes, more than any buffer can hold.
             .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
             .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
             .build()

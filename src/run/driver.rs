@@ -29,8 +29,8 @@ use crate::base::clock::Instant;
 use crate::engine::{Scaling, Simulation, Until};
 use crate::model::Limit;
 
-/// Number of engine steps between two calls of `watch`: the initial number and the largest. A step is slow if particles
-/// have very many neighbours, so the number is adapted to the wall time. It does not affect the trajectory.
+/// Initial and largest number of engine steps between two calls of `watch`. A step is slow if particles have very many
+/// neighbours, so the number is adapted to the wall time. It does not affect the trajectory.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
 const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
@@ -51,14 +51,15 @@ pub(super) fn drive<R: Recorder>(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Halt {
     Never,
-    /// At a simulated time, or after a number of physical events since the start of the simulation, whichever comes
-    /// first.
+    /// Pause at a simulated time, or after a number of physical events since the start of the simulation, whichever
+    /// comes first.
     At(Until),
-    /// At the beginning of the last measurement.
+    /// Pause at the beginning of the last measurement.
     Measurement,
 }
 
-/// Returns the run, and how it ended unless it only paused.
+/// Runs until the run ends or reaches `halt`. Returns the run and the reason for its end, which is `None` after a
+/// pause.
 pub(super) fn drive_to<R: Recorder>(
     run: Run,
     halt: Halt,
@@ -106,7 +107,7 @@ struct Driver<'a> {
     /// Whether the present stage has ended before its limit. Growing spheres have then reached their target pressure,
     /// or an automatic equilibration has found no drift.
     is_over: bool,
-    /// Whether the simulation is now a copy that runs a pilot run and will be discarded.
+    /// Whether a pilot run is being simulated on a copy that will be discarded.
     is_pilot: bool,
     /// Simulated time or number of physical events at which a pilot run pauses. The caller does not see this pause.
     pause: Until,
@@ -199,8 +200,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Advances to a simulated time and returns `None`. If the run comes first to a number of events or to another
-    /// ending, stops there and returns the ending.
+    /// Advances to a simulated time and returns `None`. If the run first reaches the number of events or another
+    /// ending, stops there and returns this ending.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();

@@ -13,15 +13,14 @@ const STEPS_PER_SECOND: f64 = 1e6;
 /// Number of neighbours that can be tested in the wall time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Wall time `[seconds]` above which work besides events is reported in advance, if it also far exceeds the work of the
-/// events: 10 minutes.
+/// Work besides events is reported before the run if it takes longer than this wall time `[seconds]`: 10 minutes.
 const LONG: f64 = 600.0;
 
-/// Wall time `[seconds]` above which the events themselves are reported in advance, if the scene limits the run by
-/// time: 3 hours.
+/// The events of a run limited by time are reported before the run if they take longer than this wall time `[seconds]`:
+/// 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Work besides events is reported only if it has more than this many steps per event.
+/// Work of a thermostat, a barostat or shear flow is reported only if it has more than this many steps per event.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Number of neighbours per particle above which events are so slow that they are reported.
@@ -113,8 +112,8 @@ const SEARCH_STEP: f64 = 1e-7;
 /// is then too inaccurate.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Returns the surfaces that oscillate or turn so fast that the run takes long, or that their motion cannot be
-/// resolved.
+/// Returns a reason for each surface that oscillates or turns so fast that the run takes long, or that its phase is
+/// lost in round-off.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -231,8 +230,9 @@ fn section(scene: &Scene) -> f64 {
     of_pairs.sum()
 }
 
-/// Collision rate relative to a dilute gas at the same density. It equals the radial distribution function at contact
-/// in a fluid of hard particles. Packing fractions above the highest density of the fluid are replaced by this density.
+/// Enskog factor: the collision rate divided by the rate from the formula for a dilute gas. In a fluid of hard
+/// particles, it equals the radial distribution function at contact. Packing fractions above the highest density of the
+/// fluid are replaced by this density.
 fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
     match dimensions {
@@ -294,7 +294,7 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has about"), "{found:?}");
-        // Costs are also reported if the scene limits the number of events instead of the time.
+        // Work besides events is also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }

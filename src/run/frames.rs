@@ -14,8 +14,8 @@ const AIM: u32 = 20;
 /// written, even if it is larger.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// Explanation for the user if the total size of the frames limits their number. The second text is used if a single
-/// frame exceeds the total size.
+/// Text for the user if the total size of the frames limits their number. The second text is for a single frame that is
+/// larger than the limit.
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
 
@@ -34,7 +34,7 @@ impl FrameLimit {
         Self::with(scene, frame_bytes(scene), measured)
     }
 
-    /// Returns the limit for each temperature of a replica exchange.
+    /// Returns the limit of the number of frames for each temperature of a replica exchange.
     pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
         Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
     }

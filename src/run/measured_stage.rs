@@ -26,7 +26,7 @@ pub struct MeasuredStage {
     /// Whether each observable drifted or was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium or in a steady state.
+    /// Whether the system was in equilibrium or a steady state, and reasons against it.
     pub equilibrium: Equilibrium,
     /// Results of the instruments in this stage.
     pub measured: Measured,

@@ -7,8 +7,8 @@ use super::stage::{Settings, Stage};
 use crate::engine::{Reason, Until};
 use crate::model::{Limit, Scene};
 
-/// Number of engine steps in a trial run of a scene whose rate changes: in all, and between two records of the event
-/// count. The trial takes at most a few seconds.
+/// Number of engine steps in a trial run of a scene whose event rate changes: in total, and between two records of the
+/// event count. The trial takes at most a few seconds.
 const STEPS: u64 = 1_000_000;
 const STEPS_OF_PART: u64 = 10_000;
 
@@ -93,7 +93,7 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // A run without an equilibration has an equilibration stage without a limit.
+    // A run without an equilibration still has an equilibration stage. This stage has no end and is skipped.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
@@ -120,7 +120,7 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
         }
     }
     let (passed, events) = *course.last()?;
-    // Returns the number of events at `time`, from the first record at or after it.
+    // Returns the number of events in the first record at or after `time`.
     let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];

@@ -1,4 +1,4 @@
-//! Event rate of a scene with a steady rate, estimated before the run.
+//! Estimate of the event rate before a run, for scenes in which the rate is steady.
 
 use super::forecast;
 use crate::engine::surfaces::search_steps;
@@ -16,8 +16,8 @@ const LEAST: u64 = 1_000;
 /// Maximum number of engine steps (events, cell transitions and new predictions) in each of the two halves of a trial.
 const STEPS: u64 = 500_000;
 
-/// Maximum number of search steps in a trial. They are needed to find contacts with surfaces that oscillate or turn,
-/// and a single engine step may need very many of them. This maximum takes one or two seconds.
+/// Maximum number of search steps in a trial. Contacts with surfaces that oscillate or turn are found in search steps,
+/// and a single engine step may need very many of them. A trial with the maximum number takes one or two seconds.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
 /// Number of engine steps after which the number of search steps is checked.
@@ -27,8 +27,8 @@ const BETWEEN: u64 = 64;
 const FEWEST: u64 = 10;
 
 /// Estimates the number of events per simulated time `[1 / time]`, from a trial in which each particle has a few
-/// events. If there are too many particles for a trial, or it has too few events, the rate follows from kinetic theory
-/// at the initial speeds. `None` if neither gives a rate.
+/// events. If the scene has too many particles for a trial, or the trial has too few events, the rate follows from
+/// kinetic theory at the initial speeds. `None` if neither gives a rate.
 ///
 /// The result depends only on the scene, not on the speed of the machine.
 #[must_use]
@@ -42,7 +42,8 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
 /// A trial: a short simulation of a scene with limited work.
 pub(super) struct Try {
     pub simulation: Simulation,
-    /// Number of search steps of the present thread at which the trial is given up; `None` if no surface moves.
+    /// The trial is given up when the present thread's count of search steps reaches this number. `None` if no surface
+    /// moves.
     most: Option<u64>,
 }
 
@@ -106,7 +107,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Returns the true event rate after the lattice has melted.
+    /// Measures the event rate in a long run, after the lattice has melted.
     fn measured(scene: Scene) -> f64 {
         let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(20_000)).unwrap();
@@ -125,7 +126,7 @@ mod tests {
             let truth = measured(small);
             let what = format!("{packing_fraction}: {tried} {theory} {truth}");
             assert!((tried / truth - 1.0).abs() < 0.35 && (theory / truth - 1.0).abs() < most, "{what}");
-            // Systems of this size have no trial, so the rate follows from kinetic theory.
+            // Systems of this size are too large for a trial, so the rate follows from kinetic theory.
             let large = fluid(potential.clone(), 4_000, packing_fraction);
             assert!((expected_rate(&large).unwrap() / (8.0 * truth) - 1.0).abs() < most, "{what}");
         }
@@ -156,7 +157,7 @@ mod tests {
         let before = search_steps();
         assert!(crate::run::foreseen_rate(&scene).is_err());
         let done = search_steps() - before;
-        // The number of search steps is checked only after every 64 engine steps, so it may exceed the maximum.
+        // The number of search steps is checked only every 64 engine steps, so it may exceed the maximum.
         assert!((SEARCH_STEPS..2 * SEARCH_STEPS).contains(&done), "{done}");
         assert_eq!(crate::run::burdens(&scene).len(), 1);
     }

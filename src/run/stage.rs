@@ -37,7 +37,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// A stage without any end is skipped.
+    /// A stage is skipped if it has no limit, no growth and no automatic end.
     pub fn has_end(&self) -> bool {
         self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
     }
@@ -52,7 +52,7 @@ impl Stage {
         Self::listed(plan, 0)
     }
 
-    /// Returns the stages of a plan that are simulated, in order. A stage without any end is skipped.
+    /// Returns the stages of a plan that are simulated, in order. Stages without an end are skipped.
     pub fn simulated(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
         Self::all(plan).filter(|stage| stage.settings(plan).has_end())
     }
@@ -61,8 +61,8 @@ impl Stage {
         std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
     }
 
-    /// Returns the first stage that belongs to an entry in the list of stages. After the last entry, it is the
-    /// equilibration before the last measurement.
+    /// Returns the first stage that belongs to entry `number` in the list of stages. If there is no such entry, returns
+    /// the equilibration before the last measurement.
     fn listed(plan: &RunPlan, number: u32) -> Self {
         match plan.stages.get(number as usize) {
             Some(stage) if stage.measured.is_some() => Self::EquilibrationOf(number),
@@ -121,7 +121,8 @@ impl Stage {
         }
     }
 
-    /// Returns the name of the entry in the list of stages to which this stage belongs.
+    /// Returns the name of the stage in the scene file, which is the same for its equilibration and its measurement.
+    /// The part of the run after all listed stages is called `measurement`.
     pub(crate) fn listed_name(self, plan: &RunPlan) -> &str {
         match self {
             Self::Preparation(number) | Self::EquilibrationOf(number) | Self::MeasurementOf(number) => {

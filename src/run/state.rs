@@ -53,8 +53,8 @@ pub(super) struct OverlapCheck {
 }
 
 impl OverlapCheck {
-    /// Increases the intervals between two checks for initial overlaps by a tenth, so that persistent overlaps cost
-    /// little. The time at which the last overlap is resolved is then known to about a tenth.
+    /// Increases the intervals between overlap checks by a tenth, so that persistent overlaps cost little. The time at
+    /// which the last overlap is resolved is then known to within about 10 %.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
@@ -79,7 +79,7 @@ impl Aim {
     }
 }
 
-/// A pilot run in progress that is the beginning of its stage.
+/// An unfinished pilot run that is the beginning of its stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Pilot {
     /// Number of physical events that the pilot run needs for its estimate.
@@ -110,7 +110,8 @@ pub struct RunState {
     /// Simulated time between two checks of the run. It doubles as long as nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
-    /// The check that was planned before an interruption, and that the continued run uses.
+    /// The next check of the run, once it is planned. A continued run keeps the check that was planned before the
+    /// interruption.
     pub(super) aim: Option<Aim>,
     pub(super) pilot: Option<Pilot>,
     /// Number of checks of the run since the last event.
@@ -126,7 +127,7 @@ pub struct RunState {
     /// Event counts at the start of the measurement.
     pub(super) before: EventCounts,
     pub(super) counts_before: EventCountsBySpecies,
-    /// Wall time of the present measurement before the run was last continued `[seconds]`.
+    /// Wall time that the present measurement took before the run was last continued `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether the present stage has been set up.
     pub(super) has_begun: bool,
@@ -216,8 +217,8 @@ impl RunState {
         }
     }
 
-    /// Returns the end of the present stage and the time left until then. `None` if the simulation has not reached the
-    /// end within round-off.
+    /// If the simulation has reached the end time of the present stage within round-off, returns this time and the time
+    /// left until then. Otherwise returns `None`.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
         let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
@@ -233,8 +234,8 @@ impl RunState {
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
-    /// Sets another limit of the last measurement, if this is the present stage. Otherwise the measurement takes its
-    /// limit from the scene when it begins.
+    /// Changes the limit of the last measurement, if this is the present stage. In an earlier stage, nothing changes:
+    /// the measurement takes its limit from the scene when it begins.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {
@@ -248,7 +249,8 @@ impl RunState {
         self.planned.filter(|_| self.stage.stage == Stage::Measurement).unwrap_or(self.stage.limit)
     }
 
-    /// Returns the simulated time and the number of physical events of the last measurement so far; `None` before it.
+    /// Returns the simulated time and the number of physical events since the last measurement began; `None` if it has
+    /// not begun.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
@@ -273,9 +275,10 @@ impl RunState {
     }
 }
 
-/// Shortest simulated time in which a particle crosses the box: with the highest initial speed, with the speed at the
-/// highest temperature of a thermostat or wall, or from rest with its acceleration. In a heat bath it is at most the
-/// time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing moves.
+/// Shortest simulated time in which a particle crosses the box. The particle has the highest initial speed, or the
+/// thermal speed at the highest temperature of a thermostat or wall, or starts from rest with its acceleration. With an
+/// Andersen thermostat, the result is at most the time of [`MANY_COLLISIONS`] Andersen collisions. Infinite if nothing
+/// moves.
 fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
@@ -295,6 +298,6 @@ fn crossing_time(scene: &Scene) -> f64 {
     (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Largest number of Andersen collisions between two checks of the run. So many collisions take a few hundredths of a
-/// second.
+/// Largest number of Andersen collisions between two checks of the run. This number of collisions takes a few
+/// hundredths of a second.
 const MANY_COLLISIONS: f64 = 1e4;

@@ -52,7 +52,7 @@ pub struct SceneBuilder {
     pub(crate) entries: BTreeMap<&'static str, usize>,
     /// Id of the next particle; `None` after a group whose number of particles is not known yet.
     pub(crate) next_id: Option<u64>,
-    /// First group whose ids the caller requested but which comes after a group of unknown size. The scene is then
+    /// First group whose ids the caller requested although an earlier group has an unknown size. The scene is then
     /// rejected.
     pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
@@ -109,7 +109,8 @@ impl SceneBuilder {
         seed(seed: u64) => parts.seed;
         /// Sets the simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Sets whether particles may overlap at the start. The stable rule then resolves the overlaps.
+        /// Sets whether particles may overlap at the start. The simulation then resolves the overlaps by the stable
+        /// rule.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
@@ -251,13 +252,13 @@ impl SceneBuilder {
         self
     }
 
-    /// Gives all particles the same speed in random directions `[length / time]`, for all fills and chains added so far
-    /// that have neither a temperature nor a speed.
+    /// Sets the speed `[length / time]` of all particles in the fills and chains added so far that have neither a
+    /// temperature nor a speed. The directions are random.
     ///
-    /// The particles of a species have opposite directions in pairs. If their number is odd, three of them have
-    /// directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the total momentum
-    /// is zero. Exceptions are a species of one particle, and an odd number of particles in one dimension: one particle
-    /// has no partner, and its momentum remains.
+    /// Within a species, pairs of particles have opposite directions. If the number of particles is odd, three of them
+    /// have directions at 120 degrees to each other. Every particle therefore has exactly this speed, and the total
+    /// momentum is zero. There are two exceptions: a species of one particle, and an odd number of particles in one
+    /// dimension. One particle then has no partner, and its momentum remains.
     pub fn speed(mut self, speed: f64) -> Self {
         self.at_rest().for_each(|start| *start.1 = Some(speed));
         self

@@ -71,8 +71,8 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     Ok(())
 }
 
-/// Replaces the name of a distribution in interactions by the classes of the run. The run has only the names of the
-/// classes: `grain-1`, `grain-2` and so on.
+/// In interactions, replaces the name of a species with distributed diameters by the names of its classes. The earlier
+/// run has only the classes, such as `grain-1` and `grain-2`.
 pub(crate) fn expand_families(scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let is_known = |name: &str| scene.species.iter().any(|species| species.name == name);
     let is_new = |names: &[Distributed], name: &str| named(names, name).is_none() && !is_known(name);

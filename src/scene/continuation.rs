@@ -145,7 +145,7 @@ impl SceneBuilder {
             starts: vec![(0, at_start())],
         };
         // When a periodic side opens, pairs captured across it are suddenly far apart. When a side becomes periodic,
-        // pairs across it may be near. In both cases, the distances decide anew which pairs are captured.
+        // pairs across it may suddenly be close. In both cases, the distances determine which pairs are captured.
         let is_kept = if has_same_periods(&space, &run.space) {
             kept(run, &species, &interactions, &bonds)
         } else {

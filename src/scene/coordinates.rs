@@ -21,7 +21,7 @@ use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 use crate::trajectory::frame::FrameParticle;
 use crate::trajectory::{Frame, compressed};
 
-/// A frame from which a scene starts, with the properties that its source contains.
+/// A frame from which a scene starts, with further data from its source.
 #[derive(Debug)]
 struct Start<'f> {
     frame: Cow<'f, Frame>,

@@ -63,11 +63,11 @@ pub(crate) struct SceneFile {
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one. A scene with `start` and no species takes them from that run.
+    /// Species of particles, at least one. If a scene with `start` has no species, it takes those of the earlier run.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of pairs of species and of bonded particles. A scene with `start` and no interactions takes them
-    /// from that run.
+    /// Interactions of pairs of species and of bonded particles. If a scene with `start` has no interactions, it takes
+    /// those of the earlier run.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,
@@ -79,8 +79,8 @@ pub(crate) struct SceneFile {
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
     pub mesh: Vec<MeshFile>,
-    /// Surfaces that particles collide with, in addition to the walls of the box. A scene with `start` and without this
-    /// key takes the surfaces of that run.
+    /// Surfaces that particles collide with, in addition to the walls of the box. If a scene with `start` does not have
+    /// this key, it takes the surfaces of the earlier run.
     pub surface: Option<Vec<SurfaceFile>>,
     /// Single bonds.
     pub bond: Vec<BondFile>,
@@ -90,8 +90,8 @@ pub(crate) struct SceneFile {
     pub stage: Vec<StageFile>,
     /// Settings of the run, such as its length.
     pub run: Option<RunFile>,
-    /// Replica exchange, instead of one run. Replicas at several temperatures, or in several windows of a distance, are
-    /// swapped at intervals.
+    /// Replica exchange instead of a single run. Replicas at several temperatures, or in several windows of a distance,
+    /// are swapped at intervals.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
     pub measure: MeasureFile,
@@ -116,8 +116,8 @@ impl SceneFile {
 pub(crate) struct StartFile {
     /// Folder of the run. A relative path is relative to the folder of the scene.
     pub from: String,
-    /// Checksum at the end of the checkpoint of the other run: `crc32:` and eight hexadecimal digits. The new run adds
-    /// it to its copy of the scene.
+    /// Checksum that the checkpoint of the other run must have at its end: `crc32:` and eight hexadecimal digits. The
+    /// new run adds this checksum to its copy of the scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }

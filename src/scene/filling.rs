@@ -18,8 +18,9 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
-/// Maximum number of lattice sites in the box around a region. Few of these sites lie inside a region such as a thin
-/// cylinder across the box. At the maximum, a fill takes seconds and a gigabyte of memory.
+/// Maximum number of lattice sites in the bounding box of a region, unless at least a tenth of the sites are needed. A
+/// thin diagonal cylinder contains only a few of the sites in its bounding box. At the maximum, a fill takes a few
+/// seconds and about a gigabyte of memory.
 const MOST_SITES: f64 = 2e7;
 
 /// Relative tolerance when the mean of two diameters is compared with the contact distance.
@@ -136,7 +137,7 @@ impl Filling {
     }
 }
 
-/// Returns the species of a fill, and the share of each in the number of particles.
+/// Returns the species of a fill, each with its relative number of particles.
 fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
     let several = fill.composition.len() != 1;
     let mut shares = Vec::with_capacity(fill.composition.len());

@@ -21,7 +21,7 @@ pub struct GivenParticles {
     pub name: String,
     /// The particles, their bonds and their box.
     pub frame: Frame,
-    /// Whether the frame gives the box of a scene that has no size.
+    /// Whether a scene without a given size takes its box from the frame.
     pub has_box: bool,
     /// Whether the frame has radii. They must then equal the radii of the species.
     pub has_radii: bool,

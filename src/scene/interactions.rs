@@ -116,7 +116,7 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
-    /// Uses interactions that exist already, such as those of a run, and their table of species pairs.
+    /// Uses existing interactions, such as those of a run, and their table of species pairs.
     pub(crate) fn given(
         list: Vec<Interaction>,
         table: &SpeciesPairs<InteractionId>,

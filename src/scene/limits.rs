@@ -9,9 +9,9 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
-/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. For hard spheres at a
-/// packing fraction of 0.5, the largest measured values are 250 bytes, 530 with instruments that look ahead on a copy
-/// of the state, and 560 with a random start.
+/// Memory per particle in a simulation, including its prediction and neighbour lists `[bytes]`. The largest values
+/// measured for hard spheres at a packing fraction of 0.5 are 250 bytes, 530 bytes with instruments that look ahead on
+/// a copy of the state, and 560 bytes with a random start.
 const BYTES_PER_PARTICLE: u64 = 600;
 
 /// Maximum number of particles. A particle can need up to eight cells and eight slots in the blocks of neighbour lists,
@@ -121,7 +121,7 @@ pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), Scen
     Ok(())
 }
 
-/// Requires a finite vector whose components along flat axes are those of `flat`.
+/// Requires a finite vector that equals `flat` along the flat axes.
 pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     finite_vector(vector, at)?;
     for k in 0..3 {

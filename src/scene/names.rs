@@ -25,8 +25,8 @@ impl<'n> Taken<'n> {
     }
 }
 
-/// Requires a one-word name, for columns of trajectories, lists separated by spaces, and tables. It begins with a
-/// letter or a digit, so that no spreadsheet takes it for a formula.
+/// Requires a one-word name, which can be used in columns of trajectories, in lists separated by spaces, and in tables.
+/// It must begin with a letter or a digit, so that a spreadsheet does not take it for a formula.
 pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"

@@ -44,7 +44,8 @@ pub(super) struct Keys<'k> {
 }
 
 impl<'k> Keys<'k> {
-    /// Looks up `word`, the value of the key `what`, among the kinds. Rejects an unknown kind, and keys of other kinds.
+    /// Looks up `word`, the value of the key `what`, among the kinds. Rejects an unknown kind, and keys that only other
+    /// kinds have.
     pub fn of_kind(
         kinds: &Kinds,
         what: &'static str,

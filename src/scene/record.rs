@@ -1,4 +1,4 @@
-//! The record of a scene as it is run: its file with all overrides applied.
+//! The record of a scene: its file with all overrides applied.
 
 use std::path::Path;
 
@@ -32,19 +32,19 @@ impl Scene {
         self.record_of(read_text(path)?, path, overrides)
     }
 
-    /// Like [`Self::record`], with the text of the scene instead of the text at `path`.
+    /// Like [`Self::record`], but takes the scene from `text` instead of reading the file at `path`.
     ///
     /// # Errors
-    /// As [`Scene::from_toml_with`], if the text is not the text of this scene.
+    /// The errors of [`Scene::from_toml_with`], if `text` is not the text of this scene.
     pub fn record_of(&self, text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         self.record_with(text, path, overrides, None)
     }
 
-    /// Like [`Self::record_of`], with the particles that a program has added, if any.
+    /// Like [`Self::record_of`], and also stores the particles that a program has passed to the scene, if any.
     ///
     /// # Errors
-    /// The errors of [`Self::record_of`], and [`SceneErrorKind::Particles`] if tables cannot represent the particles
-    /// because the images of a sheared box are displaced.
+    /// The errors of [`Self::record_of`]. Also [`SceneErrorKind::Particles`] for [`KeptParticles::InTables`] if the
+    /// images of a sheared box are displaced, because tables cannot contain this displacement.
     pub fn record_with(
         &self,
         text: String,

@@ -76,7 +76,7 @@ fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<()
 fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let bounds = region.bounds(space);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
-        // Round-off of the axis may move the end of a shape slightly beyond a side of the box.
+        // Round-off in the axis may move the end of a shape slightly beyond a side of the box.
         let rounding = 1e-12 * (bounds.upper[k] - bounds.lower[k] + bounds.lower[k].abs());
         for value in [bounds.lower[k], bounds.upper[k]] {
             if is_outside(value, k, space, rounding) {

@@ -29,7 +29,7 @@ pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// Rules of the schema that forbid the keys of other kinds, one rule for each kind in a table.
+/// Rules of the schema, one for each kind in a table. Each rule forbids the keys that only other kinds have.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
@@ -53,8 +53,7 @@ fn plain(schema: &mut Schema) {
     }
 }
 
-/// Removes null from the types and the default of a property, so that the schema describes only a property that is
-/// given.
+/// Removes null from the types and the default of a property. In TOML, a key that is not given is absent, not null.
 fn given(property: &mut Map<String, Value>) {
     // Lists of tables are empty by default, so the schema need not state this default.
     let has_tables = property.get("items").is_some_and(|items| items["type"] == "object");

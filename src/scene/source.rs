@@ -23,7 +23,7 @@ struct Override {
     value: String,
     /// Position of the override in the whole text: the file, followed by all overrides.
     start: usize,
-    /// The text `v=value`, preceded by spaces so that the value is at its position in the whole text.
+    /// The text `v=value`, after enough spaces to put the value at its position in the whole text.
     padded: String,
 }
 
@@ -37,7 +37,7 @@ impl Override {
     fn parsed(&self) -> Spanned<DeValue<'_>> {
         if let Ok(document) = DeTable::parse(&self.padded) {
             let mut table = document.into_inner().into_iter();
-            // A text with line breaks could contain further keys. It is then taken as a string.
+            // A value that contains line breaks and further keys is taken as a string.
             if let (Some((_, value)), None) = (table.next(), table.next()) {
                 return value;
             }
@@ -234,7 +234,7 @@ fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
     array.iter().position(named).or_else(|| word.parse().ok())
 }
 
-/// Position of the first integer in a value that does not fit into an `i64`.
+/// Finds the first integer in `value` that does not fit into an `i64`, and returns its position.
 fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
     match value.get_ref() {
         DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).is_err().then(|| value.span()),

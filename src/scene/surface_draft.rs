@@ -28,8 +28,8 @@ impl SurfaceDraft {
         Self { law: SurfaceLaw::Reflecting { restitution }, ..self }
     }
 
-    /// Sets the temperature of the surface `[energy]`. Particles leave it with velocities from the flux of a gas at
-    /// this temperature.
+    /// Sets the temperature of the surface `[energy]`. Particles leave it with velocities from the flux distribution of
+    /// a gas at this temperature.
     #[must_use]
     pub fn temperature(self, temperature: f64) -> Self {
         Self { law: SurfaceLaw::Thermal { temperature }, ..self }

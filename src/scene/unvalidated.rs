@@ -18,7 +18,7 @@ use crate::scene::diagnostic::{SceneError, missing, refuse};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Amount {
-    /// Number of particles per volume `[length^-D]`, `D` the number of axes that are not flat.
+    /// Number of particles per volume `[length^-D]`, where `D` is the number of axes that are not flat.
     NumberDensity(f64),
     /// Total volume of the particles divided by the volume of the region.
     PackingFraction(f64),
@@ -145,7 +145,8 @@ pub struct SurfaceFill {
     pub species: String,
     /// Shape of the surface.
     pub shape: Surface,
-    /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if `None`.
+    /// Largest distance between neighbouring spheres `[length]`. If `None`, moving particles cannot pass between the
+    /// spheres.
     pub spacing: Option<f64>,
 }
 
@@ -344,7 +345,8 @@ pub(crate) struct UnvalidatedBond {
     pub at: ConfigPath,
 }
 
-/// A start from the end of an earlier run, and which other parts the scene gives.
+/// A start from the end of an earlier run. The flags tell which parts the scene itself gives. The other parts are taken
+/// from the run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedStart {
     pub from: PathBuf,

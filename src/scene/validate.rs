@@ -248,7 +248,7 @@ impl SceneBuilder {
     }
 }
 
-/// Requires boxes whose corners are in order, and unique names that can be headers of columns.
+/// Requires that the corners of each box are in order, and that the names are unique and can be column headings.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
     let mut taken = Taken::default();
     for (index, CountRegion { name, space }) in regions.iter().enumerate() {

@@ -23,7 +23,7 @@ pub struct Agreement {
     /// Number of means. It is also the number of degrees of freedom of `chi_square`, because nothing is fitted.
     pub freedom: usize,
     /// Number of means left out because the system is not in the published phase. If values of both phases are
-    /// published, the system is in the phase with the nearer compressibility factor.
+    /// published, the phase with the nearer compressibility factor is assumed.
     pub other_phase: usize,
     /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
@@ -46,8 +46,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Agreement of a quantity, given by its index, with published values. Each label of published values has its own
-    /// entry if it covers at least two means.
+    /// Compares a quantity, given by its index, with published values. Returns an entry for each label of published
+    /// values with at least two means.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };

@@ -56,7 +56,7 @@ pub enum AxisError {
     /// A logarithmic range has an end that is not positive.
     #[error("the range `{0}` is logarithmic, and its ends are not positive")]
     Logarithmic(String),
-    /// The word behind a range is not `log`.
+    /// The word after a range is not `log`.
     #[error("`{word}` in `{range}`: expected nothing or log")]
     Spacing {
         /// The range.

@@ -1,4 +1,4 @@
-//! Numbers inside varied lists and tables. They serve as variables of plots.
+//! Numbers that vary inside lists and tables. They have their own columns in tables, and are variables of plots.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ impl Entry {
         &self.key
     }
 
-    /// Returns the number at a point of the sweep; `None` if the value has no such number there.
+    /// Returns the number at a point of the sweep; `None` if the value at this point has no number in this position.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;

@@ -9,7 +9,7 @@ use super::axis::{AxisError, MOST};
 use crate::io::OutputError;
 use crate::scene::SceneError;
 
-/// Error of a sweep as a whole. Errors at single points are outcomes of these points instead.
+/// Error of a sweep as a whole. If a single run fails, its outcome is [`Fate::Failed`](super::Fate::Failed) instead.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {

@@ -25,7 +25,7 @@ pub enum Fate {
     Kept,
     /// The run was executed to its end.
     Done,
-    /// The point cannot be run, or its run has not ended well. The text is the reason.
+    /// The point cannot be run, or its run failed. The text is the reason.
     Failed(String),
     /// Another process is running the point.
     Elsewhere,
@@ -56,9 +56,9 @@ impl Share {
 /// Options for running a sweep. They do not affect the results.
 #[derive(Clone, Copy)]
 pub struct Orders<'o> {
-    /// Number of runs at a time.
+    /// Maximum number of simultaneous runs.
     pub jobs: usize,
-    /// Share of the points that is run.
+    /// The share of the points to run.
     pub share: Share,
     /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
@@ -85,8 +85,9 @@ pub enum News<'n> {
 }
 
 impl SweepFolder {
-    /// Runs the points of a share that have not been run yet. Returns the outcome of each point of the share, by its
-    /// index in [`Sweep::points`]. An interrupted run continues from its last checkpoint, with the same bits.
+    /// Runs the points of a share that have not been run yet. Returns the outcomes, each with the index of its point in
+    /// [`Sweep::points`]. Points that were not started because of an interruption have no outcome. An interrupted run
+    /// continues from its last checkpoint, and gives the same bits as an uninterrupted run.
     ///
     /// `watch` is called from all threads, with the index of a point. If it returns [`ControlFlow::Break`], this run is
     /// interrupted, and no other run is started.
@@ -200,7 +201,7 @@ impl SweepFolder {
         })
     }
 
-    /// Returns the scene of a point, and the text from which it can be read again.
+    /// Returns the scene of a point, and the text of a scene file that reproduces it.
     fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
         let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {

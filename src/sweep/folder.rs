@@ -34,7 +34,7 @@ const HEADER: &str = "\
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
-    /// Path of the scene. A relative path starts at the folder of this file.
+    /// Path of the scene. A relative path is resolved against the folder of this file.
     scene: String,
     /// Checksum of the text of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,7 +71,7 @@ impl Sweep {
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // The scene is a copy in the folder of the sweep, and moves with the folder.
+        // Whether the scene is a copy in the folder of the sweep. Such a copy moves with the folder.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -110,12 +110,13 @@ pub struct SweepFolder {
 impl SweepFolder {
     /// Creates the folder of a sweep, or opens the existing folder of the same sweep: with the same text of the scene,
     /// the same overrides and the same keys. The values of the axes may differ: existing runs stay, and the tables show
-    /// the present points. If several sweeps start in one folder at the same time, only one of them gets it.
+    /// the present points. If different sweeps open the same folder at the same time, only one of them succeeds.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if the folder holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if
     /// it holds another sweep, [`SweepError::Input`] if a file that its scenes read has changed since the sweep began,
-    /// [`SweepError::Output`] if such a folder cannot exist, one of its files is a link, or it cannot be written.
+    /// [`SweepError::Output`] if the folder cannot be created or written, or contains a link in place of one of its
+    /// files.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         plain::make_folder(&folder.path)?;

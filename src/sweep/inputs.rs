@@ -16,8 +16,8 @@ const NAMING: [&str; 4] = ["file", "output", "start", "surface"];
 pub(super) type Inputs = BTreeMap<String, String>;
 
 impl Sweep {
-    /// Checksums of the files that the scenes of all points name, and of the last checkpoints of the runs that they
-    /// start from. Missing files are left out.
+    /// Checksums of the input files at all points: the files that the scenes name, and the last checkpoints of the runs
+    /// from which the scenes start. Missing files are left out.
     pub(super) fn inputs(&self) -> Inputs {
         let is_naming = |key: &str| key.split('.').next().is_some_and(|table| NAMING.contains(&table.trim()));
         // If no varied key names files or runs, the scenes at all points read the same files.

@@ -13,11 +13,11 @@ const LONGEST: usize = 120;
 /// Maximum length of a list or a table in the name of a folder.
 const LONGEST_LIST: usize = 28;
 
-/// Last words of keys that are also names of measured quantities. The name of such a key includes the preceding word:
-/// `barostat_pressure`.
+/// Last words of keys that are also names of measured quantities. To distinguish such a key, its name includes the
+/// preceding word: `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
-/// Last words of keys that are also the names of quantities measured in runs with a barostat.
+/// Last words of keys that are also names of quantities measured in runs with a barostat.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
 /// Names of the keys in tables and folders; see [`Sweep::short_names`](super::Sweep::short_names).
@@ -39,9 +39,9 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
     keys.iter().map(short).collect()
 }
 
-/// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table contributes its values,
-/// `size-12x12x9.5`, and a path its last part. Characters that some file systems or shells reject are replaced. If
-/// anything is replaced or left out, or the name is taken, a checksum of the settings is appended.
+/// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table is written as in
+/// `size-12x12x9.5`. Of a path, only the last part is used. Characters that some file systems or shells reject are
+/// replaced. If anything is replaced or left out, or the name is taken, a checksum of the settings is appended.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);
     for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
@@ -59,7 +59,7 @@ pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_ta
     format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
 }
 
-/// Shortens a value for the name of a folder. Also returns whether nothing is left out.
+/// Shortens a value for the name of a folder. Also returns whether the short form is unambiguous.
 fn short_value(text: &str) -> (String, bool) {
     match value_of(text) {
         value @ (Value::Array(_) | Value::Table(_)) => {

@@ -17,7 +17,7 @@ use crate::scene::{NamedInput, SceneError, read_text};
 /// Points that differ only in the seed are repetitions of the same state point.
 const SEED: &str = "seed";
 
-/// Runs with a barostat measure quantities that other scenes prescribe, such as the density.
+/// Runs with a barostat also measure quantities that other scenes prescribe, such as the density.
 const BAROSTAT: &str = "barostat";
 
 /// Sweep of a scene: its axes and its points. From point to point, the last axis varies fastest.
@@ -52,7 +52,7 @@ impl Point {
         &self.folder
     }
 
-    /// Keys and values of the point except the seed. Repetitions of a state point have them in common.
+    /// Keys and values of the point except the seed. They are the same for all repetitions of a state point.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
@@ -72,8 +72,8 @@ impl Sweep {
         Self::of(scene, true, text, set, axes)
     }
 
-    /// Creates a sweep of a scene that has no file. Its text is kept in the folder of the sweep, where its relative
-    /// paths start. Messages show `name` in place of the path of the scene.
+    /// Creates a sweep of a scene that has no file. Its text is kept in the folder of the sweep. Relative paths in the
+    /// text are resolved against the folder of `name`. Messages show `name` in place of the path of the scene.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except errors of reading the file.
@@ -189,8 +189,9 @@ impl Sweep {
         self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
     }
 
-    /// Names of the keys in tables and folders. A name is the last word of a key with the indices behind it, such as
-    /// `gravity_1`. If this is not unique, it is the whole key, such as `fill_0_packing_fraction`.
+    /// Names of the keys in tables and folders. A name is the last word of a key and the indices after it, such as
+    /// `gravity_1`. If this is also the name of a measured quantity, the preceding word is included, as in
+    /// `barostat_pressure`. If the name is not unique, it is the whole key, such as `fill_0_packing_fraction`.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
         short_names(&self.keys(), self.has_barostat())
@@ -228,8 +229,8 @@ impl Sweep {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
-    /// Checks that the text of the scene has all keys that are varied and set, with values of the right
-    /// types. Cheap, because no particle is placed.
+    /// Checks the text of the scene with the values of the point: its keys must be known, and the values must have the
+    /// right types. This is fast, because no particle is placed.
     ///
     /// # Errors
     /// [`SceneError`] with the first error.
@@ -248,8 +249,8 @@ impl Sweep {
     /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if seeds vary and change nothing.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // A sweep has at least one point. If the scene is invalid at one end of an axis, it may still be valid at the
-        // other end.
+        // The first or the last point must be valid. An axis may thus have invalid values at one end. There is at least
+        // one point.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -273,14 +274,14 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected total size of the files of all runs, if the runs resemble `scene` `[bytes]`. It is right within a
-    /// factor of two.
+    /// Expected total size of the files of all runs `[bytes]`, if the runs resemble `scene`. It is accurate within a
+    /// factor of two, or a lower bound if the size of some files is unknown.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
-    /// Returns the text from which the scene at a point can be read again.
+    /// Returns the text of a scene file that reproduces the scene at a point.
     pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
         scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
     }

@@ -137,7 +137,7 @@ pub struct StageMeans {
     pub runs: usize,
     /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
-    /// Means of the published values over the runs.
+    /// The published values, each averaged over the runs.
     pub published: Vec<PublishedValue>,
 }
 
@@ -225,7 +225,7 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQ
     }
 }
 
-/// Returns why a run is not sound, according to its summary.
+/// Returns the reason why a run is not sound; `None` if its summary contains no fault.
 pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
     summary.trouble.clone().or_else(faults)
@@ -282,7 +282,7 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// Returns the numbers of all instruments, and the observables that no instrument measures.
+/// Returns the values of all instruments, and the means of the observables that no instrument measures.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
@@ -292,7 +292,7 @@ fn values_of(
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // Observables that this version knows come first, in a fixed order. Others, added by later versions, follow.
+    // Observables of this version come first, in a fixed order. Observables that later versions have added follow.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));

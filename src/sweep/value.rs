@@ -11,8 +11,8 @@ pub(super) fn value_of(text: &str) -> Value {
     table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
 }
 
-/// Returns a text for the meaning of a value. It is the same for `1`, `+1`, `0x1` and `1.0`, and for a word with and
-/// without quotes.
+/// Returns a canonical form of a value. It is the same for `1`, `+1`, `0x1` and `1.0`, and for a word with and without
+/// quotes.
 pub(super) fn meaning(text: &str) -> String {
     spelled(&value_of(text))
 }

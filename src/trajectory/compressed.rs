@@ -128,8 +128,8 @@ mod tests {
             for cut in [5, 40, packed.len() / 2, packed.len() - 3] {
                 assert!(read(&packed[..cut]).is_err(), "{cut}");
             }
-            // A changed byte must not cause a panic. With a checksum, it gives an error, or it does not affect the
-            // text.
+            // A changed byte must not cause a panic. If the format has a checksum, either the file is rejected or the
+            // text is unchanged.
             for k in 0..60 {
                 let mut changed = packed.clone();
                 let at = 4 + k * 7_919 % (packed.len() - 4);

@@ -68,7 +68,7 @@ const TAKEN: [&str; 46] = [
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
-    /// Whether particles of this species never move: a static surface, a pivot.
+    /// Whether particles of this species never move, for example in a static surface.
     pub is_static: bool,
     /// Mass of the particles `[mass]`, infinite for a static species; `None` if the trajectory file does not contain
     /// it.

@@ -298,7 +298,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // The axes of Andersen thermostats in all stages are already in `redrawn`.
+            // `redrawn` already contains the axes of all Andersen thermostats.
             Influence::AndersenCollisions => None,
         })
         .collect();
@@ -311,8 +311,8 @@ pub fn momentum_changes(scene: &Scene) -> String {
     words.join(", ")
 }
 
-/// Describes the run from which a scene starts, and whether its engine continues. `None` if the scene starts from no
-/// other run.
+/// Describes the run from which a scene starts, and whether its engine continues or a new one begins. `None` if the
+/// scene does not start from another run.
 #[must_use]
 pub fn start(scene: &Scene) -> Option<String> {
     let run = scene.predecessor()?;

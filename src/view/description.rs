@@ -122,7 +122,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// Lists the planned cutoffs that are shortened by the size of the box.
+/// Lists the cutoffs that the box makes shorter than the plan requests, each with the reason.
 #[must_use]
 pub fn shortened(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -149,7 +149,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Warns of particles that are at rest and in contact at the start, and tells what will happen to them.
+/// Warns of particles that are at rest and in contact at the start, and says what will happen to them.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
     let all = resting(scene);

@@ -1,4 +1,4 @@
-//! Errors of pictures, movies and pages.
+//! Errors that occur when pictures, movies and pages are made.
 
 use std::io;
 use std::path::{Path, PathBuf};

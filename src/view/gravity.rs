@@ -1,4 +1,4 @@
-//! Gravity of the scene beside a trajectory, which defines the upward direction in pictures.
+//! Reads gravity from the scene file beside a trajectory. Pictures use it for the upward direction.
 
 use std::fs;
 use std::path::Path;
@@ -8,8 +8,7 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// The part of a scene file that is needed here. All other keys are ignored, so scenes of other versions can be read
-/// and no particle is placed.
+/// The part of a scene file that contains gravity. All other keys are ignored, so scenes of other versions can be read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {
@@ -22,8 +21,8 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Reads the initial gravity of a run `[length / time^2]` from the scene file beside its trajectory. `None` without
-/// gravity or without a scene file.
+/// Reads `dynamics.gravity` `[length / time^2]` from the scene file beside a trajectory. `None` without gravity or
+/// without a scene file.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

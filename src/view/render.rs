@@ -75,9 +75,8 @@ const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one, with the
-/// surfaces and the gravity of the scene beside it. If a killed run has cut off the file, the last complete
-/// frame is used.
+/// Draws one frame of a trajectory file: the frame nearest to a time `[time]`, or the last frame. Surfaces and gravity
+/// are those of the scene beside the file. If a killed run has cut off the file, only complete frames are used.
 ///
 /// # Errors
 /// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`]

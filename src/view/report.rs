@@ -171,7 +171,7 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// `what` completes the sentence on what can be repeated from this text and the seed.
+/// `what` completes the sentence that starts with "From this text and seed".
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

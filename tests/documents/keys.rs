@@ -16,7 +16,8 @@ struct Key {
 
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// Names of the tables in a heading, which are marked as code. A heading without code is about the top level.
+/// Returns the names of the tables in a heading, where they are marked as code. A heading without code describes the
+/// top level, whose name is empty.
 fn tables(heading: &str) -> Vec<String> {
     let names: Vec<String> =
         heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();

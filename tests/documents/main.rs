@@ -1,4 +1,4 @@
-//! Checks that the documents agree with the program: keys, links, commands, scenes and names of files.
+//! Checks that the documents agree with the program: keys, links, commands, scenes and file names.
 
 mod examples;
 mod keys;

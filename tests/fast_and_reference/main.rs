@@ -215,9 +215,9 @@ fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     events
 }
 
-/// Slowest normal velocity of a contact whose time is compared. Positions of the two engines may finally differ by
-/// [`TOLERANCE`]. This shifts the time of a slower contact by much more than the tolerance. By chance, one in `2 / v^2`
-/// events is this slow; the events of an inelastic collapse always are.
+/// A comparison ends before the first contact with a smaller normal velocity. Positions in the two engines may differ
+/// by up to [`TOLERANCE`] at the end of a comparison. This shifts the time of a slow contact by much more than the
+/// tolerance. By chance, one in `2 / v^2` events is this slow; the events of an inelastic collapse always are.
 const SLOWEST: f64 = 1e-3;
 
 /// Number of events that both engines executed alike. The comparison is cut short if two events of the reference engine
@@ -244,7 +244,8 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // The energy step of an event with a surface is the work of the surface. It has the round-off of velocities.
+        // The energy step of an event with a surface is the work done by the surface. It is computed from velocities
+        // and has their round-off errors.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }
@@ -254,15 +255,15 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
 
 const CASES: u32 = 400;
 
-/// Fewest events that all scenes together must compare, of at most 16,000. Six scenes in a hundred are open and
-/// disperse before their fortieth event, which removes 22 of their events on average. Twelve runs compared 15,480
-/// events with a standard deviation of 110, close to the expected `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`. The
-/// limit is lower by five standard deviations.
+/// Smallest number of events that all scenes together must compare. The largest possible number is 16,000. Six scenes
+/// in a hundred are open and disperse before their fortieth event, which removes 22 of their events on average. Twelve
+/// runs compared 15,480 events on average, with a standard deviation of 110. This is close to the expected
+/// `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`. The limit is five expected standard deviations below the average.
 const FEWEST: usize = 14_880;
 
-/// Most scenes whose comparison rounding may cut short. On average, this happened in six of 400 scenes, always by a
-/// collapse on a wall or at the end of a bond. The number has a Poisson distribution. The limit is higher by five
-/// standard deviations, `6 + 5 sqrt(6)`.
+/// Largest number of scenes whose comparison may be cut short by rounding. On average, six of 400 scenes were cut
+/// short, always by a collapse on a wall or at the end of a bond. The number has a Poisson distribution. The limit is
+/// five standard deviations above the average, `6 + 5 sqrt(6)`.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]

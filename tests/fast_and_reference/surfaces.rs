@@ -31,7 +31,8 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
-    // No face is perpendicular to an axis: a lattice of particles would hit such a face in many points at once.
+    // All faces are tilted. A plane of lattice particles would touch a face perpendicular to an axis at many points at
+    // once.
     let turned = |mesh: TriangleMesh| {
         let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))

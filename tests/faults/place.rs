@@ -1,4 +1,4 @@
-//! A folder with runs and other files of a user, in which commands run with faults.
+//! A folder with runs and other files of a user. Commands run with faults in copies of this folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use super::files::files;
 use super::scenarios::Scenario;
 
-/// A run with all kinds of output files. With this number of spheres, a thread of its own writes the frames.
+/// A run with all kinds of output files. With 256 spheres, a separate thread writes the frames.
 const SCENE: &str = r#"
 [[species]]
 name = "A"
@@ -147,7 +147,7 @@ impl Place {
         output
     }
 
-    /// Number of calls with which a command changes the disk.
+    /// Number of calls that a command makes to change the disk.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));

@@ -7,7 +7,7 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Beginnings of the names of files that may change. All other files must be unchanged.
+    /// Prefixes of the paths of files that may change. All other files must be unchanged.
     pub touches: &'static [&'static str],
     /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),

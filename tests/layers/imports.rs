@@ -72,7 +72,7 @@ impl Visitor {
         visitor
     }
 
-    /// Adds a path, if it begins at the root of the crate or at a module above or here.
+    /// Adds a path if it begins with `crate`, `carom`, `self` or `super`.
     fn add(&mut self, names: &[String]) {
         let mut base = self.module.clone();
         let mut rest = names;
@@ -190,7 +190,7 @@ impl<'ast> Visit<'ast> for Visitor {
         visit::visit_path(self, path);
     }
 
-    /// `pub(in path)` uses nothing.
+    /// The path in `pub(in path)` is not an import.
     fn visit_visibility(&mut self, _: &'ast syn::Visibility) {}
 
     /// The arguments of a macro are not parsed. Their paths are found in the tokens.

@@ -1,8 +1,8 @@
-//! Judges an answer of a detection function by the oracle.
+//! Judges the answer of a detection function by comparing it with the oracle's answer.
 //!
-//! The answer must equal the oracle's answer for the exact overlap function. If the input is within its own rounding of
-//! the boundary between two verdicts, the answer may equal the oracle's answer for a witness: another polynomial inside
-//! the boxes of [`Overlap::rounding`].
+//! The answer must equal the oracle's answer for the exact overlap function. If the input is so close to the boundary
+//! between two verdicts that rounding decides between them, the answer may instead equal the oracle's answer for a
+//! witness. A witness is another polynomial inside the boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};
@@ -10,13 +10,13 @@ use crate::measure::{Distance, distance};
 use crate::rule::{Kind, Verdict, next_event};
 use crate::witness::witness;
 
-/// The largest allowed error of a time, in units of what rounding allows ([`Distance::ratio`]).
+/// The largest allowed [`Distance::ratio`].
 ///
-/// The condition of a root is how far round-off can shift it, in ulp. Farther away, every evaluation of `f` has the
-/// right sign. So the ends of a bracket lie within the condition or enclose it. They are at most 2 ulp apart, or 4 in
-/// Algorithm 1, whose search ends at twice the width: `condition + 2` or `+ 4`. The closed forms of Algorithms 2 and 3
-/// and of the plane have three roundings: of a root, of a sum and of a quotient. Each rounding is half an ulp, or a
-/// whole one across a power of two: `condition + 3`.
+/// The condition of a root is how far round-off can shift it, in ulp. Farther from the root, every computed value of
+/// `f` has the right sign. A search therefore ends with a bracket whose ends are off by at most the condition plus the
+/// width of the bracket. The width is 2 ulp, or 4 ulp in Algorithm 1. The closed forms of Algorithms 2 and 3 and of the
+/// plane round three times: a square root, a sum and a quotient. Each rounding is half an ulp, or a whole one across a
+/// power of two. The error of a closed form is at most the condition plus 3 ulp.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }
@@ -68,8 +68,8 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Checks that the right end of the bracket was returned. The overlap function must not be negative at this time, but
-/// must be negative within the width of the bracket after it.
+/// Checks that the time is the end of the bracket before the contact. The overlap function must be zero there, or
+/// positive there and negative at one of the next three floating-point numbers.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;

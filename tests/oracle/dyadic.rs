@@ -1,4 +1,4 @@
-//! Exact numbers of the form `m 2^e`. Every floating-point number has this form, and so have all sums and products.
+//! Exact numbers of the form `m 2^e`. All floating-point numbers have this form, and so do their sums and products.
 
 use num_bigint::{BigInt, Sign};
 use std::cmp::Ordering;

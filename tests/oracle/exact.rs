@@ -75,21 +75,21 @@ impl Overlap {
     }
 }
 
-/// Roundings of each coefficient in Algorithms 2 and 3. A term in a dot product of three has 1 multiplication and 2
-/// additions; `s^2` and its subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a
-/// rounding more for `B`, one for `R2`.
+/// Roundings of each coefficient in Algorithms 2 and 3. A dot product of three terms has one multiplication and two
+/// additions. `R2` has one more for the subtraction of `s^2`, and the factor 2 of `2 B` is exact. `D = B^2 - V2 R2`
+/// rounds each of its two products once. This adds half a rounding to `B` and one to `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
-/// Roundings of each coefficient in Algorithms 4 to 6. The coefficients themselves have as many as in Algorithms 2 and
-/// 3, except 4 for `a.r + V2`. Horner's rule adds `2 k + 1` to the coefficient of `t^k`, and `2 k` to that of `t^4`;
-/// `f'` adds one for the factor 3.
+/// Roundings of each coefficient in Algorithms 4 to 6. The computation of the coefficients has 4 roundings for
+/// `r.r - s^2` and for `a.r + V2`, and 3 for the others. Horner's rule adds `2 k + 1` to the coefficient of `t^k`, and
+/// `2 k` to that of `t^4`. The factor 3 in `f'` adds one to the coefficient of `t^3`.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Roundings of each coefficient in Algorithm 1. They are those of Algorithms 4 to 6, but Horner's rule starts from
-/// zero, and each of three further derivatives rounds its factors once.
+/// Roundings of each coefficient in Algorithm 1. They differ from those of Algorithms 4 to 6 in two ways. Horner's rule
+/// starts from zero. Three further derivatives are taken, and each of them rounds its integer factors once.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
-/// Roundings of each coefficient for a plane: `D = v^2 - 2 a h` rounds both products once.
+/// Roundings of each coefficient for a plane. `D = v^2 - 2 a h` rounds each of its two products once.
 const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
 
 /// Factor that makes up for bounds that were rounded down.

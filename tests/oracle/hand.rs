@@ -18,7 +18,8 @@ fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     Polynomial::new(&c)
 }
 
-/// Asserts that the next event has this kind, and that its bracket of one part in 2^100 contains this time.
+/// Asserts that the next event has this kind, and that its bracket contains this time when narrowed to one part in
+/// 2^100.
 fn expect_later(f: &Polynomial, kind: Kind, at: f64) {
     match next_event(f) {
         Verdict::Later(found, crossing) => {
@@ -54,7 +55,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // The variable of the expansion is in units of the last binary place of 1.5, which is one half.
+    // Here 1.5 is 3 / 2, so the variable of the expansion is in units of one half.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));

@@ -89,8 +89,8 @@ pub fn close_roots(random: &mut Random, falling: bool) -> State {
     axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
 }
 
-/// A grain that rests on another or hangs on its bond, at most slowly moving. It is in contact exactly, or off by one
-/// floating-point number.
+/// A grain that rests on another one or hangs on its bond, with little or no velocity. Its distance is the contact
+/// distance or differs from it by one floating-point number.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);

@@ -14,7 +14,7 @@ pub struct Distance {
 }
 
 impl Distance {
-    /// The error in units of what rounding allows, which is the condition plus one ulp for the time itself.
+    /// The error, divided by the error that rounding allows: the condition plus one ulp for the time itself.
     pub fn ratio(&self) -> f64 {
         self.error.abs() / (self.condition + 1.0)
     }

@@ -4,8 +4,8 @@ use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
-/// The Sturm sequence of a polynomial, divided by its last element. Without this division, it would vanish at a
-/// multiple root.
+/// The Sturm sequence of a polynomial, divided by its last element. Without this division, all elements would be zero
+/// at a multiple root.
 pub struct Chain {
     elements: Vec<Polynomial>,
     /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
@@ -47,8 +47,7 @@ pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
 /// degree of `g` must not be larger than that of `f`.
 ///
 /// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a known factor, which keeps the
-/// coefficients as short as determinants. The signs of the factors are tracked separately, because Sturm's theorem
-/// needs them.
+/// coefficients short. The signs of the factors are tracked separately, because Sturm's theorem needs them.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
     // Up to positive factors, the current two elements of the sequence are sign_a a and sign_b b.
@@ -63,8 +62,9 @@ fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
         for c in &mut rest {
             *c /= &divisor;
         }
-        // With the leading coefficient lc(b), pseudo-division gives lc(b)^(step + 1) a = q b + divisor rest. So the
-        // sign of the remainder is the product of the signs of the rest, of the divisor and of the power of lc(b).
+        // If `lc(b)` is the leading coefficient of b, pseudo-division gives
+        // `lc(b)^(step + 1) * a = q * b + divisor * rest`. So the sign of the remainder is the product of three signs:
+        // of `rest`, of `divisor` and of the power of `lc(b)`.
         let of_leading = if step.is_multiple_of(2) { leading_sign(&b) } else { 1 };
         let sign_rest = -sign_a * of_leading * sign(&divisor);
         g = b.last().expect("not empty").clone();

@@ -18,7 +18,7 @@ pub struct Tally {
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// Errors of times in units of what rounding allows.
+    /// Errors of times, as multiples of the error that rounding can explain.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }

@@ -10,7 +10,8 @@ use super::rule::{Kind, Verdict, next_event};
 /// tried first.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Whether any polynomial in the boxes has this answer, with an event of this kind if one is given.
+/// Returns whether a shifted polynomial in the boxes has this answer: an event at this time, or no event. If `kind` is
+/// given, the event must be of this kind.
 pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
     let kinds = kind.map_or_else(|| vec![Kind::Root, Kind::TurningPoint], |kind| vec![kind]);
     directions(overlap).any(|signs| match answer {
@@ -20,11 +21,11 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
     })
 }
 
-/// Largest distance between the event of a witness and the answer: 2 to this power [ulp], the width of a final bracket.
+/// Largest distance between the answer and the event of a witness: `2^SLACK` ulp, the width of a final bracket.
 const SLACK: i64 = 2;
 
-/// Shifts a polynomial in its box so that it has a root, or a turning point, at `t`. Returns whether this is then the
-/// next event.
+/// Shifts a polynomial within its box so that it has a root, or a turning point, at `t`. Returns whether this is then
+/// the next event.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
     let available = match kind {
@@ -77,12 +78,12 @@ fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
     overlap.rounding[*term] * effect
 }
 
-/// Largest remainder of a shift that is ignored, as a fraction of the box. It comes from the rounding of the other
-/// fractions.
+/// Largest remainder that is still corrected, as a fraction of the box. The rounding of the fractions leaves this
+/// remainder.
 const REST: f64 = 1e-9;
 
-/// Shifts to the centre of the boxes, then to their corners and to the midpoints of edges and faces, for several
-/// fractions of their size.
+/// Shifts of the coefficients: first to the centres of their boxes, then to the corners and the midpoints of edges and
+/// faces, after the boxes are shrunk by the factors in `PARTS`.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
     let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());

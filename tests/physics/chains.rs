@@ -17,8 +17,8 @@ fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     scene.bonds().iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Tolerance of bond lengths. Each of the six coordinates, at the times of both particles, is rounded to the spacing of
-/// floating-point numbers up to 16. For bond lengths of about 1, this makes about ten units in the last place.
+/// Tolerance of bond lengths: about ten times the spacing of floating-point numbers up to 16. Each of the six
+/// coordinates is rounded at the times of both particles.
 const BOND_ROUND_OFF: f64 = 10.0 * 16.0 * f64::EPSILON;
 
 fn pendulum(restitution: f64) -> Simulation {

@@ -215,10 +215,10 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // With 30 particles of another fill in the box, the total is in the same range. Cores may be smaller than
-    // diameters.
+    // Another fill has already placed 30 particles. The total is in the same range.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
+    // Cores may be smaller than diameters.
     let small = SceneBuilder::new("cores")
         .space(Space::periodic_cube(6.0))
         .species("A", 1.0, 1.0)

@@ -11,7 +11,8 @@ use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// Ratios of the scatter between runs to the standard error that they report, by observable and measured number.
+/// The scatter of results between runs, divided by the standard error that the runs report, for each observable and
+/// each measured number.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
@@ -97,9 +98,9 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
 #[test]
 fn claimed_errors_agree_with_the_scatter_of_seeds() {
     let seeds: u64 = std::env::var("CAROM_SEEDS").map_or(32, |seeds| seeds.parse().unwrap());
-    // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has an error of 1 / sqrt(62) = 13 %, and one of
-    // fourteen ratios may be off by 1.5 errors. With 256 seeds, the error is 4.4 %, and a ratio may be off by two
-    // errors.
+    // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has a standard error of 1 / sqrt(62) = 13 %, and
+    // one of fourteen ratios may be off by 1.5 standard errors. With 256 seeds, the standard error is 4.4 %, and a
+    // ratio may be off by two of them.
     assert_honest(seeds, if seeds < 256 { 0.66..=1.5 } else { 0.73..=1.36 });
 }
 
@@ -170,8 +171,8 @@ fn standard_errors_of_short_runs_match_the_scatter_over_seeds() {
         println!("{what}: {ratios:.3?}");
         for name in wanted {
             let ratio = ratios.get(*name).copied().unwrap_or(f64::NAN);
-            // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has an error of 13 %, and one of nine
-            // ratios may be off by two errors.
+            // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has a standard error of 13 %, and one of
+            // twelve ratios may be off by two standard errors.
             assert!((0.6..=1.6).contains(&ratio), "{what}, {name}: {ratio}");
         }
     }

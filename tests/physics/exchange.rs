@@ -20,8 +20,8 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
     in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
 }
 
-/// A scene with replica exchange in an ensemble, with given numbers of exchange attempts for equilibration and for
-/// measurement.
+/// A scene with replica exchange in the given ensemble. `attempts` are the numbers of exchange attempts during the
+/// equilibration and during the measurement.
 pub fn in_ensemble(
     ensemble: ExchangeEnsemble,
     builder: SceneBuilder,

@@ -61,7 +61,8 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
         let expected = MonteCarlo::new(count, edge).compressibility(sweeps);
         let error = libm::hypot(z.standard_error.unwrap(), expected.error);
         println!("N = {count}: {z:?}, {expected:?}, {:+.2} sigma", (z.mean - expected.mean) / error);
-        // Counting one particle too many changes Z by (Z - 1) / N. The error is less than a fifth of this.
+        // If one particle too many were counted, Z would be wrong by (Z - 1) / N. The standard error is less than a
+        // fifth of this.
         assert!(error < (expected.mean - 1.0) / (5.0 * count as f64), "{count}: {error}");
         assert!((z.mean - expected.mean).abs() < 3.0 * error, "{count}: {z:?}, {expected:?}");
     }

@@ -59,8 +59,8 @@ fn assert_contacts_are_maxwellian(fluid: &Fluid) {
 fn spheres_have_the_pressure_and_collision_rate_of_their_packing_fraction() {
     assert!((mklm(0.40) - 6.94546).abs() < 1e-5);
     for packing_fraction in [0.10, 0.30, 0.45] {
-        // The finite number of particles lowers the pressure: by 0.2 % for 256 particles, and by 0.04 % for these
-        // 1,372. This is half of a standard error.
+        // The finite number of particles lowers the pressure: by 0.2 % for 256 particles, but only by 0.04 % for the
+        // 1,372 particles used here, which is half of a standard error.
         let amount = Amount::PackingFraction(packing_fraction);
         let mut simulation = hard_spheres(BULK, Lattice::FaceCentredCubic, 1372, amount);
         let fluid = Fluid::measure(&mut simulation, 200_000, 40, 25_000);

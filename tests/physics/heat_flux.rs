@@ -1,4 +1,4 @@
-//! Heat through walls: in gases with and without collisions, between equal temperatures, and in the energy ledger.
+//! Heat through walls: the flux with and without collisions, equal wall temperatures, and energy balance.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;

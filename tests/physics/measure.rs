@@ -75,7 +75,7 @@ impl Fluid {
             let after = simulation.event_counts();
             blocks.push(Block {
                 time: now - begin,
-                // The total momentum is zero, so the particles have the degrees of freedom of one particle less.
+                // The total momentum is zero, so there are only D (N - 1) degrees of freedom.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
                 core: (after.core - before.core) as f64,
                 virial: after.virial.total() - before.virial.total(),

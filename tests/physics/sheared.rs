@@ -192,8 +192,9 @@ fn overlap_across_sliding_sides_is_always_found() {
 
 #[test]
 fn contact_is_found_after_many_images_have_slid_past() {
-    // The particles are half a diameter apart along y. So they touch when their distance along z has shrunk to
-    // sqrt(3/4), after a time of 0.92. An image slides by every 24 / 120 = 0.2, and the next of these images collides.
+    // The particles are half a diameter apart along y. They can touch once their distance along z has shrunk to
+    // sqrt(3/4), after a time of 0.92. An image slides past every 24 / 120 = 0.2, and the first one after this time
+    // collides.
     for place in 0..8 {
         let z = 6.0 + 0.25 * f64::from(place);
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
@@ -276,8 +277,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
-        // In 3,000 pairs of such runs, one of five numbers would differ by 4 standard errors by chance. The errors
-        // themselves are known to an eighth.
+        // By chance, one of the five numbers differs by 4 standard errors in one of 3,000 such pairs of runs. The
+        // standard errors have a relative error of an eighth, so 4.5 are allowed.
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
@@ -300,8 +301,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // `worst` is the largest of about a hundred differences. In a few bins the samples are too correlated for an
-        // error.
+        // `worst` is the largest of about a hundred differences. In a few bins the samples are too correlated to
+        // estimate a standard error.
         assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

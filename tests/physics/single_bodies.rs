@@ -49,7 +49,7 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // The periods along x, y and z are 8, 5 and 8. So the body is back at its start after every time of 40.
+    // The periods along x, y and z are 8, 5 and 8, so the body returns to its start every 40 units of time.
     assert_eq!(simulation.advance(Until::time(40_000.0)), Ok(Reason::Time));
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);

@@ -110,7 +110,7 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // The start did not fill the wells, so the temperature differs from the requested one. Each block is
+            // At the start no pair is in a well, so the temperature rises above the requested one. Each block is
             // compared with B2 at its own temperature.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });

@@ -49,7 +49,7 @@ fn refuse_other(
     expected: impl Fn(&MeanForcePoint) -> f64,
 ) {
     assert!(!found.is_torn && found.points.len() == bins, "{} bins", found.points.len());
-    // The potential is zero at the mean density of the last window. Each bin counts with the volume of its shell.
+    // The potential is zero at the mean density of the last window. Each bin is weighted by the volume of its shell.
     let volume = |point: &MeanForcePoint, dimensions: f64| {
         let [lower, upper] = [point.distance - 0.5 * point.width, point.distance + 0.5 * point.width];
         upper.powf(dimensions) - lower.powf(dimensions)
@@ -175,7 +175,7 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
         }
         sum / norm
     };
-    // The mean over a bin. Ten thinner shells count with their volumes.
+    // The average over a bin, which is divided into ten shells weighted by their volumes.
     let expected = |point: &MeanForcePoint| {
         let thin = |k: u32| point.distance + point.width * ((f64::from(k) + 0.5) / 10.0 - 0.5);
         let volume: f64 = (0..10).map(|k| thin(k).powi(2)).sum();

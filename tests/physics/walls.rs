@@ -55,8 +55,8 @@ fn virial_wall_and_tensor_pressures_agree() {
         let virial = finished.observable("pressure").unwrap();
         let virial_error = virial.standard_error.unwrap();
         println!("{what}: virial {virial:?}");
-        // Centres of particles cannot reach the outer layer of the box, which is a fifth of the volume or more. The
-        // error must be far smaller than its effect on the pressure.
+        // The walls keep the centres of particles out of the outer layer of the box, a fifth of the volume or more. The
+        // standard error must be far smaller than the effect of this layer on the pressure.
         assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
         let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
         let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
@@ -138,8 +138,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
-    // Floor and ceiling have a length of 10 and carry 20 particles of mass 0.7. The total momenta at the start and at
-    // the end, each about sqrt(20 0.7), add two terms divided by the duration.
+    // The pressures on floor and ceiling, of length 10, differ by the weight of 20 particles of mass 0.7. The change of
+    // the total momentum during the measurement adds a small deviation. The total momentum is about sqrt(20 0.7).
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);

@@ -23,7 +23,7 @@ ENVIRONMENT = os.environ | {
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
-# Time and memory of a run are not results.
+# These numbers depend on the computer and its load, so they are not compared.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
 # Shortened scenes, which together cover periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal

@@ -252,8 +252,8 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
         let (_, cure) = told.split_once("help: ").unwrap();
         assert!(!cure.contains("set dynamics.contact_time"), "it is set: {cure}");
     }
-    // This is the greatest height without a warning. From there, a bouncing grain loses energy until its contacts are
-    // one contact time apart.
+    // This is the lowest starting height without a warning. A grain that bounces from here or higher loses energy until
+    // its contacts are one contact time apart.
     let place = Place::with(&at_rest(1.25e-7, 0.0));
     assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));
     let output = place.carom(&["run", "scene.toml", "-q"]);

@@ -111,8 +111,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // Energies scatter more about the true mean than about their own mean, most likely by at most the square of the
-        // standard error.
+        // The mean square deviation of energies from the true mean is larger than that from their own mean, most likely
+        // by at most the square of the standard error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");

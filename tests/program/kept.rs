@@ -84,7 +84,7 @@ fn run_is_unchanged_until_its_replacement_is_complete() {
     };
     killed(begun(&place, &["--force", "--seed", "8"]));
     assert!(is_as_before());
-    // Even an unfinished replacement is only replaced with `--force`.
+    // A new run replaces even an unfinished replacement only with `--force`.
     let output = place.carom(&["run", "scene.toml"]);
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
@@ -186,7 +186,7 @@ fn run_requires_force_before_filling_the_disk() {
     assert!(!place.path().join("runs").exists());
     let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("it asks for --force"), "{text}");
-    // The earlier of two limits counts.
+    // The earlier of the two limits applies.
     let place = Place::with(FLUID);
     let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
     let output = place.carom(&[&["run"], &both[..]].concat());
@@ -232,7 +232,7 @@ fn new_end_is_stored_before_the_run_continues() {
     let finished = run(scene.clone(), &mut folder, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
     let events = 8_000;
-    // The folder is dropped right after the change of the end, as by a kill.
+    // Dropping the folder right after the new end is stored acts like a kill.
     drop(when_free(|| Folder::resume(&path, Some(Limit::events(events)))));
     let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
     assert_eq!(checkpoint.simulation.scene().run().limit, Limit::events(events));
@@ -265,7 +265,7 @@ fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Limit::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
-    // A run that was planned for this end has two hundred rows. This run has about a third of them.
+    // A run planned for this end from the start has two hundred rows. This run has about a third as many.
     let rows =
         fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
     assert!(rows > 40, "{rows}");

@@ -28,7 +28,7 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
-/// Makes a copy of the results of a command for each name, and calls `then` with it. A file of the user in the same
+/// Copies the results of a command once for each name, and calls `then` with each copy. A user's file in the same
 /// folder must stay unchanged.
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);

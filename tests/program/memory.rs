@@ -38,8 +38,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // With memory limits between the last sufficient one and this one, allocations fail at other places. None of them
-    // may end the program by a signal.
+    // Memory limits between this one and the last sufficient one make allocations fail in other places. None of these
+    // failures may end the program by a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);

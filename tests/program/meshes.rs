@@ -157,8 +157,8 @@ fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
 fn particles_are_counted_inside_of_a_closed_mesh() {
     let place = Place::with("");
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
-    // One region is the mesh, the other is the same box from its corners, turned by a right angle about z. Particles go
-    // in and out through the open sides.
+    // One counting region is a cubic mesh, turned by a right angle about z. The other is the same cube, given by two
+    // corners. Particles move in and out.
     let more = r#"
 [[fill]]
 species = "grain"

@@ -1,4 +1,4 @@
-//! Descriptions of moving surfaces and of changing gravity by `carom check`.
+//! How `carom check` and `carom run` describe moving surfaces and changing gravity.
 
 use super::place::{Place, code, errors, words};
 

@@ -181,7 +181,7 @@ pub fn killed(mut child: Child) {
     child.wait().unwrap();
 }
 
-/// Resumes a stopped run from its last checkpoint, with an end one event later, so that the run finishes.
+/// Resumes a stopped run from its last checkpoint, and lets it finish one event later.
 pub fn ended(place: &Place, folder: &str) -> Output {
     let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
     let output = to(1);

@@ -1,4 +1,5 @@
-//! Runs that replace other runs: with all of their files, only when they are finished, and nothing else.
+//! Runs that replace other runs: they replace all files of the old run and no other files, and only once they have
+//! finished.
 
 use std::fs;
 use std::ops::ControlFlow;

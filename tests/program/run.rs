@@ -94,8 +94,8 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // All rows but the last one are equally spaced from the start. The first thousandth of the events, 100 of them,
-    // takes a time of 0.18.
+    // All rows except the last one must be equally spaced from the start. The pilot run, a thousandth of the 100,000
+    // events, takes a time of 0.18, so several rows are due in it.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -175,8 +175,8 @@ fn report_says_whether_the_run_is_equilibrated() {
 
 #[test]
 fn conserved_temperature_is_constant_with_zero_error() {
-    // The verdict must not depend on rounding. After the heat bath the temperature is an arbitrary number, and a short
-    // run has only a few rows.
+    // The verdict must not depend on rounding errors. They differ between these runs: each heat bath leaves another
+    // temperature, and runs with long intervals have only a few rows.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));

@@ -109,7 +109,7 @@ fn measured_anneal_is_the_same_in_stages_and_in_runs() {
             for key in ["measured", "observables", "equilibrated", "rates", "published"] {
                 agree(&all[key], &one[key], &format!("{what}, {t}, {key}"));
             }
-            // The number of earlier events counts from the start of the run, as in the first row of this measurement.
+            // `before` counts events from the start of the run, like the first row of this measurement.
             let thermo = place.read("runs/whole/thermo.csv");
             let first = thermo.lines().find(|row| row.ends_with(&format!(",{name}"))).unwrap();
             assert_eq!(all["events"]["before"].to_string(), first.split(',').nth(1).unwrap(), "{what}, {t}");

@@ -69,8 +69,8 @@ const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\nc
 const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
 
 fn run_until(time: &str) -> String {
-    // With this interval the 47th row is at slightly less than 0.75, by a rounding error. So the last checkpoint of a
-    // run until 0.75 is before its end.
+    // With this interval, rounding puts the 47th row slightly before 0.75. So a run that ends at 0.75 writes its last
+    // checkpoint slightly before its end.
     format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\nframe_interval = 0.25\n")
 }
 

@@ -194,7 +194,7 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
     // Two of the runs are not sound: the audit of one run found a fault, and the other run ended irregularly. Both have
-    // values.
+    // results, which must not enter the means.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
@@ -246,7 +246,7 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
         assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
-        // Another task of a job array sees this run as started and without values.
+        // Another task of a job array lists this run as started, without results.
         sweep("seed=1..2", &["--out", "s", "--array", "1/2"]);
         let runs = rows(&place.read("s/sweep.csv"));
         assert_eq!((runs[1]["state"].as_str(), runs[1]["pressure"].as_str()), ("begun", ""), "{signal}");

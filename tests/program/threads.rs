@@ -1,4 +1,4 @@
-//! `--threads`: one system on several threads, with the bits of one.
+//! `--threads`: a run on several threads gives the same bits as on one thread.
 
 use std::cell::Cell;
 use std::fs;

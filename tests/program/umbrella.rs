@@ -33,7 +33,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     let distances = rows.lines().skip(1).map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap());
     assert!(distances.clone().count() == 600 && distances.into_iter().all(|it| (1.4..=2.2).contains(&it)));
     let text = place.read(&format!("{folder}/potential_of_mean_force.csv"));
-    // A bin with few samples has no errors, and empty cells for them.
+    // In bins with few samples, the cells for standard errors are empty.
     let number = |cell: &str| if cell.is_empty() { f64::NAN } else { cell.parse().unwrap() };
     let table: Vec<Vec<f64>> = text.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect();
     assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6), "{text}");

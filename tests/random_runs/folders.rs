@@ -1,6 +1,6 @@
-//! Prepared folders: links, folders in place of files, torn and foreign files. Runs are started, replaced,
-//! resumed, swept and exchanged over them. Nothing outside of the folder changes, and each call is rejected
-//! with a message or finishes.
+//! Prepared folders: links, folders in place of files, torn and foreign files. Runs, replacements, resumed runs, sweeps
+//! and exchanges write into these folders. Nothing outside of the folder changes, and each call finishes or is rejected
+//! with a message.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -243,7 +243,7 @@ enum Call {
     CutRun,
 }
 
-/// Makes two or three calls, as the bytes choose, with changes of the given kinds in between. Returns the number of
+/// Makes two or three calls chosen by `bytes`, with changes of the given kinds between them. Returns the number of
 /// calls that finished.
 ///
 /// # Panics
@@ -332,7 +332,7 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     report::write(&page, &out.join("report.html"), Existing::Replace).map_err(words)
 }
 
-/// Interrupts the run at the last of `looks` progress calls.
+/// Counts down `looks` at each progress call, and interrupts the run at zero.
 fn next(looks: &mut u32) -> ControlFlow<()> {
     *looks = looks.saturating_sub(1);
     if *looks == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -159,11 +159,11 @@ pub enum End {
     Over(&'static str),
 }
 
-/// Describes the scene that the bytes choose, and runs it. With `is_kept` the run writes all its results and the page
+/// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, the run writes all its results and the page
 /// to a folder.
 ///
 /// # Panics
-/// If any part of this panics, or if a printed number is not a number.
+/// If any of this panics, or if a printed number is NaN.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {

@@ -83,9 +83,9 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plans a sweep with the axes that the bytes choose, and returns its number of points. Every axis must be rejected, or
-/// its text must read back as the same axis. Every point must have its own folder in the folder of the sweep, and its
-/// own scene.
+/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. Every axis must be rejected, or its
+/// text must read back as the same axis. Every point must have its own folder in the folder of the sweep, and its own
+/// scene.
 ///
 /// # Panics
 /// If a requirement is not met.

@@ -66,7 +66,7 @@ fn written(seed: u64, is_usual: bool, has_surfaces: bool) -> String {
     if has_surfaces {
         surfaces(&mut text, &mut Dice::new(seed ^ 0x5eed), &shape);
     }
-    // The time limit is a few thousand mean free times. It ends scenes in which particles never meet another one.
+    // The time limit is a few thousand mean free times. It ends scenes in which particles never collide.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     text
@@ -190,7 +190,8 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
 
 /// Returns whether the scene has an interaction for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Energies are those of a mass of about 1 at the speed of the scene. A few scenes have far larger energies.
+    // Energies are about those of a particle of mass 1 at the typical speed of the scene. A few scenes have far larger
+    // energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {

@@ -22,8 +22,8 @@ use carom::model::Scene;
 
 /// Number of events that the verifier checks per scene.
 const EVENTS: u64 = 150;
-/// Number of progress calls of the engine and the verifier after which a scene without a next event is
-/// abandoned, because particles are so fast that they travel around a box for ever.
+/// Number of progress calls of the engine or the verifier after which a scene without a next event is abandoned. In
+/// such scenes, particles are so fast that they travel around the box endlessly.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {
@@ -43,7 +43,7 @@ struct Count {
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
-        // Rounding leaves no significant digits. The verifier reports this and claims nothing.
+        // Rounding leaves no significant digits. The verifier reports this instead of a verdict.
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             count.without_digits += 1
         }
@@ -106,8 +106,8 @@ fn every_random_scene_that_runs_is_proven() {
     assert!(2 * ran as u64 > scenes, "most scenes are there to run: {count:?}");
 }
 
-/// Scenes whose runs were once wrongly rejected: a particle that is moved across many epochs beyond the side
-/// of a long box, and a particle that rattles until its squared speed underflows.
+/// Scenes whose runs were once wrongly rejected. In one, a particle flies beyond the side of a long box, over many
+/// epochs. In the other, a captured pair is so slow that its squared speed underflows.
 #[test]
 fn scenes_that_once_failed_are_proven() {
     let mut count = Count::default();

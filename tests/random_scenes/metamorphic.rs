@@ -15,8 +15,8 @@ const SCENES: usize = 60;
 /// Number of compared events when rounding may differ. A difference grows by a factor of about ten with each event of a
 /// particle.
 const FEW: u64 = 20;
-/// Tolerance: a difference of 1e-15 may grow to this within the compared events. It is far less than the time between
-/// two events.
+/// Tolerance. A difference of 1e-15 can grow to this value within the compared events. It is far less than the time
+/// between two events.
 const TOLERANCE: f64 = 1e-7;
 
 fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {

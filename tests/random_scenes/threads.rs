@@ -48,7 +48,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Returns its events and how it ended, or `None` if it takes too long.
+/// Advances a simulation by a stretch. Returns the events and how the stretch ended, or `None` if it takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -70,7 +70,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// In a system at rest the piece ends by time, possibly after many epochs.
+/// A system at rest may have no events, so its stretch is a span of time, possibly of many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -275,8 +275,7 @@ fn large(seed: u64) -> String {
 
 #[test]
 fn random_scenes_have_the_same_bits_on_any_number_of_threads() {
-    // These scenes include two seeds that once failed: the windows of seed 42 had no end, and seed 40 ended at a
-    // different time.
+    // These scenes include seeds 40 and 42, which once failed.
     let scenes = setting("CAROM_FUZZ_SCENES", 44);
     let text = |seed: u64| if seed.is_multiple_of(2) { generator::scene(seed) } else { large(seed) };
     let mut count = Count::default();

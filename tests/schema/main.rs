@@ -329,7 +329,8 @@ fn schema_limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // The limit of a packing fraction is left out: equal spheres cannot reach it, while mixtures perhaps can.
+            // Limits of packing fractions are left out: equal spheres cannot reach the limit, although some mixtures
+            // may.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());

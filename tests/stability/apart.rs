@@ -1,5 +1,4 @@
-//! Pairs with their own interaction that does not hold them together: they meet again through any side of a
-//! periodic box.
+//! Pairs with an interaction of their own that lets them separate. They meet again through any side of a periodic box.
 
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -20,7 +19,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     let most = |axis: usize| periods(velocity[axis].abs() * until / size[axis]);
     let ups = if size.y > 0.0 { -most(1)..=most(1) } else { 0..=0 };
     for up in ups {
-        // The shear makes images further up faster.
+        // Because of the shear, images further up move faster.
         let faster = rate * size.y * f64::from(up);
         let most_beside = periods(((velocity.x - faster).abs() * until) / size.x);
         for beside in -most_beside..=most_beside {
@@ -39,7 +38,7 @@ fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity:
     first
 }
 
-/// Two particles with an interaction of their own, among `others` particles that rest and never meet any other.
+/// Two particles with an interaction of their own, among `others` particles that are at rest and interact with nothing.
 fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())

@@ -44,8 +44,8 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert_eq!(kinds[0], first);
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
-                // The 10,000 events are crossings of `range` at a relative speed of 2. The first crossing may take no
-                // time. Contacts are as exact as coordinates and distances below 2.
+                // Between two events the bond length changes by `range`, at a relative speed of 2. The first event may
+                // take no time. Contacts are as exact as coordinates and distances below 2.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());

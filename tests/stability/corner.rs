@@ -79,10 +79,11 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // In the corner at rest, flights are shorter than the contact time t_c, or the next contact dissipates energy.
-        // So speeds are below that of a free fall that lasts t_c / 2, and heights are below g t_c^2 / 8. On slopes of
-        // up to 0.7 to the vertical, this is at most t_c^2 sideways. A ball of restitution 0 is exempt: it first
-        // bounces elastically along the groove between two of the spheres, and takes longer to lose this energy.
+        // Once the ball rests in the corner, its flights are shorter than the contact time t_c; after a longer flight,
+        // the next contact would dissipate energy. A free fall that lasts t_c / 2 bounds its speed, and its height is
+        // below g t_c^2 / 8. On slopes like these, the ball then moves sideways by at most t_c^2. A ball of restitution
+        // 0 is exempt: it first bounces elastically along the groove between two of the spheres, and takes longer to
+        // lose this energy.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }
@@ -100,8 +101,8 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         // any of the three at the bottom.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // The arrest itself takes at most 1,000 events, some of them without an advance of time. About as many events
-        // come before it, while each contact leaves a fraction of the speed.
+        // The arrest is reported after little more than 1,000 events with hardly any advance of time. About as many
+        // contacts come first, and each of these leaves only a fraction of the speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }

@@ -8,8 +8,9 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
 
-/// A row of five spheres. `strikers` of them come from the left in contact with each other, at a speed of 1, and arrive
-/// at time 1. The others are at rest: the first at `first`, and each further one at `next` of the one before.
+/// A row of five spheres. `strikers` of them come from the left at a speed of 1, in contact with each other, and arrive
+/// at time 1. The others are at rest. The first one is at `first`, and `next` returns the position of each further one
+/// from the position before.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -67,9 +68,9 @@ fn a_cradle_between_walls_swings_for_ever() {
 
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
-    // Diameter, first position and next position of each row. In the first row, the gaps are one floating-point number.
-    // The other rows have rounded coordinates, so that some spheres overlap by one floating-point number and others are
-    // one apart.
+    // Diameter, first position and next position of each row. In the first row, the gaps are one unit in the last
+    // place. The other rows have rounded coordinates, so some spheres overlap by one such unit and others are one unit
+    // apart.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),
@@ -165,8 +166,7 @@ fn long_row_transmits_a_blow_to_its_last_sphere() {
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.event_counts().core, count as u64 - 1);
     let end = simulation.snapshot();
-    // The contacts leave the spheres at these positions, up to the rounding of a contact time when neighbours are
-    // searched.
+    // Sphere `k` comes to rest at `k`, up to the rounding of contact times.
     let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
     assert!(end.velocities[count - 1] == along(1.0) && is_at(count - 1, count as f64));
     assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && is_at(k, k as f64)));

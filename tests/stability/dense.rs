@@ -27,13 +27,14 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     watched.run(1_000_000);
     // An event involves two of 500 particles, which have up to ten times the mean energy.
     watched.assert_sound(2.0 / 500.0 * 10.0);
-    // The overlap at a contact has the error of the coordinates of two particles. These are up to the length of the
-    // box, with about 32 roundings each (see `Overlap::round_off`). Flights are far shorter than a diameter and add no
-    // more than that.
+    // The overlap at a contact has the errors of the coordinates of two particles. Coordinates are at most as large as
+    // the box, and the bound allows for 32 roundings of each (see `Overlap::round_off`). Flights are far shorter than a
+    // diameter, so they add no more than that.
     let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // No particle leaves its cage. At a packing fraction of 0.73 neighbours are 1.005 apart, and an exit between two of
-    // them would need a gap of twice 0.2. The total momentum is zero, so the crystal as a whole does not move.
+    // No particle leaves its cage. At a packing fraction of 0.73 neighbours are 1.005 apart. Three of them would have
+    // to be sqrt(3) apart to let a particle pass between them. The total momentum is zero, so the crystal as a whole
+    // does not move.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");
     assert!(moved < 0.2, "{moved}");

@@ -94,11 +94,11 @@ const SCENES: [(&str, u64); 10] = [
     ("stepped_lennard_jones", 20000),
 ];
 
-/// State, events and ledger of each system.
+/// Hashes of the state, the events and the ledger of each system.
 ///
-/// States and events change whenever the engine rounds differently; ledgers also change with sums. To renew
-/// them, run `cargo test --release --test stability fingerprints` and copy the printed table; a run without
-/// `--release` must give the same one.
+/// State and events change whenever the engine rounds differently. The ledger also changes when sums are rounded
+/// differently. To renew the table, run `cargo test --release --test stability fingerprints` and copy what it prints; a
+/// run without `--release` must print the same.
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[

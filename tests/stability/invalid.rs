@@ -45,7 +45,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// Where gravity presses overlapping particles onto static ones, a recipe needs the TC model.
+/// Recipes in which gravity presses overlapping particles onto static ones need the TC model.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [
@@ -209,7 +209,8 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 
 #[test]
 fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
-    // Gravity turns back a ball that is about to leave a static ball. At the turning point no impulse helps.
+    // Gravity pulls a ball back that is about to leave a static ball. At the turning point its normal velocity is zero,
+    // so a contact cannot separate the balls.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();

@@ -24,8 +24,9 @@ fn drift(scene: Scene, events: u64) -> f64 {
 
 /// Bound for the relative change of the energy: four standard deviations of a random walk.
 ///
-/// The six components of two velocities are rounded three times each (the change, its share, their sum). The root mean
-/// square of the error is `0.8 eps` of the pair's energy per event. The bound assumes that the pair has all the energy.
+/// Each of the six velocity components of a pair is rounded three times: when the change of velocity is computed,
+/// divided between the particles, and added. The root mean square of the error is `0.8 eps` of the pair's energy per
+/// event. The bound assumes that the pair has all the energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }

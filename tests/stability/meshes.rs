@@ -46,8 +46,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh that is star-shaped about `middle`. Its roughness is up to 0.6 of the radius, and every second `kind`
-/// has slivers.
+/// A closed mesh that is star-shaped about `middle`. Vertices lie up to 0.2 (`kind` % 4) of the radius below the
+/// sphere. If `kind` is odd, the mesh has slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {

@@ -86,8 +86,7 @@ fn reversed_velocities_retrace_the_run() {
             let Retraced { events, events_back, error, amplification } = there_and_back(&fluid, &start, time);
             println!("{name}: {events:10} {events_back:6}   {error:14.1e}   {amplification:13.1e}");
             // Each event adds a round-off error of about ten units in the last place of the box length, and all errors
-            // may add up. Chaos amplifies them by the same factor as the shift. This factor is known only while the
-            // shift remains small.
+            // may add up. Chaos multiplies them by `amplification`, which is known only while the shift remains small.
             let rounded = 10.0 * fluid.space.size.x * f64::EPSILON * (events + 1) as f64;
             if amplification < 1e5 {
                 assert_eq!(events, events_back);

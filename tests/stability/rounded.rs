@@ -135,7 +135,7 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
     assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
     assert!(build(1e6, 1e-6).is_err());
-    // A bond may exceed its greatest length by the same amount.
+    // The length of a bond may exceed its limit by as much as two spheres may overlap.
     let bonded = |length: f64, excess: f64| {
         let at = |x: f64| Vector::new(x, 0.0, 0.0);
         SceneBuilder::new("bonded")
@@ -153,9 +153,9 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres grow much faster than they move. Contacts heat them, and the thermostat cools them again. On a lattice, the
-/// growth would end before the first contact. The error of the momentum is relative to its value when the spheres were
-/// hot.
+/// Spheres grow much faster than they move. Contacts heat them, and the thermostat cools them again. The audit must
+/// compare the error of the momentum with the momenta of the hot spheres. The start is random: on a lattice, the growth
+/// would end before the first contact.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
     for rate in [1.0, 1e6, 1e10] {

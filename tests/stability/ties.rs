@@ -16,7 +16,7 @@ const WIDE: f64 = 3.25;
 /// A lattice with a spacing of 2 along the x-axis. Neighbouring sheets perpendicular to this axis have opposite
 /// velocities of 1.
 ///
-/// All numbers are binary fractions of few digits, so nothing is ever rounded. This includes the times at which
+/// All numbers are binary fractions with few digits, so nothing is ever rounded. This includes the times at which
 /// particles leave their cells, because [`WIDE`] makes the cells 2 long.
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;

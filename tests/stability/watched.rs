@@ -3,8 +3,8 @@
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Number of roundings in one event that change the energy of its particles. They occur in the flights of two
-/// particles, in a dot product, a squared length and their quotient, and in the three components of two new velocities.
+/// Number of roundings per event that affect the energy of its particles. They occur in the flights of two particles,
+/// in a dot product, a squared length and their quotient, and in the three components of two new velocities.
 const ROUNDINGS: f64 = 32.0;
 
 pub struct Watched {
@@ -52,8 +52,8 @@ impl Watched {
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
-    /// Asserts that energy is conserved within round-off, and that neither an event nor the end was in an
-    /// invalid state.
+    /// Asserts that energy is conserved within round-off, and that no invalid state occurred, neither at an event nor
+    /// at the end.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
@@ -63,8 +63,8 @@ impl Watched {
 
     /// Asserts that energy is conserved except for the random walk of round-off.
     ///
-    /// `share` is the fraction of the largest energy that an event may change. A rounding is at most `eps / 2` of the
-    /// rounded number, and up as often as down. For `n` events, the standard deviation is therefore below `ROUNDINGS
+    /// `share` is the fraction of the largest energy that an event may change. A rounding error is at most `eps / 2` of
+    /// the rounded number, and its sign is random. For `n` events, the standard deviation is therefore below `ROUNDINGS
     /// eps / 2 sqrt(n)`. The limit is four standard deviations, plus the roundings of the total energy itself.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {

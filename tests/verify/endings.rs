@@ -1,4 +1,4 @@
-//! Ends of runs: an end is proven only if no event can follow.
+//! Ends of runs: the verifier accepts an end only if no event can follow.
 
 use carom::check::verify::{Contact, Fault, Verifier};
 use carom::engine::{Simulation, States};
@@ -30,8 +30,8 @@ const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open
 
 #[test]
 fn end_is_not_proven_if_round_off_decides_about_a_collision() {
-    // A sphere approaches from a distance of 10^8 diameters. It misses the other one by 0.01 or 1e-9 diameters, or just
-    // touches it.
+    // A sphere approaches from a distance of 10^8 diameters. It misses the resting sphere by 0.01 or 1e-9 diameters, or
+    // just touches it.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));

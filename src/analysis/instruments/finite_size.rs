@@ -18,7 +18,7 @@ const VISCOSITY: &str = "shear_viscosity";
 const INFINITE: &str = "diffusion_coefficient_infinite";
 
 /// Largest relative error of a viscosity `eta` used as a divisor. The mean of `1 / eta` is too large by the
-/// square of this error, here a ninth of the term.
+/// square of its relative error, so by at most a ninth.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
 /// Largest fraction of a coefficient that may be added from times beyond the span. The theory of this
@@ -27,16 +27,17 @@ const LARGEST_TAIL: f64 = 0.1;
 
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.
 ///
-/// [`VelocityTail`] gives the part that the span misses; it is added to the error. In a cube with a measured
-/// viscosity, the coefficient of an infinite system follows, `(1 - m / M) (D + D_tail) +
-/// xi T / (6 pi eta L) * nu / (nu + D + D_tail)` with `xi = 2.837297` and `nu = eta / rho`, at the mean temperature of the
-/// measurement: see [`finite_size_of_diffusion`]. It is not defined if `L / 2 pi` is below the mean free
-/// path.
+/// [`VelocityTail`] gives `D_tail`, the part of the coefficient that the span misses. This part is added to the
+/// error in quadrature. In a cube, a measured viscosity also gives the coefficient of an infinite system at the
+/// mean temperature of the measurement, see [`finite_size_of_diffusion`]:
+/// `(1 - m / M) (D + D_tail) + xi T / (6 pi eta L) * nu / (nu + D + D_tail)`, with `xi = 2.837297` and
+/// `nu = eta / rho`. This coefficient is not defined if `L / 2 pi` is below the mean free path, nor if `D_tail`
+/// is more than a tenth of `D`.
 ///
 /// The box suppresses all motion on scales longer than its edge. By the Oseen tensor of the periodic box, the
-/// correction does not depend on the size of the particles. It includes the motion of the centre of mass.
-/// Elsewhere `D` is divided by a factor that corrects for this motion; here the factor `1 - m / M` cancels
-/// that division, or `1 - 1 / N` for all particles together.
+/// correction does not depend on the size of the particles. The finite-size term already accounts for the missing
+/// motion of the centre of mass. The measured `D` has been divided by `1 - m / M` for the same reason, so here it is
+/// multiplied by this factor again. For all particles together, the factor is `1 - 1 / N`.
 ///
 /// Errors of both coefficients propagate as if they were independent. The error of the temperature is far
 /// smaller.
@@ -65,8 +66,8 @@ struct Fluid<'s> {
     system: &'s SystemDescription,
     /// Mean temperature during the measurement `[energy]`.
     temperature: f64,
-    /// Whether the box is longer than the mean free path, so that its flows are hydrodynamic. The mean free
-    /// path follows from the diffusion coefficient of all particles.
+    /// Whether `L / 2 pi` is longer than the mean free path, so that flows in the box are hydrodynamic. The
+    /// mean free path follows from the diffusion coefficient of all particles.
     is_hydrodynamic: bool,
     has_viscosity: bool,
     /// The measured viscosity, if its error is small enough `[mass / (length^(D - 2) time)]`.

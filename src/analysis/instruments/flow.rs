@@ -28,11 +28,11 @@ const MOST_CROSSINGS: f64 = 1000.0;
 
 /// Counts passages through a plane between samples, forwards minus backwards, and the mass that passes.
 ///
-/// The positions of a particle at two samples decide how often it passed. Along a periodic axis they include
-/// the periods that it travelled. A particle that passes and returns between two samples does not count, so
-/// the sum is exact at any interval. A straight line between both positions decides whether and when the
-/// particle passed inside the rectangle. The default interval is a 2000th of the duration; it grows if the
-/// run takes longer.
+/// The positions of a particle at two samples decide how often it passed. Positions along periodic axes are
+/// unwrapped. A particle that passes and returns between two samples does not change the net count, so the
+/// count is exact for any sampling interval. If the plane is limited to a rectangle, a straight line between
+/// the two positions decides whether the particle passed inside it. The same line gives the time of the
+/// passage. The default interval is 1/2000 of the expected duration; it grows if the run takes longer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Flow {
     name: String,
@@ -46,7 +46,7 @@ pub(super) struct Flow {
     positions: Vec<Vector>,
     time: f64,
     blocks: SamplingTimes,
-    /// Count of a passage towards larger coordinates: 1 or -1.
+    /// Amount that a passage towards larger coordinates adds to the count: 1 or -1.
     forwards: i64,
     passages: Passages,
     /// Net passages of each species. Empty if there is one species or too many.

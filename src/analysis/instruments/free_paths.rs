@@ -29,9 +29,10 @@ const BLOCK: u64 = 64;
 /// accelerated particles, nor in a sheared box, where particles accelerate relative to the streaming around
 /// them.
 ///
-/// The relative error of a mean is the error of the mean flight per event, `N t / n` for `n` flights in a
-/// time `t`, and likewise for paths. The scatter of single flights says little about this error. Flights
-/// share the whole distance, so a long flight leaves less distance for the next flight.
+/// The relative error of the mean free time is that of `N t / n`, where `n` flights end in a time `t`. The
+/// error of the mean free path follows in the same way from the total distance. The scatter of single flights
+/// says little about these errors: all flights share the total time and distance, so a long flight leaves
+/// less for the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
@@ -240,7 +241,7 @@ mod tests {
         let curve = &measured.curves[1];
         let width = curve.variables[0].values[1] - curve.variables[0].values[0];
         let sum: f64 = curve.series[0].values.iter().flatten().map(|p| p * width).sum();
-        // An exponential leaves exp(-8) = 3e-4 beyond eight means.
+        // The fraction exp(-8) = 3e-4 of an exponential distribution lies beyond eight means.
         assert!(sum <= 1.0 && sum > 0.997, "{sum}");
         assert_eq!(curve.published[0].x.len(), 40);
     }

@@ -79,8 +79,9 @@ pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) ->
 /// Decay time of the slowest transverse flow in the box, `(L / 2 pi)^2 / nu`, with the longest period `L` and
 /// Enskog's kinematic viscosity `nu` of the estimated fluid `[time]`.
 ///
-/// Diffusion keeps growing over a few of these times, because a particle and the flow around it drag each
-/// other along. `None` if momentum is not conserved, and in one dimension, where there is no such flow.
+/// The diffusion coefficient keeps growing for a few of these times, because a particle and the flow around it
+/// drag each other along. `None` if momentum is not conserved, and in one dimension, where there is no such
+/// flow.
 pub(super) fn flow_decay_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
     let longest = system.space.periods().iter().copied().filter(|period| period.is_finite()).fold(0.0, f64::max);
     if !system.conserves_momentum || longest == 0.0 {
@@ -104,8 +105,8 @@ mod tests {
     fn the_mean_free_time_is_that_of_hard_spheres() {
         let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
-        // In the scene, the temperature is 1 for N - 1 free particles. `mean_free_time` divides the same
-        // kinetic energy by N.
+        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom. `mean_free_time` divides the same
+        // kinetic energy by 3 N degrees of freedom.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
         let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");
@@ -116,7 +117,8 @@ mod tests {
         let (mut system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
         let sample = Sample::of(&snapshot);
-        // The temperature is 1 for N - 1 particles, here divided by N.
+        // The scene has the temperature 1 with 3 (N - 1) degrees of freedom. `flow_decay_time` assumes 3 N
+        // degrees of freedom.
         let fluid = HardSphereFluid { temperature: 107.0 / 108.0, ..HardSphereFluid::reduced(0.3) };
         let viscosity = fluid.shear_viscosity() / fluid.number_density();
         let edge = system.space.size.x;

@@ -53,7 +53,8 @@ pub struct Setup<'a> {
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]
 pub trait Instrument {
-    /// Simulated time of the next sample, which must be later than the previous sample; infinite for none.
+    /// Simulated time of the next sample, which must be later than the previous sample; infinite if there is
+    /// none.
     fn next_sample(&self) -> f64;
 
     /// Takes a sample of the particles at the requested time.
@@ -88,7 +89,7 @@ pub trait Instrument {
         false
     }
 
-    /// Adds the results so far. May be called several times, at any time of the measurement.
+    /// Adds the results so far. May be called several times and at any time during the measurement.
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
@@ -96,7 +97,8 @@ fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
 
-/// Declares the kinds of instruments, each with its entry of the plan, in the order in which they report.
+/// Declares the kinds of instruments in the order in which they report. Each has a field in the measurement
+/// plan.
 macro_rules! instruments {
     ($($kind:ident: $entry:ident),* $(,)?) => {
         #[derive(Debug, Clone, Serialize, Deserialize)]

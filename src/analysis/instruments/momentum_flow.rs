@@ -21,8 +21,7 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 struct Transfer {
     /// `r_ij` to the nearest image of the partner; zero for an event with a wall or a thermostat `[length]`.
     apart: Vector,
-    /// For both particles, the ratio of the box volume to the volume that the centre of the particle can
-    /// reach.
+    /// For each of the two particles, the ratio of the box volume to the volume that its centre can reach.
     crowding: [f64; 2],
     /// `r_ij` weighted by the ratio of volumes in `crowding`: `c r_ij`, or `c_i x_i - c_j x_j` between two
     /// species along an axis with walls, where `x` is measured from the middle of the box `[length]`.

@@ -21,13 +21,14 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// Measures the pressure tensor from all events.
 ///
 /// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`. If momentum along `a` or `b` is conserved,
-/// velocities are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Between walls
-/// each species has its own volume `V_i`, which its centres can reach, a radius away from the walls. There
-/// `r_a` is measured from the middle for each particle. The kinetic part is then `<sum m v_a v_b / V_i>`,
-/// with the factor of [`freed`]. The trace is `D (N T + W / (D t))`, derived at
+/// velocities are relative to the centre of mass; otherwise the factor `N / (N - 1)` is absent. Walls keep
+/// centres a radius away, so between walls each species has its own volume `V_i`. The kinetic part of the
+/// pressure is then `<sum m v_a v_b / V_i>`, with the factor of [`freed`]. Along an axis between
+/// walls, the collisional part is the sum of `r_a J_b / V_i` over the particles, where `r_a` is measured from
+/// the middle of the box. The trace is `D (N T + W / (D t))`, derived at
 /// [`Observer`](crate::analysis::observables::Observer). `Z` is the mean trace divided by the mean of its
-/// kinetic part, `D rho T`. The kinetic part is exact unless particles accelerate; then it is integrated
-/// along straight lines between samples.
+/// kinetic part, `D rho T`. The kinetic part is exact unless particles accelerate; then it is integrated along
+/// straight lines between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     blocks: SamplingTimes,
@@ -114,10 +115,9 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component is the time derivative of a bounded moment. This holds with walls across `a`, if
-/// neither they nor anything else transfers momentum along `b`: `d/dt sum m r_a v_b / V_i = sum m v_a v_b /
-/// V_i + sum r_a J_b / V_i`. The mean over a time `t` is then the difference between both ends, divided by
-/// `t`.
+/// Whether a component is the time derivative of a bounded moment. This holds with walls across `a`, if neither
+/// they nor anything else transfers momentum along `b`: `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum
+/// r_a J_b / V_i`. The mean over a time `t` is then the change of the moment divided by `t`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
     let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
     (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()
@@ -138,7 +138,7 @@ impl Instrument for PressureTensor {
         self.blocks.pass_early(sample.time, EARLY);
     }
 
-    /// The last block ends with the run and counts the events since the previous sample.
+    /// Closes the last block at the end of the run. The block includes the events since the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }
@@ -155,7 +155,7 @@ impl Instrument for PressureTensor {
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {
-            // The discriminants of `Outcome` count in the order of `RATES`.
+            // The discriminants of `Outcome` are in the order of `RATES`.
             EventKind::Pair(outcome) => outcome as usize,
             EventKind::Surface => 4,
             EventKind::Thermostat => return,

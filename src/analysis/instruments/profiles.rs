@@ -69,7 +69,8 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // The position may be outside of the box by round-off, and the grid may be elsewhere.
+                    // Round-off may put a position outside the box, and the grid may start elsewhere than the
+                    // box.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
                         // The result of `rem_euclid` may round up to the period itself.
                         offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());

@@ -1,4 +1,4 @@
-//! Results of instruments: numbers and curves with standard errors, as they are written and drawn.
+//! Results of instruments: numbers and curves with standard errors, ready to be written and drawn.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::analysis::statistics::Estimate;
 pub struct Measured {
     /// Single numbers, such as a diffusion coefficient.
     pub numbers: Vec<Number>,
-    /// Curves and grids, such as a radial distribution function. Each has its own table, too.
+    /// Curves and grids, such as a radial distribution function. Each is also written to a table of its own.
     pub curves: Vec<Curve>,
 }
 

@@ -24,7 +24,7 @@ use unequal::Rooms;
 /// With more species than this, all moving particles count as one species.
 const MOST_SPECIES: usize = 8;
 
-/// `g(r)` of each pair of species that has a moving member.
+/// `g(r)` of each pair of species, except pairs of two static species.
 ///
 /// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` within one
 /// species, `N_A N_B` between two) with a distance in the bin, and `n_ideal` is the expected number for
@@ -255,8 +255,9 @@ fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
     class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
-/// Returns the probability that two points, which particles with these diameters can reach, have a distance
-/// in a range. Between walls, large particles have less space.
+/// Returns the probability that the distance of two random points lies in a range. The points are in the space
+/// that the centres of particles with these diameters can reach. Between walls, large particles have less
+/// space.
 fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
     let room = Room::new(&system.space, diameters[0]);
     let shortest = room.shortest();

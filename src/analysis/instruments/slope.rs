@@ -6,7 +6,7 @@ use crate::analysis::statistics::Estimate;
 /// fraction of the whole slope, or by less than three standard errors.
 const STRAIGHT: f64 = 0.1;
 
-/// Fewest points for a slope with two halves to compare.
+/// Minimum number of points for a slope whose two halves are compared.
 const FEWEST: usize = 6;
 
 /// Points of the part that should be straight: from a quarter of the longest lag to the longest lag.

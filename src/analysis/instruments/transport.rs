@@ -40,7 +40,7 @@ const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;
 
-/// Helfand moments since the start, at one time.
+/// Helfand moments at one time, relative to the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Moments {
     /// `xy`, `xz`, `yz`.

@@ -53,9 +53,10 @@ pub struct ApplicableObservables {
     pub has_wells: bool,
     /// Number of moving particles per volume `[length^-D]`.
     pub number_density: f64,
-    /// Whether a steady state is possible: energy lost in contacts is supplied again.
+    /// Whether a steady state is possible: contacts lose no energy, or the lost energy is supplied again.
     pub has_steady_state: bool,
-    /// Whether contacts only exchange velocities, so that time averages depend on the start: equal hard particles on a line.
+    /// Whether contacts only exchange velocities, so that time averages depend on the initial state:
+    /// equal hard particles on a line.
     pub only_exchanges_velocities: bool,
     /// Time between two scalings of all velocities by a thermostat `[time]`; `None` without one.
     pub(crate) scaling_interval: Option<f64>,

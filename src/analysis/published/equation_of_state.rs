@@ -19,8 +19,8 @@ const MKLM: [(i32, f64); 12] = [
 /// Hard-sphere fluid: the mKLM equation, as accurate as the simulations behind its fit, for stable and
 /// slightly metastable densities, `phi < 0.53`.
 ///
-/// `Z = 1 + 4 x + 6 x^2 + 2.3647684 x^3 - ...`, `x = phi / (1 - phi)`: Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem.
-/// Phys. 21, 6886 (2019), [doi:10.1039/C9CP00903E](https://doi.org/10.1039/C9CP00903E).
+/// `Z = 1 + 4 x + 6 x^2 + 2.3647684 x^3 - ...`, `x = phi / (1 - phi)`: Pieprzyk, Bannerman, Branka, Chudak and
+/// Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019), [doi:10.1039/C9CP00903E](https://doi.org/10.1039/C9CP00903E).
 #[must_use]
 #[doc(alias = "mKLM")]
 pub fn hard_spheres(packing_fraction: f64) -> f64 {
@@ -38,7 +38,8 @@ pub fn carnahan_starling(packing_fraction: f64) -> f64 {
     (1.0 + phi + phi * phi - phi * phi * phi) / (free * free * free)
 }
 
-/// Hard-sphere crystal, face-centred cubic: `Z = 3 / (1 - z) - 0.5921 (z - 0.7072) / (z - 0.601)`, `z = rho sigma^3 / sqrt(2)`.
+/// Hard-sphere crystal, face-centred cubic: `Z = 3 / (1 - z) - 0.5921 (z - 0.7072) / (z - 0.601)`,
+/// `z = rho sigma^3 / sqrt(2)`.
 ///
 /// Speedy, J. Phys.: Condens. Matter 10, 4387 (1998),
 /// [doi:10.1088/0953-8984/10/20/006](https://doi.org/10.1088/0953-8984/10/20/006).

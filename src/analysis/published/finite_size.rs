@@ -1,10 +1,10 @@
 //! Corrections for a fixed, finite number of particles.
 //!
-//! The number of particles in a periodic system of `N` particles does not fluctuate, unlike in the same
-//! volume of an infinite fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2>
-//! d^2A/dN^2`, with `<dN^2> = N T drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part
-//! of the pressure has `A = rho (Z - 1)`, so `Z_N = Z - rho P'' / (2 N P')`, with derivatives by `rho`. This
-//! is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
+//! The number of particles in a periodic system of `N` particles does not fluctuate, unlike in the same volume
+//! of an infinite fluid. To first order in `1 / N`, any mean `A` becomes `A_N = A - (1/2) <dN^2> d^2A/dN^2`,
+//! with `<dN^2> = N T drho/dP` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961). The virial part of the
+//! pressure has `A = rho (Z - 1)`, so `Z_N = Z - rho P'' / (2 N P')`, where primes are derivatives with respect
+//! to `rho`. This is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
 
 /// `rho P'' / (2 P')` of an equation of state, with `P = phi Z(phi)` in any unit.
 fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
@@ -26,8 +26,8 @@ pub(crate) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: 
     if fewer.is_finite() { fewer } else { 0.0 }
 }
 
-/// Relative difference of the contact value `g` from an infinite fluid. A finite system has fewer contacts, but
-/// `g` is normalised by the number of pairs, and each particle has only `N - 1` partners.
+/// Relative difference between the contact value `g` and its value in an infinite fluid. A finite system has
+/// fewer contacts, but `g` is normalised by the number of pairs, and each particle has only `N - 1` partners.
 pub(crate) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }

@@ -13,13 +13,13 @@ use crate::model::{Scene, Species, Thermostat};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PublishedValue {
-    /// Name of the observable, or of the number of an instrument, such as `compressibility_factor`.
+    /// Name of an observable, or of a number that an instrument reports, such as `compressibility_factor`.
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// Expected value for a system of this size minus the published value, to first order in `1 / N`. For the
-    /// diffusion coefficient it is to first order in `1 / L`, relative to the system size behind the published
-    /// fit. 0 if unknown, or if a file lacks this field.
+    /// Expected value for a system of this size minus the published value, to first order in `1 / N`. Speedy's
+    /// diffusion coefficient is a fit to simulations of finite systems, so its difference is relative to the size of
+    /// these systems, to first order in `1 / L`. 0 if unknown, or if a file lacks this field.
     #[serde(default)]
     pub finite_size: f64,
     /// Short name of the result, such as `mKLM`.
@@ -145,8 +145,8 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
 }
 
 impl Hard {
-    /// Published compressibility factor and the pressure that follows from it. `fewer` is the fraction of `Z -
-    /// 1` that a system of this size lacks.
+    /// Published compressibility factor `Z`, and the pressure that follows from it. In a system of this size, `Z - 1`
+    /// is smaller by the fraction `fewer`.
     fn pressure(&self, compressibility: f64, fewer: f64, label: &str, source: &str) -> Vec<PublishedValue> {
         let pressure = self.temperature.map(|temperature| ("pressure", self.number_density * temperature));
         let both = [("compressibility_factor", 1.0)].into_iter().chain(pressure);

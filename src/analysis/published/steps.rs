@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-/// Returns the number of pairs that bounce at a downward step from inside for each pair that is released:
-/// `N_bounce / N_release = exp(eps / T) - 1`, with the depth `eps` of the step. This is exact for every
-/// downward step in equilibrium.
+/// Returns the ratio of bounces to releases among pairs that reach a step from inside, where their potential energy is
+/// lower by the depth `eps` of the step: `N_bounce / N_release = exp(eps / T) - 1`. This is exact for every such step
+/// in equilibrium.
 ///
 /// Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010), [doi:10.1063/1.3486567](https://doi.org/10.1063/1.3486567).
 #[must_use]
@@ -70,8 +70,8 @@ mod tests {
 
     #[test]
     fn the_third_virial_of_spheres_is_five_eighths() {
-        // A well of depth 0 leaves the core alone. A shoulder that no particle climbs acts as a core of the
-        // larger diameter.
+        // A well of depth 0 is a hard sphere with the diameter of the core. A shoulder that no particle climbs is a
+        // hard sphere with the larger diameter.
         for lambda in [1.2, 1.5, 1.9, 2.5] {
             assert!((third_virial_of_square_well(lambda, 0.0, 1.0) - 0.625).abs() < 1e-14);
             let large = third_virial_of_square_well(lambda, -800.0, 1.0);

@@ -9,8 +9,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Intervals of Simpson's rule in the logarithm of the time, below and above the longest time of a
-/// measurement. For these smooth functions the error of the rule is far below the error of the theory.
+/// Number of intervals in an integral by Simpson's rule, of equal length in the logarithm of the time. For these smooth
+/// functions the error of the rule is far below the error of the theory.
 const INTERVALS: u32 = 400;
 
 /// Number of decay times of the slowest flow after which the flow is negligible.
@@ -37,20 +37,20 @@ impl VelocityTail<'_> {
         (dimensions - 1.0) / dimensions * self.temperature_by_mass * (modes - 1.0)
     }
 
-    /// Part of the diffusion coefficient that an integral of the autocorrelation up to a time misses
+    /// Part of the diffusion coefficient that is missing from an integral of the velocity autocorrelation up to a time
     /// `[length^2 / time]`.
     pub fn beyond(&self, time: f64) -> f64 {
         let slowest = self.periods.iter().fold(0.0_f64, |a, b| a.max(*b)) / TAU;
         self.integral([time, time + DECAYS * slowest * slowest / self.spreading], |_| 1.0)
     }
 
-    /// Part of the diffusion coefficient that the least-squares slope of the mean squared displacement
-    /// between two times misses `[length^2 / time]`.
+    /// Part of the diffusion coefficient that is missing from the slope of the mean squared displacement, fitted by
+    /// least squares between two times `[length^2 / time]`.
     ///
-    /// The autocorrelation at a time `t` adds to the mean squared displacement at all later times, in
-    /// proportion to the time since `t`. The slope contains all of this contribution if `t` is before the first
-    /// time, and nothing if `t` is after the last time. In between it contains the fraction `(1 - u)^2 (2 + u)
-    /// / 4`, where `u` grows linearly from -1 to 1.
+    /// The autocorrelation at a time `t` adds to the mean squared displacement at all later times, in proportion to the
+    /// time since `t`. The slope contains all of this contribution if `t` is before the first time, and nothing if `t`
+    /// is after the last time. In between it contains the fraction `(1 - u)^2 (2 + u) / 4`, where `u` grows linearly
+    /// from -1 to 1.
     pub fn beyond_slope(&self, [first, last]: [f64; 2]) -> f64 {
         let missed = |time: f64| {
             let u = (2.0 * time - first - last) / (last - first);
@@ -111,9 +111,9 @@ mod tests {
                 assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-9, "{time}");
                 let beyond = over_modes(&tail, |rate| libm::exp(-rate * time) / rate);
                 assert!((tail.beyond(time) / beyond - 1.0).abs() < 1e-7, "{time}");
-                // After a time `t`, a mode of decay rate `rate` has changed the displacement by `exp(-rate t) /
-                // rate^2` from a straight line. The least-squares slope of this term, with the opposite sign,
-                // was derived by hand.
+                // At a time `t`, the contribution of a mode with decay rate `rate` to half of the mean squared
+                // displacement differs from a straight line by `exp(-rate t) / rate^2`. The least-squares slope of this
+                // term, with the opposite sign, was derived by hand.
                 let [first, last] = [time, 4.0 * time];
                 let slope = |rate: f64| {
                     let x = 0.5 * rate * (last - first);
@@ -134,8 +134,8 @@ mod tests {
         let mass = 0.7 * edge * edge * edge;
         let tail = VelocityTail { temperature_by_mass: 1.9 / mass, spreading, periods: &[edge; 3] };
         let expected = 2.0 / 3.0 * 1.9 / 0.7 / libm::pow(4.0 * PI * spreading * time, 1.5);
-        // The sum over modes omits the motion of the whole system: a fraction of 6e-6 at `time`, and 5e-5 at
-        // four times this time.
+        // The sum over modes omits the wave vector 0. This lowers the result by a fraction of 6e-6 at `time`, and by
+        // 5e-5 at four times this time.
         assert!((tail.correlation(time) / expected - 1.0).abs() < 1e-4);
         assert!((tail.correlation(4.0 * time) / tail.correlation(time) - 0.125).abs() < 1e-4);
     }

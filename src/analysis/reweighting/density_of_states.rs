@@ -2,7 +2,8 @@
 
 use super::ensemble::Ensemble;
 
-/// Largest number of Newton steps, and of halvings of a step that goes too far; a few of both are usual.
+/// Limits for the number of Newton steps, and for how often a step that goes too far is halved. Usually a few of each
+/// are enough.
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: u32 = 30;
 
@@ -13,7 +14,7 @@ const LAST_STEP: f64 = 1e-9;
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Fewest samples shared by two groups of ensembles. The variance of their free-energy difference, in units
+/// Minimum number of samples shared by two groups of ensembles. The variance of their free-energy difference, in units
 /// of the temperature, is the inverse of this number. With fewer samples the variance would exceed one.
 const LEAST_SHARED: f64 = 1.0;
 
@@ -70,7 +71,7 @@ pub struct Moments {
     pub variance: f64,
 }
 
-/// The minimised function, with its first and second derivatives by all free energies but the first.
+/// The minimised function, with its first and second derivatives with respect to all free energies except the first.
 struct Expansion {
     value: f64,
     gradient: Vec<f64>,

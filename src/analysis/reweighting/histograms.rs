@@ -235,7 +235,7 @@ impl Counts {
         add_each(&mut self.others, &other.others);
     }
 
-    /// Means in each level of the quantities measured along with the energies; zero in levels without samples.
+    /// For each quantity measured along with the energies, its mean in each level; zero in levels without samples.
     pub fn means(&self) -> Vec<Vec<f64>> {
         let mean = |(sum, count): (&f64, &f64)| if *count > 0.0 { sum / count } else { 0.0 };
         self.others.iter().map(|sums| sums.iter().zip(&self.levels).map(mean).collect()).collect()

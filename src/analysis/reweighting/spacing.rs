@@ -2,7 +2,7 @@
 
 use super::density_of_states::DensityOfStates;
 
-/// Largest number of temperatures that is ever useful.
+/// Largest number of temperatures in a list.
 const MOST_TEMPERATURES: usize = 1000;
 
 /// Number of bisections, enough to reach round-off.
@@ -32,9 +32,9 @@ impl DensityOfStates {
         sum.min(1.0)
     }
 
-    /// Finds a list of ascending temperatures from the lowest to the highest `[energy]` with the same
-    /// [acceptance](Self::acceptance) between all neighbours. It has as few temperatures as possible for at
-    /// least the requested acceptance, which is between 0 and 1. `None` if no number of temperatures is
+    /// Finds a list of ascending temperatures from the lowest to the highest `[energy]`, so that the
+    /// [acceptance](Self::acceptance) is the same between all neighbours and at least the requested one. The list is as
+    /// short as possible. The requested acceptance is between 0 and 1. `None` if no number of temperatures is
     /// sufficient, or if more than a thousand are needed.
     #[must_use]
     pub fn temperatures_for(&self, [lowest, highest]: [f64; 2], acceptance: f64) -> Option<Vec<f64>> {

@@ -8,13 +8,13 @@ const STEPS: usize = 150;
 /// Slowest relaxation time in the fit, as a fraction of the length of the series. Slower motion looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
-/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series. The eight
-/// lowest frequencies are then below the inverse of this time.
+/// Slowest relaxation time of a quantity whose changes are fitted, as a fraction of the length of the series. About
+/// eight angular frequencies are below the inverse of this time.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// The fit includes increments of a quantity with longer correlations only if they increase the logarithm of the
-/// likelihood by this much. With a lower threshold, they may explain low frequencies that are weak by chance. One error
-/// in a few hundred is then several times too small.
+/// The fit includes changes of a quantity with longer correlations only if they increase the logarithm of the
+/// likelihood by this much. With a lower threshold, these components would fit low powers that are due to chance. One
+/// error in a few hundred would then be several times too small.
 const LEAST_GAIN: f64 = 6.0;
 
 /// Fastest relaxation time in the fit, in values of the series. The density of such a relaxation falls by only a
@@ -31,17 +31,17 @@ const FEWEST_FOR_DIFFERENCES: usize = 20;
 /// Weights that cannot be negative always fit some of the noise, and the prior offsets this.
 const PRIOR: f64 = 0.5;
 
-/// Largest fraction of the variance in the slowest relaxation of the fit. With more, there is still slower motion, and
-/// the series is too short to resolve it.
+/// Largest fraction of the variance in the slowest relaxation of the fit. If a series exceeds it, its motion is slower
+/// than the series can resolve.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
-/// Limits for the slowest relaxation, as fractions of the density at frequency zero. Below the first limit, the
-/// estimate is not enlarged; above the second limit, it is enlarged by [`MOST_DOUBT`].
+/// Limits for the share of the slowest relaxation in the density at frequency zero. Below the first limit, the estimate
+/// is not enlarged; above the second limit, it is enlarged by [`MOST_DOUBT`].
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
 /// Largest possible ratio of the true density at frequency zero to the estimate. A motion may be slower than it seems
-/// if only few frequencies resolve it. With this value, the errors of autoregressive series under white noise agree
-/// with theory from three independent values on (measured by the test
+/// if only few frequencies resolve it. With this value, the errors of autoregressive series with added white noise
+/// agree with theory if there are at least three independent values (measured by the test
 /// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
@@ -55,7 +55,8 @@ const IN_A_GROUP: usize = 16;
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
-/// Largest fraction of the power at the lowest frequency. A series with more is a single swing or a drift.
+/// Largest fraction of the power at the lowest frequency. If a series exceeds it, the series is a single oscillation or
+/// a drift, and its density at frequency zero is unknown.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
 /// Lower limit for powers and densities, in units of the variance. It prevents divisions by zero.
@@ -72,8 +73,8 @@ thread_local! {
 pub(super) struct Density {
     /// The most likely value. It is one for a series of independent values.
     pub at_zero: f64,
-    /// Factor from `at_zero` to a safe upper estimate. It grows from 1 to [`MOST_DOUBT`] if most of the density belongs
-    /// to the slowest relaxation of the fit.
+    /// Ratio of a safe upper estimate to `at_zero`. It rises from 1 to [`MOST_DOUBT`] if more than half of the density
+    /// belongs to the slowest relaxation of the fit.
     pub doubt: f64,
 }
 
@@ -134,8 +135,8 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
         if weight * variance > MOST_IN_SLOWEST {
             return None;
         }
-        // The doubt depends on the fraction of the slowest relaxation in the density at frequency zero. In the
-        // variance, fast noise would hide slow motion.
+        // The doubt depends on the share of the slowest relaxation in the density at frequency zero, not in the
+        // variance. Fast noise increases the variance and would hide slow motion.
         let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
         doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
     }
@@ -248,8 +249,9 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     parts
 }
 
-/// Components for the changes of a quantity that is correlated over several values, with single and double relaxation.
-/// The values at both ends of the series add the same power at all frequencies.
+/// Returns components for the changes of a quantity whose values are correlated. Each relaxation time has one component
+/// for a single relaxation and one for a double relaxation. The two end values of the quantity add `2 / n` to the
+/// density at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();

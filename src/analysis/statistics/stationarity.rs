@@ -16,11 +16,11 @@ const LIMIT: (f64, f64) = (4.5, 10.0);
 /// too small, so the limit is larger than [`LIMIT`].
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
-/// Fewest independent values in the second half for a series to be called stationary.
+/// Minimum number of independent values in the second half of a series that is called stationary.
 const FEWEST: f64 = 10.0;
 
-/// Fewest independent values among the residuals about a straight line for a series to be called drifting. The line
-/// goes through the whole series or through its last three quarters.
+/// Minimum number of independent values for a test with the residuals about a straight line through the whole series or
+/// through its last three quarters.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
 const FEWEST_VALUES: usize = 20;

@@ -27,7 +27,7 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
         // A single error is known to a sixth, and the mean of forty errors to 2.6 %. The bounds include three times
-        // that, a bias of up to 12 % to the safe side, and Student's factor.
+        // that, a bias of up to 12 % on the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
@@ -44,15 +44,15 @@ fn anticorrelated_noise_reduces_the_error() {
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
     // A single error is known to a quarter, and the mean of sixty errors to 3 %. The bounds include three times that,
-    // and a bias of up to 15 % to the safe side.
+    // and a bias of up to 15 % on the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
 #[test]
 fn bounded_quantity_adds_no_error_to_its_rate() {
-    // Each series consists of the changes of a quantity and a tenth of white noise. The quantity relaxes, like the
-    // momentum between two walls, or oscillates, like the virial of a crystal. The error of the mean comes only from
-    // the noise and from the values of the quantity at both ends, divided by n.
+    // Each series is the sum of the changes of a quantity and weak white noise. The quantity relaxes, like the momentum
+    // between two walls, or oscillates, like the virial of a crystal. Two things contribute to the error of the mean:
+    // the noise, and the difference of the quantity between both ends, divided by n.
     let (n, count) = (400_usize, 100);
     let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
     let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
@@ -75,7 +75,8 @@ fn bounded_quantity_adds_no_error_to_its_rate() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // 100 seeds determine the scatter to 7 %. The bounds are three times that around the target of 0.8 to 1.25.
+        // 100 seeds determine the scatter to 7 %. The bounds allow three times that on both sides of the target range,
+        // 0.8 to 1.25.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
@@ -157,8 +158,7 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // The ratio would be up to 1.85 if the density of the slow part were taken to be as certain as that of the
-        // noise.
+        // Without the allowance for motion that may be slower than it seems, the ratio would be up to 1.85.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -313,9 +313,9 @@ fn error_of_a_bounded_rate_comes_from_its_end_values() {
         // The scatter of 200 means is known to 5 %.
         assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
     }
-    // Independent rates add up to a random walk, which is not bounded. One in six random walks of this length looks
-    // bounded, so this estimate is only for quantities that a conservation law bounds. Eight of 50 are expected, with a
-    // standard deviation of 2.6.
+    // The sum of independent rates is a random walk, which is not bounded. One in six random walks of this length looks
+    // bounded, so this estimate is only for sums that a conservation law bounds. Eight of the 50 walks are expected to
+    // look bounded, with a standard deviation of 2.6.
     let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
     assert!(walks <= 16, "{walks}");
 }
@@ -342,8 +342,9 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // The slow motion has 21, 32 and 63 independent values, and the noise has the same variance. If the error came from
-    // the squares alone, the deviations in the second case would have an rms of 1.16 reported errors.
+    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. If the
+    // error of the variance had no lower bound from the error of the mean, the rms deviation in the second case would
+    // be 1.16 errors.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();

@@ -5,7 +5,7 @@ use roots::{Convergency, find_root_brent};
 use super::rules::Side;
 use crate::Vector;
 
-/// A polynomial, as its coefficients with the constant first.
+/// A polynomial, given by its coefficients in ascending order of powers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial(Vec<f64>);
 

@@ -43,8 +43,8 @@ impl Motion {
 }
 
 impl Feature {
-    /// Returns the time from the simulated time `now` to the next event of a sphere with the feature of a moving
-    /// surface, if it is within `horizon`.
+    /// Returns the time from the simulated time `now` to the next event of a sphere with this feature, whose surface
+    /// may move; `None` if there is no event within `horizon`.
     pub fn next_event_moving(&self, motion: &Motion, timeline: &Timeline, now: f64, horizon: f64) -> Option<f64> {
         let mut after = 0.0;
         while after < horizon {
@@ -152,7 +152,7 @@ impl Across {
         let (opening, bend) = match self.barrier {
             Barrier::Flat => (opening, acceleration),
             Barrier::Round { side: Side::Positive, .. } => (opening / length, acceleration),
-            // If the particle is inside the sphere, motion along the sphere also decreases the gap.
+            // If the particle is inside the round barrier, motion along the barrier also decreases the gap.
             Barrier::Round { side: Side::Negative, .. } => {
                 let nearest = length - speed * time;
                 let around = if nearest > 0.0 { speed * speed / nearest } else { f64::INFINITY };

@@ -1,4 +1,4 @@
-//! Response of particles at a discontinuity along the line of centres, and the TC model at infinite barriers.
+//! Outcome of an event at a discontinuity, the velocity after it, and the TC model at infinite barriers.
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
@@ -32,7 +32,7 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restit
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
     let e = if is_barrier { restitution } else { 1.0 };
-    // Near a turning point, rounding may already have made the pair recede. It then keeps its velocity.
+    // Near a turning point, round-off may already have made the pair recede. The pair then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
 
@@ -108,10 +108,10 @@ impl TcModel {
     /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the factor by
     /// which the velocity along the barrier changes.
     ///
-    /// This extends the published model, in which a restitution near 0 leaves no normal speed. A particle that arrives
-    /// fast enough leaves with at least the speed `closing t_c / 2`, which brings it back after `t_c`. If it arrives
-    /// with less than a 64th of this speed, it leaves with this 64th, taken from its motion along the barrier at
-    /// constant kinetic energy.
+    /// In the published model, almost no normal speed is left after a contact with a restitution near 0. Here a
+    /// particle leaves at no less than the speed `v = closing t_c / 2`, which brings it back after `t_c`, or its
+    /// arrival speed if that is lower. If it arrives at less than `v / 64`, it leaves at `v / 64`, or at its total
+    /// speed if that is lower. The speed along the barrier then decreases, so that the kinetic energy is constant.
     pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
         let &Arrival { restitution, approach, tangential, closing } = arrival;
         let last = |&particle: &u32| self.last[particle as usize];

@@ -42,7 +42,7 @@ pub(in super::super) struct Across {
     pub barrier: Barrier,
 }
 
-/// Where a particle makes contact, in terms of the motion across the feature.
+/// Where a particle touches a feature, in the coordinates of [`Across`].
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum Barrier {
     /// Contact at this distance from the origin, reached from one side.
@@ -210,8 +210,9 @@ impl Feature {
         }
     }
 
-    /// Returns the corners of a bounding box of the feature. The box is infinite along directions in which the feature
-    /// is, and for a feature that is approached from inside.
+    /// Returns two opposite corners of a bounding box of the feature. The box is infinite along the axes along which
+    /// the feature is infinite. It is infinite along all axes for a plane without corners and for a feature that is
+    /// approached from inside.
     pub fn bounds(&self) -> [Vector; 2] {
         let endless = |is_endless: &dyn Fn(usize) -> bool, at: &Vector, radius: f64| {
             let end = |sign: f64| Vector::from_fn(|k, _| sign * if is_endless(k) { f64::INFINITY } else { radius });

@@ -14,15 +14,15 @@ use std::cell::RefCell;
 
 const SCENES: u32 = 60;
 const EVENTS: u64 = 300;
-/// Fewest compared events of each kind. A few hundred of each are expected.
+/// Minimum number of compared events of each kind. A few hundred of each are expected.
 const FEWEST: u32 = 50;
 
 /// Relative round-off of a velocity. It covers all operations of an event in both implementations, and the small speed
 /// that the engine adds to make a reflection effective.
 const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
-/// If the time since the last contact equals the contact time within this relative difference, the contact may be
-/// elastic or not.
+/// If the time since the last contact equals the contact time within this relative difference, round-off decides
+/// whether the contact is elastic. The test accepts both results.
 const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone)]
@@ -198,8 +198,8 @@ impl Judge<'_> {
             matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
         let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
         let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
-        // A pair that crosses a step gets the square root of a rounded square, which is inaccurate if the square is
-        // small.
+        // The normal velocity of a pair that crosses a step is the square root of a rounded number. The root is
+        // inaccurate if the number is small.
         let rounding = ROUNDINGS * fastest * fastest;
         let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
         let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };

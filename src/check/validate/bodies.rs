@@ -26,8 +26,8 @@ const SWINGS: Source =
 
 /// The TC model keeps flights from being shorter than this time, so the number of flights is finite.
 const CONTACT_TIME: f64 = 1e-9;
-/// More than the number of bounces from a flight time of 1 down to the contact time. This number is about
-/// `20 / ln(1 / e)`, for a restitution e up to 0.97.
+/// Largest number of bounces. The flight time falls from 1 to the contact time within about `20 / ln(1 / e)` bounces at
+/// a restitution `e`. This is less than the limit for `e` up to 0.97.
 const MOST_BOUNCES: u64 = 1000;
 
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {

@@ -1,7 +1,7 @@
 //! A granular gas that cools by Haff's law.
 //!
-//! The law assumes uncorrelated velocities of particles about to collide. This holds only for dilute gases and small
-//! `1 - e^2`.
+//! The law assumes that the velocities of two particles are uncorrelated before they collide. This holds only for
+//! dilute gases and small `1 - e^2`.
 
 use super::state_point::{Compared, Watch, advance, build, mean, one_species};
 use super::{Comparison, Effort, Source};

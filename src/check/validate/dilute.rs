@@ -20,8 +20,8 @@ const EXACT: Source = Source {
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    // A brief run has four times as many events as at other state points. With the usual number, the uncertainty of the
-    // virial coefficient would be 4 to 8 %, but a verdict needs less than 5 %.
+    // A brief comparison has four times as many events here as at other state points. With the usual number, the
+    // uncertainty of the virial coefficient would be 4 to 8 %, but a verdict needs less than 5 %.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
     let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
@@ -46,7 +46,7 @@ fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison 
     });
     let expected = second(temperature);
     // At constant energy, the variance of the temperature is at most 2 T^2 / f with f degrees of freedom. This shifts
-    // the mean of a function of the temperature by half of the variance times its curvature.
+    // the mean of a function of the temperature by half of the variance times the curvature of the function.
     let step = 1e-3 * temperature;
     let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
     let fluctuation = curvature.abs() * temperature * temperature / freedom;

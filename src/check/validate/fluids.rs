@@ -38,7 +38,7 @@ pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
 pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
 
 /// Packing fractions at which the diffusion coefficient is known. Speedy's fit rests on few points below this range,
-/// and deviates more and more above it.
+/// and becomes less accurate above it.
 const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
 
 pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
@@ -95,10 +95,10 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
 
 /// Returns the diffusion coefficient in a periodic cube with `count` spheres, and its uncertainty.
 ///
-/// Speedy's fit was made to simulations in cubes, too. Yeh and Hummer's finite-size term, with Enskog's coefficients,
-/// converts from the size of those cubes to this size. At these densities Enskog's values are accurate to a few per
-/// cent. A larger uncertainty is that the number of spheres in the fit is known only to a factor of two. Its cube root
-/// changes the term by a quarter, and the coefficient by 3 %.
+/// Speedy fitted simulations of periodic cubes. Yeh and Hummer's finite-size term, with Enskog's coefficients, converts
+/// the fit from the size of those cubes to this size. At these densities Enskog's values are accurate to a few per
+/// cent. The number of spheres behind the fit is less certain: it is known only to a factor of two. The term depends on
+/// the cube root of this number, so the term is uncertain by a quarter, and the coefficient by 3 %.
 fn diffusion_in_box(packing_fraction: f64, count: f64) -> (f64, f64) {
     let theory = HardSphereFluid::reduced(packing_fraction);
     let slower = |count: f64| theory.slower_diffusion(count).unwrap_or(0.0);

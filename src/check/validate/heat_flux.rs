@@ -17,7 +17,7 @@ pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 /// Temperatures of the plates. The initial temperature of the gas is between them.
 const TEMPERATURES: [f64; 2] = [2.0, 1.0];
 const START: f64 = 1.4;
-/// With this many contacts, the flux is accurate to two per cent. A single contact carries little of the flux.
+/// Minimum number of contacts, more than a brief comparison usually has. It makes the flux accurate to two per cent.
 const FEWEST_EVENTS: u64 = 1_000_000;
 /// Edge length of the plates, larger than the mean free path.
 const WIDTH: f64 = 20.0;
@@ -57,7 +57,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
         temperatures: TEMPERATURES,
     };
     let flux = gas.heat_flux();
-    // Change of the flux for one more diameter between the plates, half a diameter at each plate.
+    // Change of the flux if the distance between the plates is one diameter larger: half a diameter at each plate.
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {

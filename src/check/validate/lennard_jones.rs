@@ -18,8 +18,8 @@ const CUTOFF: f64 = 2.5;
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times for melting the lattice with the heat bath, and for the measurement.
 const TIMES: [f64; 2] = [20.0, 200.0];
-/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`. This is rare compared with collisions,
-/// but often enough to hold the temperature.
+/// Rate at which a particle gets a new velocity from the heat bath `[1 / time]`. It is low compared with the collision
+/// rate, but high enough to hold the temperature.
 const BATH_RATE: f64 = 0.5;
 
 pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];

@@ -119,8 +119,8 @@ mod tests {
     #[test]
     fn blocks_obeying_the_law_have_small_errors() {
         let compared = law(&lawful(), 3000.0);
-        // The errors do not include the linear dependence of the law on temperature. Its curvature, about (2e-3)^2, and
-        // the products of deviations remain.
+        // The linear dependence of the law on temperature is subtracted, so it does not contribute to the errors. The
+        // contributions that remain are the curvature of the law, about (2e-3)^2, and products of deviations.
         assert!(compared[0].standard_error.unwrap() < 1e-5, "{compared:?}");
         assert!(compared[0].difference().unwrap().abs() < 1e-5, "{compared:?}");
         assert!(compared.iter().all(|comparison| comparison.verdict().is_pass()), "{compared:?}");

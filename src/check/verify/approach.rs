@@ -79,8 +79,8 @@ impl Approach {
 
     /// Returns the distance from the discontinuity at a time in the window, positive on the valid side `[length]`.
     ///
-    /// The gap is computed from the positions. In the overlap function, the digits of a small gap would be lost between
-    /// large terms.
+    /// The gap is computed from the positions. The overlap function is a difference of large terms, and would make a
+    /// small gap inaccurate.
     pub fn gap(&self, time: f64) -> f64 {
         self.streamed(time).gap_now()
     }
@@ -223,15 +223,15 @@ mod tests {
     }
     #[test]
     fn a_feature_is_met_between_its_ends_only() {
-        // After time 1, the height is 1 - t^2 / 2. The projection onto the feature, which extends from 0 to 2, is at
-        // 3 - t.
+        // The flight starts at time 1. A time t later, the height is 1 - t^2 / 2, and the projection is at 3 - t on a
+        // feature that extends from 0 to 2.
         let to_end = Foot { extents: [[3.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0; 3], [0.0; 3]], slenderness: 1.0 };
         let ball = Approach { foot: Some(to_end), ..falling(1.0, 0.0) };
         assert_eq!(ball.next_event(f64::INFINITY), Some(1.0 + 2.0_f64.sqrt()));
         assert!(!ball.is_on(1.5) && ball.is_on(2.0) && ball.is_on(4.0) && !ball.is_on(4.5));
         let later = ball.streamed(2.5);
         assert!(later.is_on(2.5) && later.is_on(4.0) && !later.is_on(4.5));
-        // The projection reaches the end of the feature at time 4, when the gap is 1 - 9 / 2.
+        // At time 4, when t is 3, the projection reaches the end of the feature, and the gap is 1 - 9 / 2.
         assert!((ball.lowest(3.0, 5.0) - (1.0 - 4.5)).abs() < 1e-13);
         assert_eq!(ball.lowest(3.0, 3.5), ball.gap(3.5));
     }

@@ -1,18 +1,18 @@
-//! Motion after a contact with an infinite barrier: restitution, and the TC model with its memory.
+//! Motion after a contact with an infinite barrier, by restitution and the TC model.
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;
 
-/// Each number comes with its round-off.
+/// Relative motion on arrival at a barrier. Each pair of numbers is a value and its uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
     pub restitution: f64,
-    /// Normal speed towards the barrier; 0 if it already recedes `[length / time]`.
+    /// Normal speed towards the barrier; 0 if the particle moves away from it `[length / time]`.
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
     pub tangential: (f64, f64),
-    /// Acceleration back towards the barrier, centrifugal or from a force `[length / time^2]`. It is negative if it
-    /// leads away.
+    /// Acceleration towards the barrier, from forces and the curvature of the barrier `[length / time^2]`. It is
+    /// negative if it points away from the barrier.
     pub closing: (f64, f64),
 }
 
@@ -35,7 +35,7 @@ pub(super) struct ContactMemory {
 enum Last {
     Never,
     At(Elapsed),
-    /// No contact since this time, when the record begins. Earlier contacts are unknown.
+    /// The record begins at this time, and contains no contact yet. Earlier contacts are unknown.
     Before(Elapsed),
 }
 
@@ -43,7 +43,7 @@ enum Last {
 const SLIDING: f64 = 64.0;
 
 impl ContactMemory {
-    /// Without `unknown_before`, there were no earlier contacts. With it, contacts before that time are unknown.
+    /// If `unknown_before` is given, contacts before that time are unknown. Otherwise there were none.
     pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
         Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
     }
@@ -72,12 +72,12 @@ impl ContactMemory {
         [Some(true), None].into_iter().find(|answer| each.contains(answer)).unwrap_or(Some(false))
     }
 
-    /// Returns all ways in which a motion may leave a barrier within round-off.
+    /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
     ///
-    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. A particle that arrives
-    /// fast enough keeps at least the speed `closing t_c / 2`, so that the next contact does not follow within `t_c`.
-    /// If it arrives with less than this speed divided by [`SLIDING`], the contact slides: the particle leaves with the
-    /// divided speed, taken from its motion along the barrier.
+    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. Otherwise, a particle that
+    /// arrives fast enough keeps at least the speed `closing t_c / 2`, so that the next contact does not follow within
+    /// `t_c`. If the arrival speed is less than this speed divided by [`SLIDING`], the contact slides: the particle
+    /// leaves with the divided speed. The energy for this comes from its motion along the barrier.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);

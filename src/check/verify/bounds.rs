@@ -5,14 +5,14 @@ use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
 
-/// Number of roundings between the state at a prediction and the state at its event. For a pair, six coordinates are
-/// each rounded by a free flight (three operations), by the time of the event and by a wrap. Both the engine and the
-/// verifier do this. The sum in the overlap function has eight terms. Each rounding is below one unit in the last place
-/// of the largest numbers, which are defined below.
+/// Number of roundings in a bound. Each is at most one unit in the last place of the largest numbers, which [`Flight`]
+/// holds. Between a prediction and its event, the six coordinates of a pair are each rounded by a free flight (three
+/// operations), by the time of the event and by a wrap, in the engine and again in the verifier. The sum in the overlap
+/// function has eight terms.
 const ROUNDINGS: f64 = 32.0;
 
-/// Speeds below the square root of the smallest floating-point number have squares of 0, so their norm or
-/// energy has no digits.
+/// Square root of the smallest normal floating-point number. The squares of lower speeds underflow, so norms and
+/// energies lose their accuracy.
 const SMALLEST: f64 = 1.5e-154;
 
 /// Returns the error of [`ROUNDINGS`] roundings of a number as large as `scale`.
@@ -57,12 +57,12 @@ impl Flight {
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
-        // Times are rounded with the precision of the time since the epoch. A prediction may be in an earlier epoch
-        // than its event. The verifier rounds the times once more, with the precision of the time since the start of
-        // the window.
+        // The rounding error of a time is proportional to the time since its epoch. A prediction may be in an earlier
+        // epoch than its event, so the longer time counts. The verifier rounds the time again, in proportion to the
+        // time since the start of the window.
         let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         let times = duration + since_epoch.max(states.elapsed.after(window));
-        // Every wrap at a periodic boundary rounds a coordinate once more, however far it was extrapolated.
+        // Each wrap at a periodic boundary rounds a coordinate once more.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
         // The engine rounds the state of a particle once when it moves the state to the next epoch.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
@@ -109,9 +109,10 @@ pub(super) struct Bounds {
 impl Bounds {
     /// Bounds for a pair at a discontinuity at `distance`.
     ///
-    /// The overlap function is a difference of squares. Its round-off is the round-off of the squared separation at the
+    /// The overlap function is a difference of squares. Its round-off is that of the squared separation at the
     /// prediction. The separation is at most `distance` plus the distance that the two particles have flown since the
-    /// later of their last events. Divided by `distance`, the round-off of the square is a round-off of the distance.
+    /// later of their last events. Dividing the round-off of the square by `distance` gives the round-off of the
+    /// distance.
     pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
         let flown = (a.speed + b.speed) * a.duration.min(b.duration);
         let separation = (distance + flown).min(world.diagonal.max(distance));

@@ -51,8 +51,8 @@ pub enum End {
     /// The run has a thermostat, growing particles, a sheared box, or a wall or surface with a temperature. The event
     /// rule does not cover these.
     Driven,
-    /// Surfaces or gravity change after a stage that ends by its measurements. The replay cannot tell when such a stage
-    /// ends.
+    /// Surfaces or gravity change after an equilibration that ends as soon as no observable drifts. The replay cannot
+    /// tell when such an equilibration ends.
     OpenStages,
     /// The run violates the event rule.
     Violated(Violation),
@@ -128,8 +128,8 @@ impl Certificate {
         Self { first_event, start, ..Self::default() }
     }
 
-    /// Whether all verified events are proven, and the verification did not end because of an error or an unsupported
-    /// scene.
+    /// Whether all verified events are proven. False if the verification found a violation, the engine failed, the
+    /// replay departed from the recorded run, or the scene is not supported.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(

@@ -15,11 +15,11 @@ const MOST_PIECES: u32 = 10_000;
 const BEYOND: f64 = 1.01;
 
 impl Approach {
-    /// Whether the flight provably never has an event, for coordinates of magnitude `size` `[length]`. The proof has a
-    /// margin for their rounding. It is needed only if [`Self::next_event`] finds no event.
+    /// Whether the flight provably has no event at any later time. The proof allows for the rounding of coordinates of
+    /// magnitude `size` `[length]`.
     ///
-    /// For spheres, only flights outside need a proof. A pair inside a sphere reaches it at some time, which
-    /// `next_event` finds, unless the pair is at rest.
+    /// Inside a sphere, no proof is needed: the pair reaches the sphere, unless it is at rest, and [`Self::next_event`]
+    /// finds this event.
     pub fn is_clear(&self, size: f64) -> bool {
         // The proof needs a constant acceleration. Beside a surface that oscillates or turns, the acceleration changes.
         if self.swing.is_some() {

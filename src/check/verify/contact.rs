@@ -5,7 +5,7 @@ use crate::engine::event::{Event, Other};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// Number of the first surface of the scene in an event. Smaller numbers mean the six walls of the box.
+/// In events, the surfaces of the scene are numbered from here. Lower numbers are the six walls of the box.
 const FIRST_SURFACE: u32 = 6;
 
 /// A contact of two particles, or of a particle with a wall of the box or a surface of the scene.

@@ -158,7 +158,7 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// Returns how far ahead the images of a pair must be searched, and the conclusion if the search finds no event.
+    /// Returns the time that the search of a pair's images must cover, and the conclusion if the search finds no event.
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
@@ -177,7 +177,7 @@ impl Verifier {
             // The pair moves along one periodic axis only. After one period, the separations of its images repeat.
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
-        // The search covers at most a tenth of the remaining images: `along` periods along each axis.
+        // The search covers about `along` periods along each axis, so it uses at most about a tenth of `most_images`.
         let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)

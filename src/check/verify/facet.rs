@@ -111,8 +111,9 @@ impl Facet {
         Arc::new(Swing::new(passage, slenderness, since)).at(since)
     }
 
-    /// Whether a particle provably never reaches the facet. `seen` is the motion of the particle in the frame of the
-    /// surface, which continues its own motion for ever. Coordinates have the magnitude `size` `[length]`.
+    /// Whether a particle provably never reaches the facet, if the surface continues its present motion for ever.
+    /// `seen` is the motion of the particle in the frame of the surface. For a moving surface, `size` is added to the
+    /// magnitude of the rounded coordinates `[length]`.
     pub fn is_clear(&self, seen: &Motion, size: f64) -> bool {
         let Motion { position, velocity, acceleration, radius } = *seen;
         let size = size + position.norm() + self.farthest + radius;
@@ -163,8 +164,8 @@ pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, 
 }
 
 impl World {
-    /// Returns the motion of a particle, for its image in the box or at most half a period outside. The facets cover
-    /// this range.
+    /// Returns the motion of a particle. The position is that of an image in the box or at most half a period outside,
+    /// because the facets cover this range.
     pub fn motion(&self, states: &States, i: u32) -> Motion {
         let at = i as usize;
         let (position, velocity) = (self.brought_back(states.positions[at]), states.velocities[at]);

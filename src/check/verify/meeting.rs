@@ -14,7 +14,7 @@ use crate::check::reference::{Motion, Touch};
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
 
-/// A particle at a feature of a surface, with the data to check their event.
+/// A particle at a feature of a surface, with the data needed to check the event.
 struct Meeting {
     approach: Approach,
     bounds: Bounds,
@@ -252,16 +252,16 @@ impl Verifier {
         if gap.is_nan() || gap > bound {
             return Err(Fault::Early { contact, gap, bound });
         }
-        // The gap has grown by `missed` since its turning point, if the particles already separate. Round-off may shift
-        // an event slightly beyond the turning point.
+        // If the particles already separate, the gap has passed its minimum and has since grown by `missed`. Because of
+        // round-off, an event may be slightly later than the minimum.
         let missed = closing * closing / (2.0 * approach.curvature());
         if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // A larger overlap existed before the event was due. It has already been checked that such an overlap did not
-        // grow.
+        // A larger overlap already existed when the event was due. `settle` has checked that it did not grow since
+        // then.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

@@ -19,8 +19,8 @@ const MOST_TURNS: f64 = 0.25;
 /// Longest time interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the
 /// longest window.
 const MOST_SEARCHED: f64 = 1e3;
-/// The search for a contact with an oscillating or rotating surface finds its time to within the round-off of this
-/// fraction of a period.
+/// In the search for a contact with an oscillating or rotating surface, the smallest time step is the round-off of a
+/// time that includes this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
@@ -58,8 +58,9 @@ pub(super) struct Carried {
 
 /// Magnitudes that determine the rounding errors at a moving surface.
 ///
-/// Positions and velocities of the surface are functions of the simulated time, which has limited digits. The time of a
-/// contact also has the round-off of a fraction of a period.
+/// Positions and velocities of the surface are functions of the simulated time, so the rounding error of this time
+/// affects them. At an oscillating or rotating surface, contact times have a further error: the round-off of a fraction
+/// of a period.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sway {
     /// Scale of coordinates `[length]`.
@@ -167,8 +168,9 @@ impl Motions {
         if moment.pose.is_turned {
             length += position.amax();
         }
-        // Bounds on the motion of the surface: speed, acceleration, relative rate at which the acceleration changes,
-        // and angular velocity. The last number is a time that adds to the round-off of contact times.
+        // Bounds on the motion of the surface: its speed, acceleration, rate of change of the acceleration divided by
+        // the acceleration, and angular velocity. The last number is a time whose round-off adds to the error of
+        // contact times.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {

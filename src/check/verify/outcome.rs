@@ -176,8 +176,8 @@ impl Encounter<'_> {
         }
     }
 
-    /// Returns the outcome that the energies demand, and whether the pair crosses the discontinuity. If the energies
-    /// are equal within round-off, every outcome is right, and the outcome found is returned.
+    /// Returns the outcome that the energies require, and whether the pair crosses the discontinuity. If the energies
+    /// are equal within round-off, the pair may cross or not, and `found` decides.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),

@@ -82,9 +82,9 @@ pub fn verify(scene: Scene, range: EventRange, watch: Watch<'_>) -> Certificate 
 
 /// Replays a finished run and proves a range of its events.
 ///
-/// The function works like [`verify`], but the replay ends at the recorded end of the run, even if the equilibration
-/// ended by its measurements. There, the number of events and the time are compared with the recorded values. If they
-/// differ, the certificate has the end [`End::Departed`].
+/// The function works like [`verify`], but the replay ends at the recorded end of the run. The run may therefore
+/// contain an equilibration that ended as soon as no observable drifted. At the end, the number of events and the time
+/// are compared with the recorded values. If they differ, the certificate has the end [`End::Departed`].
 #[must_use]
 pub fn verify_run(scene: Scene, ended: RunEnd, range: EventRange, watch: Watch<'_>) -> Certificate {
     certify(scene, range, Some(ended), watch)
@@ -177,9 +177,9 @@ impl Replay<'_> {
         self.ends.map(|ends| recorded.map_or(ends, |recorded| first(ends, recorded)))
     }
 
-    /// Returns the limit for the next step of a replay with a recorded end, or `None` at this end. First the recorded
-    /// number of events is replayed, and then the time that remains. An event in this time shows that the replay
-    /// departs from the run.
+    /// Returns how far the replay may advance in its next step, or `None` at the recorded end of the run. The replay
+    /// first executes the recorded number of events, and then advances to the recorded time. An event before that time
+    /// shows that the replay departs from the run.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -200,8 +200,8 @@ impl Replay<'_> {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // The recorded run ended before its planned number of events. Either nothing would happen any more, or the
-            // run was stopped.
+            // The recorded run ended before its planned number of events: no further event could happen, or the run was
+            // stopped.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {
@@ -211,8 +211,8 @@ impl Replay<'_> {
         End::RunEnded
     }
 
-    /// Called if the replay reaches `time` without an event. Ends the current interval if it ends at this time, and
-    /// otherwise ends the recorded run.
+    /// Called if the replay reaches `time` without an event. At this time, either the current interval or the recorded
+    /// run ends.
     fn end_at(&mut self, time: f64) {
         if self.ends.is_some_and(|ends| ends.time <= time) {
             self.ends = None;

@@ -1,7 +1,7 @@
 //! The motion of a particle beside a surface that oscillates or turns. Distances are then not polynomials of the time.
 //!
-//! All results are computed from positions at given times. Contacts and the smallest gap are found by bisection. Bounds
-//! on speed and acceleration exclude intervals without them.
+//! All results are computed from positions at given times. Contacts and the smallest gap are found by bisection. Time
+//! intervals are skipped if bounds on speed and acceleration show that they contain neither.
 
 use super::approach::Approach;
 use super::facet::approach_of;

@@ -225,8 +225,8 @@ impl Verifier {
     }
 
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // `end` is computed in the epoch of the latest states. In the epoch of the window's start, it might have fewer
-        // digits.
+        // `end` is computed from the epoch of the latest states. The window may have started in an earlier epoch, from
+        // which `end` would be less accurate.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
@@ -256,8 +256,8 @@ impl Verifier {
         }
     }
 
-    /// Checks all contacts that were due before a time in the window. The overlap of such a contact must not have grown
-    /// since it was due.
+    /// Checks all contacts that were due before a time in the window. Their overlaps must not have grown since the
+    /// contacts were due.
     fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
         let overdue = std::mem::take(&mut self.overdue);
         let known = overdue.len();

@@ -57,7 +57,7 @@ pub enum Fault {
         /// Number of states received.
         found: usize,
     },
-    /// The time of an event is earlier than the time before it, or not finite.
+    /// The time of an event is not finite, or earlier than the time of the previous states.
     #[error("time went back by {by:.3e}")]
     Backwards {
         /// Amount by which the time decreased `[time]`.
@@ -106,12 +106,12 @@ pub enum Fault {
         /// State of the pair.
         state: usize,
     },
-    /// The outcome is not the one that the energies demand.
+    /// The outcome differs from the one that the energies require.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
     WrongOutcome {
         /// The contact.
         contact: Contact,
-        /// Outcome that the energies demand.
+        /// Outcome that the energies require.
         expected: Outcome,
         /// Outcome of the event in the run.
         found: Outcome,

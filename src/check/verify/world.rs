@@ -45,8 +45,8 @@ pub(super) struct World {
     pub periods: Vector,
     /// The shortest period; infinite if no axis is periodic `[length]`.
     pub shortest_period: f64,
-    /// Diagonal of a box that is periodic along all axes, which limits the distance of particles; otherwise infinite
-    /// `[length]`.
+    /// Upper bound on the distance between particles: the diagonal of a box that is periodic along all axes, infinite
+    /// for other boxes `[length]`.
     pub diagonal: f64,
     /// Largest distance at which an uncaptured pair interacts `[length]`.
     pub longest_range: f64,

@@ -51,7 +51,7 @@ struct Passing {
     distance: f64,
     /// Depth of the overlap relative to the distance, as a function of the time since the skipped contact.
     depth: Box<dyn Fn(f64) -> f64>,
-    /// Time after the skipped contact during which the overlap becomes deeper.
+    /// How long the overlap deepens after the skipped contact.
     deepens_for: f64,
     speed: f64,
     /// Largest length in the computation, which sets the scale of round-off.

@@ -9,7 +9,7 @@ use crate::engine::state::State;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns an engine for a subset of the particles, in a given order. It has no table of ids, and no event sources
-    /// that act on the whole system. Its queue is empty, with the present settings.
+    /// that act on the whole system. Its queue has the present settings, but is empty.
     pub(in crate::engine) fn part(&self, order: &Order) -> Self {
         let (state, sources) = (&self.state, &self.sources);
         Self {

@@ -36,7 +36,8 @@ pub(in crate::engine) struct Record {
 }
 
 impl Record {
-    /// Creates the record of a new particle with the given id, in its state at a time since the epoch.
+    /// Creates the record of a new particle with the given id. `time` is the time of its position and velocity, counted
+    /// from the epoch.
     pub fn new(id: u32, position: Vector, velocity: Vector, time: f64) -> Self {
         Self {
             body: Body { position, velocity, time, events: 0, name: id },

@@ -88,7 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Returns `r . u` for a discontinuity that moves outwards at the speed `u`. `squared` is `|r|^2`.
+/// Returns `|r| u` for a discontinuity that moves outwards at the speed `u`. `squared` is `|r|^2`.
 #[inline]
 pub(super) fn opening(speed: f64, squared: f64) -> f64 {
     if speed == 0.0 { 0.0 } else { speed * squared.sqrt() }

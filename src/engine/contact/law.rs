@@ -10,8 +10,8 @@ use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Leaving, Response, respond, tc_contact};
 
-/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. Each velocity was rounded in each of
-/// its particle's last two events.
+/// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. The velocity of each particle was
+/// rounded at each of its last two events.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
 /// Relative motion before a contact, which the TC model needs.
@@ -21,8 +21,8 @@ pub(in crate::engine) struct Arrival {
     pub speed: f64,
     /// Tangential relative speed `[length / time]`.
     pub tangential: f64,
-    /// Relative acceleration along the normal, towards the partner or the surface `[length / time^2]`. It causes the
-    /// next contact.
+    /// Relative acceleration towards the barrier, from gravity or the centrifugal force `[length / time^2]`. If it is
+    /// positive, it causes the next contact.
     pub closing: f64,
 }
 
@@ -161,12 +161,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Rounds a reflection outwards. The pair must leave the discontinuity in the rounded numbers that the next
-    /// prediction uses.
+    /// Rounds a reflection so that the pair leaves the discontinuity in the rounded numbers that the next prediction
+    /// uses.
     ///
     /// A velocity change below the spacing of floats has no effect, and the same event would be due again forever. The
     /// change is therefore replaced by this spacing, and doubled until it has an effect. This alters the energy by
-    /// round-off only. A pair at relative rest may stay at its core, but at the end of its bond it must move inwards.
+    /// round-off only. A pair in contact at its core may stay at relative rest. A pair at the maximum length of its
+    /// bond must move inwards.
     #[inline]
     fn separate(&self, pair: &Frame, velocities: &mut [Vector; 2]) {
         let &Frame { i, j, side, ref apart, ref line, opening_speed, ref approach, .. } = pair;

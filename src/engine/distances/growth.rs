@@ -26,7 +26,7 @@ pub(in crate::engine) struct GrowingDiameters {
     start: f64,
     /// Cells and lists are valid for diameters up to this factor times the diameters of the scene.
     pub reach: f64,
-    /// Factor of the diameters at which the growth ends.
+    /// Scale factor of the diameters at the end of the growth.
     largest: f64,
 }
 
@@ -36,7 +36,7 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// Returns the factor of all diameters at a time since the epoch, and the growth rate of this factor
+    /// Returns the scale factor of all diameters at a time since the epoch, and the growth rate of this factor
     /// `[1, 1 / time]`.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {

@@ -15,7 +15,7 @@ use crate::engine::parts::{Counts, Engine};
 use crate::engine::prediction::{Due, absent};
 use crate::engine::sources::andersen::Collision;
 
-/// An owned particle or a copy that a domain holds.
+/// A particle that a domain holds: either an owned particle or a copy.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub struct Held {
@@ -24,9 +24,9 @@ pub struct Held {
     /// The particle's number in the whole system.
     pub whole: u32,
     pub owner: u8,
-    /// Digest of all steps of the particle in this window and of their results, predictions included. It is 0
-    /// before the first step. If two states are equal before a window and their digests are equal, they are
-    /// equal after it.
+    /// Digest of all steps of the particle in this window and of their results, including predictions. It is 0 before
+    /// the first step. If two copies of a particle are equal before a window and have equal digests, they are equal
+    /// after it.
     pub digest: u64,
 }
 
@@ -50,8 +50,9 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub bit: u64,
     /// The owned particles and the copies, by local number.
     pub held: Vec<Held>,
-    /// Owned particles, and owned particles that another domain also holds.
+    /// The owned particles.
     pub owned: Marks,
+    /// Owned particles that other domains also hold.
     pub shared: Marks,
     /// Local number by global number; [`NO_PARTICLE`](crate::engine::neighbours::cells::NO_PARTICLE) for particles that
     /// this domain does not hold.
@@ -63,8 +64,9 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub log: Log,
     /// Whether contacts change only motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps in this window of particles that several domains hold. The second list names each of these particles once.
+    /// Steps in this window of particles that several domains hold.
     pub steps: Vec<Step>,
+    /// The particles of these steps, each listed once.
     pub touched: Vec<u32>,
     /// Owned particles that changed their cell or their list centre in this window.
     pub moved: Vec<u32>,

@@ -25,7 +25,7 @@ pub struct Step {
     pub readers: u64,
 }
 
-/// The report of a domain to the owner of its copies, on the steps of these copies in a window.
+/// Report of a domain to the owner of some of its copies: the steps of these copies in a window.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Report {
     pub from: u8,
@@ -147,9 +147,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // Some domains get a new copy of the particle. They also need the current predictions of particles that
-                // are predicted to meet it. In their present copies of these predictions, the particle is marked as
-                // absent.
+                // Some domains get a new copy of the particle. They may already hold copies of particles that are
+                // predicted to meet it. The predicted partner is marked there as absent, so the current
+                // predictions are sent, too.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);
@@ -211,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         }
     }
 
-    /// Adds particles that this domain did not hold, from their records.
+    /// Adds the particles in `records` that this domain does not hold yet.
     pub fn add_copies(&mut self, records: &[Record]) {
         let first = self.engine.particles().end;
         let mut new: Vec<&Record> = records.iter().filter(|record| record.number >= first).collect();
@@ -253,7 +253,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 }
 
-/// Returns the steps of the given particles, grouped by particle. The steps of each particle are in the order of time.
+/// Returns the steps of the given particles, grouped by particle. The steps of each particle are in time order.
 fn steps_of(steps: &[Step], particles: &[u32]) -> Vec<Step> {
     let mut wanted = Marks::default();
     particles.iter().for_each(|&particle| wanted.put(particle, true));
@@ -272,8 +272,8 @@ fn of_particle(steps: &[Step], particle: u32) -> &[Step] {
 /// Returns the time of the first step in which a particle and its copy differ. Returns `None` if they agree, or if no
 /// particle in the domain of the copy can have read the copy.
 fn first_difference(one: &[Step], copy: &[Step], bit: u64) -> Option<f64> {
-    // The readers of a step include the domains that can read the particle's position before the step, so the initial
-    // position is covered.
+    // The readers of a step include the domains that could read the particle before the step. If this domain is not a
+    // reader of any step, it could not read the copy at any time in the window.
     if one.iter().chain(copy).all(|step| step.readers & bit == 0) {
         return None;
     }

@@ -59,9 +59,9 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// Returns the state of the standstill watch after a window: the time at which its count began, and the number of
-/// events since then. Returns `None` if the outcomes do not contain enough event times, or if time stands still. `span`
-/// is the span of the queue.
+/// Returns the values of the standstill watch after a window: the time at which its event count began, and the number
+/// of events since then. Returns `None` if the outcomes do not contain enough event times, or if time stands still.
+/// `span` is the span of the queue.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;
     let is_complete = |outcome: &Outcome| outcome.counts.executed == outcome.tally.last.len() as u64;
@@ -84,7 +84,7 @@ pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> O
     Some(standstill)
 }
 
-/// Returns the events of all domains in the order of time. Returns `None` if two domains had simultaneous events.
+/// Returns the events of all domains in time order. Returns `None` if two domains had simultaneous events.
 pub fn merged(outcomes: &mut [Outcome]) -> Option<Vec<Seen>> {
     let mut events: Vec<(usize, Seen)> = Vec::new();
     for (number, outcome) in outcomes.iter_mut().enumerate() {

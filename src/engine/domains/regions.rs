@@ -46,15 +46,15 @@ struct Axis {
     per_width: f64,
     is_periodic: bool,
     last: u32,
-    /// Number of columns over which the prediction of a particle can read other particles.
+    /// Distance, in columns, up to which the prediction of a particle can read other particles.
     reach: f64,
     /// Number of particles in each column.
     load: Vec<usize>,
     slabs: Slabs,
 }
 
-/// Sets of domains, as bits, for each column of an axis. A set considers this axis alone. The set of a place is the
-/// intersection of the sets of its columns along all axes.
+/// Sets of domains, as bits, for each column of an axis. They consider this axis only. For a place in the box, the sets
+/// of its columns along all axes are intersected.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// Domains whose regions contain the column.
@@ -90,7 +90,7 @@ impl Regions {
         best.map_or_else(|| Self { axes: Vec::new() }, |(_, regions)| regions)
     }
 
-    /// Returns the number of sampled particles that the largest domain holds at the cut, copies included.
+    /// Returns the number of sampled particles, copies included, that the largest domain would hold after this cut.
     fn largest<const FALLING: bool, const TABLE: bool>(
         &self,
         engine: &Engine<FALLING, TABLE>,
@@ -240,8 +240,8 @@ impl Axis {
     }
 }
 
-/// Returns the number of columns of an axis, and the number of columns over which the prediction of a particle can read
-/// other particles.
+/// Returns the number of columns of an axis, and the distance in columns up to which the prediction of a particle can
+/// read other particles.
 ///
 /// Captured partners may be further apart than the range of the neighbour search.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(

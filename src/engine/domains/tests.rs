@@ -1,4 +1,4 @@
-//! Compares domains with a single engine. Events, states and counts must agree to the bit.
+//! Compares domains with a single engine. Events, states and counts must agree bit for bit.
 
 use super::*;
 use crate::Vector;
@@ -119,7 +119,7 @@ fn multiple_processes_match_one_engine_bitwise() {
 }
 
 const WIDE: Halo = HALO;
-/// A halo without slack and margin: errors of copies reach owned particles within a window.
+/// A halo without slack or margin: errors of copies reach owned particles within a window.
 const THIN: Halo = Halo { slack: 0.0, margin: 0.0 };
 
 #[test]
@@ -318,7 +318,8 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time, ..end }, &mut None).unwrap();
-        // The states cannot be compared if rounding changes this time, or if the two engines are in different epochs.
+        // The states cannot be compared if the single engine does not stop at exactly the same time, because of
+        // rounding, or if the two engines are in different epochs.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }
@@ -335,7 +336,8 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // A copy lacks its pairs with particles that its domain does not hold. Such copies are not compared.
+                // A domain lacks the pairs of a copy with particles that the domain does not hold. Copies with such
+                // pairs are not compared.
                 let captured = owner.engine.record(there).captured.unwrap_or_default();
                 let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
                 if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {
@@ -352,8 +354,8 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
 fn domains_match_one_engine_and_copies_match_owners_at_each_barrier() {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let (thin, dense) = (spheres(hard(), 0.1, 1_000).build().unwrap(), spheres(hard(), 0.45, 1_000).build().unwrap());
-    // At this density, a partner that has changed course is far away at the time of the contact that was predicted with
-    // it.
+    // At this low density, flights are long. If the partner of a predicted contact changes course, it is far away when
+    // the contact is due.
     let rare = spheres(hard(), 0.005, 1_000).build().unwrap();
     let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let wells = spheres(well, 0.3, 1_000).build().unwrap();

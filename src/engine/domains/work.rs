@@ -55,8 +55,7 @@ pub struct DomainWork {
     pub cuts: u64,
     /// Number of times that a single engine took over from the domains for a while.
     pub serial: u64,
-    /// Two numbers of steps: first the steps of all particles, then the sum of the steps of all domains. The
-    /// second number also includes the steps of copies of particles.
+    /// Number of steps, without and with the steps of copies.
     pub steps: [u64; 2],
     /// Wall time spent on the steps of windows.
     pub simulating: Duration,

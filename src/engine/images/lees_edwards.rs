@@ -171,8 +171,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
-    /// Moves a particle back into the box if rounding put it beyond a sliding side, where velocities are those of
-    /// the images.
+    /// Moves a particle back to a sliding side if rounding put it slightly beyond. Positions beyond the side belong to
+    /// the images, which have a different velocity.
     pub(in crate::engine) fn keep_between_sliding_sides(&mut self, particle: u32) {
         if self.images.slide() {
             let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
@@ -181,9 +181,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Returns the image numbers of a particle, as in a snapshot. `periods` is the number of whole periods by
-    /// which the image above is displaced along x. It is added for each period that the particle has travelled
-    /// along y.
+    /// Returns the image numbers of a particle, as in a snapshot. A snapshot gives the displacement of the image
+    /// above, reduced by `periods` whole periods. To compensate, `periods` is added to the image number along x for
+    /// each period that the particle has travelled along y.
     pub(in crate::engine) fn image_numbers(&self, particle: u32, periods: i32) -> [i32; 3] {
         let mut image = self.state.images.of(particle);
         if self.images.slide() {

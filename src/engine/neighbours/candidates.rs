@@ -34,7 +34,8 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Clears the candidate list. The first particles of up to 27 cells can then be put at its beginning.
+    /// Clears the candidate list. The result gives access to its first entries, for the first particles of up to 27
+    /// cells.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]
     pub fn heads(&mut self) -> Heads<'_> {

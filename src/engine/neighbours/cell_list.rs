@@ -227,8 +227,8 @@ mod tests {
                     let images =
                         apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
                     let all = images.filter(|separation| separation.norm_squared() < range * range);
-                    // The sum of the tensors depends on the directions of the separations, but not on their
-                    // order.
+                    // Compares sums of tensors. They depend on the directions of the separations, but not on the order
+                    // in which the separations are listed.
                     let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
                     assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
                 });

@@ -52,8 +52,8 @@ impl Grid {
     /// The grid ends at walls, so that walls bound its outermost cells. A static particle beyond a wall is
     /// assigned to the outermost cell at that wall.
     ///
-    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` has a value for one, two
-    /// and three dimensions each. Except in small systems, there are at most `most` cells per particle.
+    /// Cells are no smaller than `finest` times the mean distance of particles. `finest` holds one value each for one,
+    /// two and three dimensions. Except in small systems, there are at most `most` cells per particle.
     #[must_use]
     pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
@@ -330,8 +330,8 @@ impl Grid {
         }
     }
 
-    /// Calls `visit(face, coordinate)` for the faces that a particle of constant velocity approaches, at most one
-    /// per axis.
+    /// Calls `visit(face, coordinate)` for the faces that a particle with constant velocity approaches, at most one per
+    /// axis.
     #[inline]
     pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(CellFace, f64)) {
         let at = self.split(cell);

@@ -65,11 +65,12 @@ impl Span {
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,
-    /// Free runs of blocks, grouped by the number of blocks in the run.
+    /// Runs of free blocks, grouped by the number of blocks in the run.
     free: Vec<Vec<u32>>,
     /// Working memory: the previous entries of a list that is being renewed.
     old: Vec<u32>,
-    /// The particles that were new in the list that was renewed last, and their number without padding.
+    /// The particles that the last [`Self::renew`] added to a list, padded to whole blocks, and their number without
+    /// padding.
     newcomers: Vec<u32>,
     coming: usize,
 }
@@ -213,15 +214,15 @@ impl Lists {
         self.set(particle, new);
     }
 
-    /// Returns the particles that were new in the list that was renewed last, padded to a multiple of eight, and
-    /// their number without padding.
+    /// Returns the particles that the last [`Self::renew`] added to a list, padded to a multiple of eight, and their
+    /// number without padding.
     #[inline]
     #[must_use]
     pub fn newcomers(&self) -> (&[u32], usize) {
         (&self.newcomers, self.coming)
     }
 
-    /// Other lists do not change.
+    /// Replaces the list of a particle. The lists of other particles do not change.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks) = (span.first, span.blocks());
@@ -231,7 +232,7 @@ impl Lists {
         )]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
-        // A list that has become much shorter also moves, so that other lists can use its blocks.
+        // A list that has become much shorter is also moved, so that other lists can use its blocks.
         if needed > blocks || room_for(needed) < blocks {
             (first, blocks) = self.move_to_room(particle, 0, needed);
         } else if length < span.length() {

@@ -93,8 +93,8 @@ impl Packed {
         empty.of_others(positions)
     }
 
-    /// Sorts other centres into the same grid of cells. Centres of successive particles are put close together in
-    /// memory.
+    /// Returns the same grid with other `centres` in its cells. Centres of successive particles are put close together
+    /// in memory.
     #[must_use]
     pub fn of_others(&self, centres: &[Vector]) -> Self {
         let mut others = Self {
@@ -296,8 +296,8 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first blocks in a cell and in the adjacent cells. The numbers of these blocks are read, and
-    /// should have been prefetched.
+    /// Prefetches the first blocks in a cell and in the adjacent cells. The numbers of these blocks are read from
+    /// memory that [`Self::prefetch_rows`] should have prefetched.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {

@@ -123,7 +123,7 @@ impl VerletLists {
         self.lists.push_empty();
     }
 
-    /// The lists do not change.
+    /// Moves the centre of a particle's list. The lists do not change.
     pub fn relocate(&mut self, particle: u32, centre: Vector) {
         let before = std::mem::replace(&mut self.centres[particle as usize], centre);
         if before != centre {

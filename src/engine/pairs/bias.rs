@@ -25,10 +25,10 @@ impl Bias {
 }
 
 impl Simulation {
-    /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of
-    /// temperature `T` `[energy]`, configurations then have the weights `exp(-w(U))`. The distances of contact do
-    /// not change, but energy steps have another cost. Reported energies are still those of `U`, and the
-    /// difference counts as supplied energy.
+    /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of temperature
+    /// `T` `[energy]`, configurations then have the weights `exp(-w(U))`. Contact distances do not change, but energy
+    /// steps have a different cost. Reported energies are still those of `U`, and the difference counts as supplied
+    /// energy.
     ///
     /// The scene must have no gravity, so that energies change only in steps.
     pub(crate) fn set_energy_weights(&mut self, weights: Option<(&EnergyWeights, f64)>) {
@@ -54,8 +54,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Records an energy step for which the pair has paid another energy `felt` because of the weights. Returns
-    /// the difference, which is supplied from outside.
+    /// Records that a pair has crossed an energy step at the cost `felt`, which follows from the weights. Returns the
+    /// difference, which is supplied from outside.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {
@@ -96,8 +96,8 @@ mod tests {
             let supplied = simulation.event_counts().supplied.total();
             found.push([next.energy_step, simulation.energy().kinetic - start, supplied]);
         }
-        // The particle enters the well, hits the core, and leaves the well. The first step costs 2 (0.3 - 1.1)
-        // instead of -0.9.
+        // The particle enters the well, hits the core, and leaves the well. With the weights, the first step costs
+        // 2 (0.3 - 1.1) instead of -0.9.
         for (found, expected) in found.iter().zip([[-0.9, 1.6, 0.7], [0.0, 1.6, 0.7], [0.9, 0.0, 0.0]]) {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}, expected {expected:?}");
         }

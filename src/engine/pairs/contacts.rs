@@ -1,11 +1,11 @@
-//! Contact times for the TC model: when each particle had its last contact.
+//! The time of the last contact of each particle, for the TC model.
 
 use serde::{Deserialize, Serialize};
 
 /// The time of the last contact of each particle, and the contact time `t_c` of the TC model.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
-    /// Contact time `t_c` `[time]`.
+    /// The contact time `t_c` of the TC model `[time]`.
     pub contact_time: f64,
     pub last: Vec<f64>,
 }

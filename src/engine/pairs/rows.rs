@@ -1,4 +1,4 @@
-//! Rows of the tables of the event loop: which species have a row.
+//! Which species have a row in the tables of the event loop.
 
 use serde::{Deserialize, Serialize};
 

@@ -28,7 +28,7 @@ pub struct Steps {
     edges: Vec<Edges>,
     /// Potential energy of each pair state `[energy]`.
     energies: Vec<f64>,
-    /// Coefficient of restitution at infinite steps.
+    /// Coefficient of restitution at infinite energy steps.
     pub restitution: f64,
 }
 
@@ -148,8 +148,9 @@ pub struct Rules {
     /// Squared ranges of pairs without relative acceleration `[length^2]`, as a matrix over pairs of table rows.
     /// Negative infinity for other pairs.
     inertial: Vec<f64>,
-    /// Squared ranges of pairs with a relative acceleration `[length^2]`, as a matrix over pairs of table rows.
-    /// Infinite if the second species accelerates. Negative infinity for other pairs.
+    /// Squared ranges of pairs with a relative acceleration `[length^2]`, as a matrix over pairs of table rows. The
+    /// range of such a pair is infinite if the second species accelerates. For pairs without relative acceleration and
+    /// pairs that never meet, the value is negative infinity.
     accelerated: Vec<f64>,
     /// For each table row, whether its species meets any species with a relative acceleration.
     is_met_accelerated: Vec<bool>,
@@ -216,11 +217,12 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Returns the squared distances at which uncaptured particles of each species meet a particle of a given
-    /// species `[length^2]`. Only pairs with a relative acceleration count here.
+    /// Returns the squared distances `[length^2]` at which uncaptured particles of each species meet a particle of a
+    /// given species, for pairs with a relative acceleration.
     ///
-    /// The distances are infinite for species that accelerate themselves, and negative infinity for other species
-    /// that the particle never meets in this way. `None` if all distances are negative infinity.
+    /// The distances are negative infinity for species that never meet the particle, or meet it only without a relative
+    /// acceleration. For all other species that accelerate, the distances are infinite. `None` if all distances are
+    /// negative infinity.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

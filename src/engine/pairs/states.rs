@@ -54,7 +54,7 @@ impl CapturedPairs {
             && self.entries.iter().all(|pair| (pair.partner as usize) < particles)
     }
 
-    /// A pair of moving particles has an entry in the list of each particle.
+    /// The entries of all lists. A pair of moving particles has two entries, one in the list of each particle.
     pub fn all(&self) -> impl Iterator<Item = &PairState> {
         (0..).zip(&self.lengths).flat_map(|(particle, _)| self.of(particle))
     }

@@ -26,8 +26,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with the particles in `listed`. It consists of a list that is padded to whole blocks,
-    /// and the length of the list without padding.
+    /// Predicts the first contact with the particles of a list. `listed` is the list, padded to whole blocks, and its
+    /// length without padding.
     #[inline]
     fn predict_listed(
         &self,

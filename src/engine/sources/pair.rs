@@ -1,4 +1,4 @@
-//! Execution of the contact of a pair at a discontinuity.
+//! Execution of contacts between two particles.
 
 use crate::Vector;
 use crate::engine::contact::apply::{Change, With};
@@ -96,8 +96,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
-            // The contact conserves energy between the first particle and the image of the second particle. The image
-            // has another velocity than the second particle itself.
+            // The contact conserves energy between the first particle and the image of the second particle. The
+            // velocity of the image differs from the velocity of the second particle itself.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
         }
@@ -158,7 +158,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// Returns a pair to state 0. It is then uncaptured, unless the pair has its own interaction, such as a bond.
+    /// Puts a pair back into state 0. The pair is then uncaptured, unless it has its own interaction, such as a bond.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {

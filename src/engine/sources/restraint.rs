@@ -90,8 +90,8 @@ impl Restraint {
 }
 
 impl Simulation {
-    /// Holds the distance of two particles, or of the centres of mass of two groups, in a window `[length]`
-    /// by reflecting it at the ends. `[0, infinity]` removes the restraint.
+    /// Keeps the distance between two particles, or between the centres of mass of two groups, within a window
+    /// `[length]` by reflecting it at the ends. `[0, infinity]` removes the restraint.
     ///
     /// All particles of the groups must be mobile and have equal accelerations. In a periodic box the upper
     /// end must be below half a period, and bonds must hold each group together.

@@ -183,9 +183,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Change { supplied, dissipated, ..change }
     }
 
-    /// Gives a particle that leaves a surface a velocity from the flux of a gas at the temperature of the
-    /// surface. The component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`. The other
-    /// components have a normal distribution.
+    /// Draws the velocity of a particle that leaves a surface from the flux distribution of a gas at the temperature of
+    /// the surface. The component along the normal has the density `(m v / T) exp(- m v^2 / 2 T)`. The other components
+    /// have a normal distribution.
     fn draw_from_surface(&mut self, i: u32, at: &Touching, temperature: f64) -> Result<Change, InvariantBroken> {
         let inverse_mass = self.inverse_mass(i);
         let width = (temperature * inverse_mass).sqrt();

@@ -15,9 +15,8 @@ use crate::model::space::Space;
 use crate::model::triangle_mesh::EdgeUse;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// An edge counts as flat if the sine of the angle between its faces is at most this. The faces then differ from the
-/// cylinder around the edge by less than a billionth of their size. A sphere that rolls from one face onto the other
-/// jumps by at most this distance.
+/// An edge counts as flat if the sine of the angle between its faces is at most this. When a sphere rolls across the
+/// edge, the gap between sphere and surface then changes by less than a billionth of its radius.
 const FLAT: f64 = 1e-9;
 
 /// Calls `visit` with the features of a shape and their numbers, and with their periodic images. An image is included
@@ -151,8 +150,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         .for_each(visit);
 }
 
-/// Returns the ends of a triangle with two or three equal corners, the smaller number first; `None` for other
-/// triangles.
+/// If two or three corners of a triangle are equal, returns the ends of the line or point to which it has collapsed, as
+/// vertex numbers in ascending order. `None` for other triangles.
 fn needle(&[a, b, c]: &[u32; 3]) -> Option<[u32; 2]> {
     let is_one = a == b || b == c || c == a;
     is_one.then(|| [a.min(b).min(c), a.max(b).max(c)])

@@ -37,7 +37,7 @@ pub(crate) fn search_steps() -> u64 {
     STEPS.get()
 }
 
-/// A moving surface. Its features are a range of all features, in their initial position.
+/// A moving surface. Its features are consecutive in the list of all features, which holds their initial positions.
 #[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub timeline: Timeline,
@@ -51,7 +51,7 @@ pub(super) struct Moving {
 pub(crate) enum Found {
     /// The first contact: the index of the feature, and the time from now `[time]`.
     Contact(u32, f64),
-    /// There is no contact before this time from now `[time]`. The search must be continued then.
+    /// There is no contact until this time from now `[time]`. The search must continue at that time.
     NoneUntil(f64),
 }
 
@@ -115,7 +115,8 @@ impl Moving {
     ) {
         let around = Vector::repeat((reach + radius) * (1.0 + 1e-6) + 1e-12 * position.amax());
         self.for_each_in(all, &[position - around, position + around], |index, placed| {
-            // A plane that the sphere overlaps counts, however deep the overlap is.
+            // The gap is negative if the sphere overlaps the plane. Planes are therefore included however deep the
+            // overlap is.
             if !self.unlimited.contains(&(index as usize)) || placed.shape.gap(position, radius) <= reach {
                 visit(index, placed);
             }

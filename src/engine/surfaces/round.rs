@@ -19,7 +19,7 @@ pub(crate) struct Round {
     pub length: f64,
     /// The distance from the point or line `[length]`; zero for edges and corners.
     pub radius: f64,
-    /// Whether particles are inside the surface. Its line then has no ends.
+    /// Whether particles are inside the surface. If so, the line has no ends.
     pub is_inside: bool,
 }
 
@@ -40,7 +40,7 @@ impl Round {
         self.axis.map_or(*vector, |axis| across(&axis, vector))
     }
 
-    /// Vector from the point, or from the nearest place on the infinite line, to a position.
+    /// Vector from the point, or from the nearest point of the infinite line, to a position.
     #[inline]
     fn apart(&self, position: &Vector) -> Vector {
         self.across(&(position - self.centre))
@@ -139,8 +139,8 @@ impl Surface for Round {
             return never::inertial(&state, &doubt, contact);
         }
         let push = self.across(flight.acceleration);
-        // If the acceleration is along the line, its component across the line may be pure round-off and proves
-        // nothing.
+        // If the acceleration is parallel to the line, its perpendicular component `push` may be pure round-off, and
+        // must not be used.
         push.norm() > 1e-9 * flight.acceleration.norm() && never::accelerated(&state, &push, &doubt, contact)
     }
 

@@ -90,7 +90,7 @@ impl From<Origin> for Surfaces {
         };
         let unlimited = all.len();
         let tree = (!limited.is_empty()).then(|| Arc::new(Tree::of(&mut limited, unlimited)));
-        // Moves the features without a copy, because there may be many.
+        // Moves the features instead of copying them, because there may be many.
         limited.splice(0..0, all);
         let mut all = std::mem::take(&mut limited);
         let mut moving = Vec::new();
@@ -244,15 +244,15 @@ impl Surfaces {
         self.moving.iter().all(|moving| moving.timeline.rests_from(time))
     }
 
-    /// Index in the scene of the first surface that moves at a simulated time; `None` if no surface moves.
+    /// Index in the scene of the first surface that is moving at `time`; `None` if no surface is moving then.
     pub fn moving_at(&self, time: f64) -> Option<u32> {
         let moving = self.moving.iter().find(|moving| moving.timeline.piece_at(time).kind.is_some())?;
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// Calls `visit` with the next contact with each moving surface, for a particle at the simulated time `now` whose
-    /// species has the table row `row`. Contacts within the duration `horizon` are found. `visit` returns the duration
-    /// for the next surface.
+    /// Calls `visit` with the next contact of a particle with each moving surface, within the time `horizon` from now.
+    /// `now` is the simulated time, and `row` is the table row of the particle's species. The value that `visit`
+    /// returns is the horizon for the next surface.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,
@@ -279,8 +279,8 @@ impl Surfaces {
         }
     }
 
-    /// Calls `visit(index, feature)` for the features that may reach into a box and that the species of a table row
-    /// meets. Their order does not depend on the box.
+    /// Calls `visit(index, feature)` for the features that may reach into a box and that meet the species of a table
+    /// row. Their order does not depend on the box.
     #[inline]
     pub fn for_each_feature(&self, within: &[Vector; 2], row: u16, mut visit: impl FnMut(u32, &Placed)) {
         let Some(tree) = &self.tree else { return };

@@ -38,8 +38,7 @@ fn grains(gravity: f64, count: u32, surfaces: Vec<SurfaceDraft>) -> Scene {
     scene.build().unwrap()
 }
 
-/// Eight planes around the middle of the region, like the faces of a rotated octahedron, all with the same law of
-/// contact.
+/// Eight planes around the middle of the region, like the faces of a rotated octahedron, all with the same contact law.
 fn cage(law: SurfaceLaw) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(10.0);
     let turned =
@@ -84,7 +83,7 @@ fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
         let [radius, mass] = if event.distance == 0.5 { [0.5, 0.7] } else { [0.75, 3.1] };
         assert_eq!(event.distance, radius);
         let normal = surface.shape.normal(&event.positions[0]);
-        // Coordinates are about 20 and have been rounded several times.
+        // The tolerance is for coordinates of about 20 that have been rounded several times.
         assert!(surface.shape.gap(&event.positions[0], radius).abs() < 1e-13);
         let [arriving, leaving] = [event.before[0], event.after[0]].map(|v| normal.dot(&v));
         assert!((leaving + restitution * arriving).abs() < 1e-14 * event.before[0].norm().max(1.0));

@@ -1,4 +1,4 @@
-//! Expected size of an exchange on the disk.
+//! Expected size of an exchange on disk.
 
 use super::ExchangeFolder;
 use crate::analysis::instruments::chains::ChainSizes;

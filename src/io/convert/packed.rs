@@ -32,7 +32,7 @@ impl Compressed {
 pub(super) enum Text {
     Plain(Draft),
     Gzip(GzEncoder<Draft>),
-    /// The file, and the text that is not yet compressed.
+    /// The file, and the text of the next frame, which is not compressed yet.
     Zstandard(Draft, Vec<u8>),
 }
 

@@ -1,4 +1,4 @@
-//! Writes frames of a program, one after the other, in the formats of other programs.
+//! Writes frames that the calling program creates one by one, in the formats of other programs.
 
 use std::path::Path;
 

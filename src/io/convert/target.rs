@@ -70,8 +70,8 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // After a complete conversion, nothing is left to remove. If the removal fails, the next conversion rejects
-        // or replaces the file.
+        // After a successful conversion, the temporary file or folder no longer exists. Errors are ignored, because the
+        // next conversion to this path rejects or replaces what is left.
         let _ = remove(&self.partial);
     }
 }

@@ -28,8 +28,8 @@ pub struct Completed {
     pub files: Vec<PathBuf>,
     /// Folder of the files.
     pub folder: PathBuf,
-    /// The folder of the old run, if the new run was to replace it and did not. The new run is then not sound, or a
-    /// conversion failed.
+    /// The folder of the old run, if the new run was meant to replace it but did not, because the new run is not sound
+    /// or a conversion failed.
     pub kept: Option<PathBuf>,
     /// Errors of the conversions that failed.
     pub failures: Vec<ConvertError>,

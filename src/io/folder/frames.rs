@@ -1,4 +1,4 @@
-//! Writes the frames of a run, particle by particle.
+//! Writes the frames of a run one particle at a time.
 
 use std::convert::Infallible;
 use std::io::Write;

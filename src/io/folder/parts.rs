@@ -1,4 +1,4 @@
-//! Names and readers of the files of a run, for the comparison with a replay.
+//! Names of the files of a run, and functions that read them, for the comparison with a replay.
 
 use std::path::Path;
 

@@ -24,8 +24,8 @@ use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 impl Folder {
     /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last one is missing. Output
     /// written after the checkpoint is cut off. If the folder contains an unfinished run that was to replace the old
-    /// run, the unfinished run is resumed. `limit` sets another end of the measurement. A checkpoint with this end is
-    /// on disk when this function returns.
+    /// run, the unfinished run is resumed. If `limit` is given, it replaces the end of the measurement. A checkpoint
+    /// with the new end is on disk when this function returns.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
@@ -70,7 +70,8 @@ impl Folder {
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
-        // Only listed names are checked, because the list may have been lost. Checksums identify the files of the run.
+        // If the list was lost, the new list may lack files of this run. Files that are not listed are therefore not
+        // checked here. Their checksums identify them.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -146,8 +147,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files. Existing files are kept, because along open sides of the box the surfaces were cut off
-/// around the initial particles.
+/// Writes missing surface files. Existing files are kept. Along open sides of the box, the extent of their surfaces
+/// depends on the initial particles, which the scene of a resumed simulation may no longer contain.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);

@@ -11,7 +11,7 @@ use crate::io::convert::{Draft, draft, finish};
 /// aligned.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// Length of the header without its first ten bytes, as the header states it.
+/// Length of the header as stated in the file. It excludes the first ten bytes.
 const STATED_SIZE: u16 = 118;
 
 #[derive(Debug)]

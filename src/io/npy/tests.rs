@@ -8,7 +8,7 @@ use crate::io::convert::tests::{chain, trajectory};
 use crate::model::Format;
 use crate::trajectory::Frame;
 
-/// Returns its type, its shape and its data.
+/// Returns the type, the shape and the data of an array.
 fn read(path: &Path) -> (String, String, Vec<u8>) {
     let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     assert_eq!(&bytes[..8], b"\x93NUMPY\x01\x00");

@@ -104,7 +104,7 @@ pub enum MeshFileProblem {
         /// The expected words.
         expected: &'static str,
     },
-    /// The text ends before it is complete.
+    /// The file ends before its content is complete.
     #[error("line {line}: the file ends, expected {expected}; it is cut off, copy or export it again")]
     Truncated {
         /// Number of the last line, from 1.
@@ -139,7 +139,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// Number of the missing vertex, as written in the file.
         found: i64,
-        /// Number of vertices to which the face could refer.
+        /// Number of vertices that had been read when the error was found.
         vertices: usize,
     },
 }

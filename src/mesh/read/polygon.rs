@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use crate::Vector;
 
-/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. Coordinates in
-/// files have at least four digits.
+/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. It allows for
+/// coordinates that are written with only four digits.
 const FLATNESS: f64 = 1e-3;
 
 /// Round-off error of an area, relative to the square of the extent. It comes from about ten operations on differences
@@ -69,7 +69,7 @@ fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Ve
 }
 
 fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, PolygonProblem> {
-    // Projects the polygon onto two axes, as seen from the tip of its normal.
+    // Projects the polygon onto a coordinate plane, so that its corners run counterclockwise.
     let across = normal.iamax();
     let (mut u, mut v) = ((across + 1) % 3, (across + 2) % 3);
     if normal[across] < 0.0 {

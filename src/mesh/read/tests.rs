@@ -112,7 +112,7 @@ fn binary_coordinates_must_be_finite() {
         let message = refused("stl", &content);
         assert!(message.starts_with(&format!("triangle 3 (from 0): coordinate is `{shown}`, expected a finite")));
     }
-    // A normal is ignored, and may have any value.
+    // Normals are ignored and may have any value.
     let mut content = binary(&sheet(2));
     content[84..96].fill(0xff);
     assert!(read_mesh("a", "stl", &content).is_ok());
@@ -139,7 +139,7 @@ fn text_stl_is_read_with_any_name_case_and_layout() {
         bytes(&[b"\xef\xbb\xbfSolid\r\n", body.to_uppercase().replace('\n', "\r\n").as_bytes(), b"EndSolid"]),
         bytes(&[b"solid\n", body.replace('\n', " ").as_bytes(), b"endsolid\n\n \n"]),
         bytes(&[b"\n solid a\nendsolid a\nsolid b\n", body.as_bytes(), b"endsolid b\n"]),
-        // The remaining files have ends in two words, lines that end with CR, or everything on one line.
+        // The remaining files have `end loop` in two words, lines that end with CR, or everything on one line.
         bytes(&[
             b"solid a\n",
             body.replace("endloop", "end loop").replace("endf", "End F").as_bytes(),
@@ -203,7 +203,7 @@ fn text_stl_errors_name_the_line() {
     }
     let long = solid(&facet(&format!("vertex {}", "9x".repeat(5_000_000))));
     assert!(long.len() < 200 && long.contains("..."), "{long}");
-    // A file that is cut off is never complete, because it lacks `endsolid`.
+    // A truncated file is always rejected, because it lacks `endsolid`.
     let content = format!("solid a\n{whole}endsolid");
     for end in 0..content.len() {
         assert!(read_mesh("a", "stl", &content.as_bytes()[..end]).is_err());

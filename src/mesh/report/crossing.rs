@@ -50,8 +50,8 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Returns the corners of a triangle. Corners that are not shared with the other triangle come first. Returns `None` if
-/// all of these lie on one side of the plane of the other triangle.
+/// Returns the corners of a triangle; the corners that it shares with the other triangle come last. Returns `None` if
+/// all corners that are not shared lie on the same side of the other triangle's plane.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -73,7 +73,7 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment intersects a triangle, including its rim.
+/// Whether a segment intersects a triangle. The edges belong to the triangle.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);

@@ -9,8 +9,8 @@ use crate::Vector;
 
 pub(super) type Sign = Ordering;
 
-/// Coordinates smaller than this value count as zero. Otherwise, the exact product of three differences could
-/// underflow. It does not overflow for coordinates below `1e60`.
+/// Coordinates with a magnitude below this value count as zero. Otherwise, a product of three differences could
+/// underflow, and its sign would be lost. The product does not overflow for coordinates below `1e60`.
 const SMALLEST: f64 = 1e-90;
 
 fn flushed(x: f64) -> f64 {
@@ -48,8 +48,8 @@ impl Projection {
         sign(robust::orient2d(a, b, c))
     }
 
-    /// Returns a projection in which a triangle has an area, and the direction in which its corners turn there. Returns
-    /// `None` if the corners are on a line.
+    /// Returns a projection in which the area of a triangle is not zero, and the direction in which the projected
+    /// corners turn. Returns `None` if the corners are on a line.
     pub fn for_triangle([a, b, c]: &[Vector; 3]) -> Option<(Self, Sign)> {
         let normal = (b - a).cross(&(c - a));
         let best = normal.iamax();

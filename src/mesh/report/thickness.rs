@@ -11,7 +11,7 @@ use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 /// Two triangles of a mesh that face each other at the shortest distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
-    /// Length of the normal from the middle of one triangle to the other triangle `[length]`.
+    /// Distance from the middle of `triangle` to `other`, along the normal of `triangle` `[length]`.
     pub distance: f64,
     /// Index of the triangle from which the distance is measured, from 0.
     pub triangle: usize,
@@ -19,11 +19,11 @@ pub struct Thinnest {
     pub other: usize,
 }
 
-/// Cosine of the largest angle, 60 degrees, between normals of triangles that face each other.
+/// Cosine of 60 degrees, the largest angle between the line of a ray and the normal of the triangle at which it ends.
 const FACING: f64 = 0.5;
 
-/// Tolerance for the test of whether a ray hits a triangle, in units of the edges. It keeps a ray from passing between
-/// two adjacent triangles.
+/// Tolerance for the barycentric coordinates of the point at which a ray hits a triangle. It keeps a ray from passing
+/// between two adjacent triangles. For bounding boxes, it is a relative tolerance of distances along the ray.
 const SLACK: f64 = 1e-9;
 
 /// Ray with a direction of unit length.
@@ -35,13 +35,13 @@ struct Ray<'a> {
     left: &'a Cell<usize>,
 }
 
-/// Returns the shortest ray in front of the triangles, the shortest ray behind them, and whether all rays were
-/// followed. The front of a triangle is the side to which its normal points. The search ends at [`MOST_PAIRS`].
+/// Follows two rays from the middle of each triangle: one along its normal, and one in the opposite direction. Returns
+/// the shortest ray of each kind, and whether all rays were followed. The search ends at [`MOST_PAIRS`].
 ///
-/// Each ray starts in the middle of a triangle and ends at the first triangle that faces this triangle. Rays pass
-/// through triangles that share a vertex with the first triangle, and through triangles with a normal that deviates by
-/// more than 60 degrees from the ray. In an oriented mesh, triangles that face each other have opposite normals;
-/// otherwise the sign of normals is ignored.
+/// A ray ends at the first triangle that faces the triangle where it starts. It passes through triangles that share a
+/// vertex with the starting triangle, and through triangles with a normal that deviates by more than 60 degrees from
+/// the line of the ray. In an oriented mesh, triangles face each other only if their normals point in roughly opposite
+/// directions; in other meshes, the sign of the normals is ignored.
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);
@@ -69,8 +69,9 @@ pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> (
 }
 
 impl Ray<'_> {
-    /// Returns the distance and the index of the first triangle that faces the ray within a limit. Triangles that share
-    /// a vertex with the triangle where the ray begins are skipped.
+    /// Returns the distance and the index of the nearest triangle that the ray hits within `limit`. Triangles that
+    /// share a vertex with the triangle `from`, where the ray starts, are skipped. So are triangles with a unit normal
+    /// for which `faces` is false.
     fn first(
         &self,
         mesh: &TriangleMesh,

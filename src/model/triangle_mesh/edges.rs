@@ -7,7 +7,7 @@ pub struct EdgeUse {
     pub ends: [u32; 2],
     /// Index of the triangle.
     pub triangle: u32,
-    /// Whether the side runs from the first end to the second in the order of the triangle's corners.
+    /// Whether the second end follows the first in the cyclic order of the triangle's corners.
     pub is_forward: bool,
 }
 

@@ -66,10 +66,10 @@ pub fn falling_stretches(f: &Quartic) -> [Option<Stretch>; 2] {
     found
 }
 
-/// Algorithm 6: the only root of `f-` after `from`, where `f-` is positive and falls forever.
+/// Algorithm 6: the only root of `f-` after `from`. This function is positive at `from` and decreases from then on.
 ///
-/// The first step is the time in which a pair at rest at the centre falls to the discontinuity. The step
-/// doubles until the sign changes.
+/// The first step is the time in which a pair at rest at the centre falls to the discontinuity. The step doubles until
+/// the sign changes.
 fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
     let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
     let step = if step.is_normal() { step } else { 1.0 };
@@ -172,8 +172,8 @@ mod tests {
 
     #[test]
     fn algorithm_6_brackets_the_last_root_after_the_turning_point() {
-        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. From t = 4.0775 on, it leaves
-        // only at the last root, where r = -1.
+        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. After t = 4.0775, where r = 0,
+        // the only root left is the last one, where r = -1.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

@@ -1,15 +1,15 @@
 //! A sphere and a fixed feature of a surface: a point, a line or a face, unbounded or bounded.
 //!
 //! The overlap function of a feature depends only on the motion perpendicular to it: three components for a point, two
-//! for a line, one for a face. If the feature has ends, an extent `b_k` is the distance of the foot of the
-//! perpendicular from the end `k`, positive on the feature. The rule of [`crate::physics::detection`] then applies
-//! while the foot is on the feature, ends included:
+//! for a line, one for a face. If the feature has ends, the extent `b_k` is the signed distance of the foot
+//! of the perpendicular from the end `k`, negative beyond this end. The rule of [`crate::physics::detection`] then
+//! applies while the foot is on the feature, ends included:
 //!
 //! > The first time at which `f <= 0`, `df/dt < 0`, and no extent `b_k < 0`.
 //!
-//! The method need not decide which of two features with a common end has the contact. If the foot misses a face
-//! because of rounding, the line along the edge of this face still has the contact. The foot moves along a parabola, so
-//! that extents are `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
+//! If two features share an end, either of them may report a contact there. If rounding moves the foot off a face, the
+//! line along the edge of this face still reports the contact. The foot moves along a parabola, so the extents are
+//! `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
 
 use super::stretch::Parabola;
 use super::{accelerated, inertial, plane};
@@ -74,8 +74,8 @@ pub fn segment(
     accelerated::falling_stretches(&f).into_iter().flatten().find_map(|stretch| stretch.first_on(&extents))
 }
 
-/// Returns the time of the next contact with a face through the origin, from either side. No extent may be negative at
-/// this time.
+/// Returns the time of the next contact with a face through the origin, from either side. Only times at which no extent
+/// is negative count.
 #[must_use]
 pub fn face(height: &Parabola, distance: f64, extents: &[Parabola]) -> Option<f64> {
     let [position, velocity, half] = height.0;

@@ -41,7 +41,7 @@ pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
 
 /// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
 ///
-/// A pair outside that never comes inside again interacts at its turning point, where its distance is
+/// If a pair is outside and its path never leads back inside, it interacts at its turning point, where its distance is
 /// shortest.
 #[inline]
 #[must_use]
@@ -55,8 +55,8 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
-        // A pair inside has a future root. Here both products underflow: the pair is so slow that the root cannot be
-        // computed.
+        // The pair is inside, so it has a future root. Here both products underflow: the pair is so slow that the root
+        // cannot be computed.
         return None;
     } else {
         -f.b / f.v2

@@ -48,7 +48,7 @@ impl Simd {
         Self::all().pop().unwrap_or(Self(Instructions::Any))
     }
 
-    /// Whether AVX2 is available. This serves code that has no version for AVX-512.
+    /// Whether AVX2 is available, for code that has no AVX-512 version.
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "other processors have no AVX2"))]
     #[inline]
     #[must_use]
@@ -61,7 +61,7 @@ impl Simd {
     #[must_use]
     pub fn at_most_four(self) -> Self {
         match self.0 {
-            // Processors are only taken to have AVX-512 if they also have AVX2.
+            // [`Self::all`] lists AVX-512 only if the processor also has AVX2.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => Self(Instructions::Avx2),
             _ => self,

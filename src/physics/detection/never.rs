@@ -27,19 +27,19 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Returns the rounding errors of the differences of two positions and of two velocities, from the sums of their
-    /// magnitudes.
+    /// Returns the rounding errors of a relative position and a relative velocity. `lengths` is the sum of the
+    /// magnitudes of the positions, and `speeds` that of the velocities.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
     }
 }
 
-/// Whether a pair without relative acceleration, and with exact velocities, provably never comes nearer than
-/// `distance`, or recedes forever.
+/// Whether a pair without relative acceleration provably never comes nearer than `distance`, or recedes forever. The
+/// velocity is taken as exact.
 ///
-/// The shortest distance on a straight path is `|r x v| / |v|`, which avoids the cancellation in the
-/// discriminant of the overlap function.
+/// The shortest distance on a straight path is `|r x v| / |v|`, which avoids the cancellation in the discriminant of
+/// the overlap function.
 #[must_use]
 pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position, velocity } = state;
@@ -84,11 +84,11 @@ pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bo
 }
 
 /// Whether a quartic, given by its coefficients, constant first, is provably positive for all arguments from
-/// 0 on. `scale` is a typical time in which the quartic changes.
+/// 0 on. `scale` is a typical time over which the quartic changes.
 ///
-/// In units of `scale`, the argument is split into the interval up to 1 and, with reversed coefficients, the
-/// interval from 1 to infinity. On each interval the quartic lies within the hull of its Bernstein
-/// coefficients. If these are not all positive, the halves of the interval give tighter hulls.
+/// In units of `scale`, the arguments are split into the interval up to 1 and, with reversed coefficients, the
+/// interval from 1 to infinity. On each interval the quartic lies within the convex hull of its Bernstein
+/// coefficients. If these are not all positive, the interval is halved, because its halves have tighter hulls.
 fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
     let mut power = 1.0;
     let near = coefficients.map(|c| {

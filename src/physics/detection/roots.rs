@@ -59,8 +59,8 @@ fn initial_step(c: &[f64; 4]) -> f64 {
     if step > 0.0 && step.is_finite() { step } else { 1.0 }
 }
 
-/// Returns the first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`; `None` if this
-/// number exceeds the largest float.
+/// Returns the first of `from + step`, `from + 3 step`, `from + 7 step`, ... that satisfies `is_beyond`; `None` if no
+/// finite float in this sequence does.
 pub(crate) fn grow(from: f64, step: f64, is_beyond: impl Fn(f64) -> bool) -> Option<f64> {
     let (mut to, mut step) = (from + step, step);
     while to < f64::MAX {
@@ -130,8 +130,8 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     }
 }
 
-/// Bisection alone needs 2,100 steps to search all floats between 0 and the largest float. In the worst case,
-/// one of three steps is a bisection.
+/// Bisection alone needs 2,100 steps to search all floats between 0 and the largest float. In the worst case, one step
+/// in three is a bisection.
 const MOST_ITERATIONS: usize = 6_300;
 
 #[cfg(test)]

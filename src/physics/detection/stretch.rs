@@ -1,5 +1,5 @@
-//! Intervals of time in which an overlap function requires an event, and the first time in such an interval at which
-//! the foot of the perpendicular is on a feature.
+//! Intervals of time in which an overlap function is falling and not positive, and the first time in such an interval
+//! at which the foot of the perpendicular is on a feature.
 
 use super::plane;
 use crate::Vector;
@@ -24,9 +24,10 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature during the interval. This happens only if the contact with an edge was hidden by
-        // rounding, or by a curvature due to rounding. At a corner, rounding may leave one extent negative when the
-        // other becomes positive. The code therefore compares times instead of values.
+        // The foot reaches the feature later in the interval. This happens only if rounding errors, including those of
+        // the curvature of the path, hid an earlier contact with an edge. At a corner, rounding may leave one extent
+        // negative at the time when the other becomes positive. The code therefore compares these times, not the values
+        // of the extents.
         let mut at = self.from;
         // Each extent becomes positive at most once. If one extent leads to a later time, the others have to be tested
         // again at that time.
@@ -67,7 +68,7 @@ impl Parabola {
     }
 
     /// Returns the first time, at or after `at`, at which the polynomial is not negative; `None` if it stays negative.
-    /// Only the motion after `from` counts.
+    /// The sign changes are computed from the value and slope at `from`, a time not later than `at`.
     fn first_on(&self, from: f64, at: f64) -> Option<f64> {
         let [_, b, c] = self.0;
         let (value, rate) = (self.value(from), b + 2.0 * c * from);

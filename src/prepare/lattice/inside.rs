@@ -10,8 +10,8 @@ use crate::prepare::region::FillRegion;
 /// Factor by which the number of sites in the bounding box grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// Largest number of sites to try, relative to the number that the region's volume requires. With so many sites, some
-/// lie inside any region that has room for a particle.
+/// Largest number of lattice sites to try, relative to the number expected from the volume of the region. At this
+/// number, any region that has room for a particle contains some sites.
 const MOST_SITES: f64 = 20.0;
 
 /// Number of lattice sites over the box around a region such that about `count` sites are inside the region.

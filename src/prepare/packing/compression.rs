@@ -25,16 +25,17 @@ use crate::prepare::velocity::maxwell;
 /// fraction of random insertion.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
 
-/// Packing fractions in one, two and three dimensions above which random insertion is not tried. They are far above the
-/// jamming fractions in a large box (0.75, 0.55 and 0.38), because insertion may reach more in a small box.
+/// Above these packing fractions in one, two and three dimensions, random insertion is not tried. They are well above
+/// the jamming fractions in a large box (0.75, 0.55 and 0.38), because insertion can reach higher fractions in a small
+/// box.
 const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
 
 /// Above random close packing, equal spheres are at least partly crystalline. The limit is 0.64 for large
 /// systems, and about 0.01 more for some small systems.
 const RANDOM_CLOSE: f64 = 0.66;
 
-/// Growth speeds of a mean diameter, in thermal speeds. Slower growth jams later, with diminishing returns.
-/// At still lower speeds, equal spheres would crystallize.
+/// Growth speeds of the mean diameter, in thermal speeds, in the order in which they are tried. Slower growth reaches a
+/// higher packing fraction, with diminishing returns. At still lower speeds, equal spheres would crystallize.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
 /// Fraction of the target packing fraction up to which spheres may grow faster, because a fluid relaxes quickly.
@@ -67,8 +68,8 @@ const MOST_STRETCHES: u64 = 20_000;
 /// of a coordinate in a box of 10^5 diameters.
 const BEYOND: f64 = 1.0 + 1e-10;
 
-/// Number of attempts to find a loose start. Each attempt halves the diameters. This is needed for unlike
-/// spheres that keep a larger distance than like spheres.
+/// Number of attempts to insert small spheres at random. Each further attempt halves their diameters. Several attempts
+/// may be needed if unlike spheres keep a larger distance than like spheres.
 const LOOSER: i32 = 6;
 
 /// Compression of a fill that has a periodic box to itself.
@@ -133,8 +134,8 @@ impl Compression<'_> {
         }
     }
 
-    /// Creates a scene of hard spheres at a temperature of 1. Their sizes are reduced by the returned factor, at which
-    /// insertion succeeds.
+    /// Creates a scene of hard spheres at a temperature of 1, small enough for random insertion. Also returns the
+    /// factor by which their diameters were scaled.
     fn loose(&self) -> Result<(Scene, f64), NoPlace> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
         let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
@@ -156,8 +157,8 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Hard spheres at these positions, with velocities at a temperature of 1. No checks are needed: the
-    /// spheres were inserted without overlaps, and there is room along each axis.
+    /// Creates a scene of hard spheres at these positions, with velocities at a temperature of 1. The scene needs no
+    /// validation: insertion leaves no overlaps, and [`Self::check_room`] has checked the size of the box.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, NoPlace> {
         let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
@@ -223,7 +224,7 @@ impl Compression<'_> {
     }
 }
 
-/// Parts of a scene of hard spheres of mass 1: the species in `used`, renumbered, and their interactions.
+/// Creates the species in `used`, with mass 1 and new ids in the order of `used`, and their hard-sphere interactions.
 /// Species without a contact pass through each other.
 fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, NoPlace> {
     let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);

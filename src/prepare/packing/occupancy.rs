@@ -47,9 +47,9 @@ pub(crate) struct Occupancy<'a> {
     surfaces: Option<(&'a Surfaces, Vec<f64>)>,
 }
 
-/// Relative tolerance of overlaps. The rounding of coordinates may bring particles in contact closer than the contact
-/// distance, by a few units in the last place, two per axis and separation. The far side of the box counts as a
-/// coordinate: of two particles near coordinate 0, one may have been wrapped since their contact.
+/// Relative tolerance of overlaps. Due to the rounding of coordinates, particles in contact may be closer than the
+/// contact distance by a few units in the last place. The coordinate of the farthest periodic side is included: of two
+/// particles near coordinate 0, one may have been wrapped from this side since their contact.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Rounding error of the distance between two positions `[length]`.
@@ -178,15 +178,15 @@ pub(crate) fn first_overlap(
             && distance < contact - rounding([&first.position, &second.position], side, contact)
             && !is_bonded(a.min(b), a.max(b))
     };
-    // The cell list quickly shows that there is no overlap. The search below, in the order of ids, is necessary only if
-    // there is one.
+    // The cell list quickly shows whether there is an overlap. If there is, the search below finds the first overlap in
+    // the order of ids.
     if let Some(cells) = cell_list(particles, contacts, space, displacement)
         && !cells.has_pair(|a, b, _, squared| is_overlap(a, b, squared.sqrt()))
     {
         return None;
     }
-    // In a sheared box, the images above and below are displaced along x. They are searched for separately, with open
-    // sides along y.
+    // In a sheared box, the images above and below are displaced along x. They are searched separately, and y is
+    // treated as an open axis.
     let mut unstacked = space.clone();
     if displacement != 0.0 {
         unstacked.boundary[1] = Boundary::OPEN;

@@ -93,7 +93,8 @@ mod tests {
         let widest = (0..=10_000).map(|k| nearest(along(f64::from(k) / 10_000.0))).fold(0.0, f64::max);
         let hole = layout.hole.unwrap();
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
-        // On a ring, the points lie off the chords, so that distances may slightly exceed the claimed hole.
+        // The checked points lie on the arcs of a ring, not on its chords. Their distances from the disks may therefore
+        // slightly exceed the claimed hole.
         assert!(widest >= 0.99 * hole && widest <= 1.05 * hole, "{shape:?}: a hole of {widest}, claimed {hole}");
         layout
     }
@@ -110,7 +111,7 @@ mod tests {
         });
         let (lower, upper) = (at(0.0, 0.0), at(4.0, 2.0));
         let top = BoxSide { axis: 2, is_upper: true };
-        // Four steps along x and two along z make 12 disks. Without the top, there are three disks less.
+        // Four steps along x and two along z make 12 disks. Without the top, there are three fewer.
         let closed = Surface::Rectangle { lower, upper, open: Vec::new() };
         assert!(check(&closed, 1.0, 12, &|part| at(4.0 * part, 0.0)).rims.is_empty());
         let cup = Surface::Rectangle { lower, upper, open: vec![top] };

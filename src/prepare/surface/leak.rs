@@ -80,12 +80,13 @@ impl Scene {
         leaks
     }
 
-    /// Joints of static surfaces that leak.
+    /// Returns the joints of static surfaces that leak.
     ///
-    /// An open end runs along the surface nearest to it if three quarters of its spheres are less than three
-    /// contact distances away from that surface, at similar distances (quartiles within a factor 1.5). The
-    /// joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the spacing `d` along the end and
-    /// the median gap `g`, are larger than the contact distance. Wider openings are assumed to be intended.
+    /// An open end is treated as joined to the nearest other surface if more than three quarters of its spheres are
+    /// less than three contact distances away from that surface, at similar distances (quartiles within a factor
+    /// 1.5). The joint leaks if the holes along it are larger than the contact distance. With the spacing `d` along
+    /// the end and the median gap `g`, the holes have the circumradius `R = sqrt(d^2 + g^2) / 2`. Wider openings are
+    /// assumed to be intended.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();

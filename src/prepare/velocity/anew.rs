@@ -22,7 +22,7 @@ impl Simulation {
     /// [`ThermostatError::NothingMoves`]. The simulation is unchanged then.
     #[doc(alias = "velocity create")]
     pub fn thermalize(&mut self, temperature: f64, seed: u64) -> Result<(), ThermostatError> {
-        // This heat bath is never used. Its check rejects a bad temperature and a system in which nothing moves.
+        // This heat bath is created only to check that the temperature is valid and that a particle can move.
         let bath = Thermostat::Andersen { temperature, rate: 1.0, axes: [true; 3] };
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();

@@ -13,22 +13,23 @@ use crate::run::state::Aim;
 /// Number of physical events after which the run checks whether any event is left.
 const CHUNK: u64 = 10_000;
 
-/// In a run with several domains, number of physical events per particle between two checks whether any event is left.
-/// At least [`CHUNK`] events lie between two checks.
+/// Number of physical events per particle after which a run with several domains checks whether any further event can
+/// occur. There are at least [`CHUNK`] events between two checks.
 const IN_DOMAINS: u64 = 64;
 
-/// Simulated time without events and cell transitions after which a run gives up, in units of the crossing time of the
-/// box. After so long a time, rounding hides whether any event will occur. A run that can prove that no event is left
-/// ends earlier.
+/// A run without a time limit gives up after this simulated time without events and cell transitions, in units of the
+/// crossing time of the box. Rounding then hides whether any event will occur. A run that can prove that no event is
+/// left ends earlier.
 const LONGEST_WAIT: f64 = 1e12;
 
 /// Desired wall time between two calls of `watch`.
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl Driver<'_> {
-    /// Advances towards a simulated time and a number of events, at most to the next check of the run. Returns
-    /// [`Ending::Time`] if it reaches the time, another ending if the stage or run ends before, and otherwise `None`.
-    /// As long as initial overlaps are left, checks are frequent, to find when the last overlap is resolved.
+    /// Advances towards a simulated time and a number of events, but not beyond the next check of the run. Returns
+    /// [`Ending::Time`] if it reaches the time, another ending if the stage or the run ends earlier, and otherwise
+    /// `None`. While initial overlaps remain, checks are frequent, to find the time at which the last overlap is
+    /// resolved.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let (wait, check) = (self.state.wait, self.state.overlap_check);
         let has_overlaps = self.state.ledger.has_overlaps();
@@ -59,8 +60,9 @@ impl Driver<'_> {
         Ok(reached)
     }
 
-    /// Returns the number of physical events up to the next check whether any event is left. Domains are checked less
-    /// often, because a check returns all particles to a single engine, which is expensive.
+    /// Returns the number of physical events until the run next checks whether any further event can occur. With
+    /// domains, the run checks less often, because each check returns all particles to a single engine, which is
+    /// expensive.
     fn events_to_check(&self) -> u64 {
         if self.simulation.domain_work().is_none() {
             return CHUNK;
@@ -90,13 +92,14 @@ impl Driver<'_> {
             return None;
         }
         state.quiet_steps += 1;
-        // The test whether any event is left is expensive. It is made only after 1, 2, 4, ... checks without an event.
+        // Testing whether any event can still occur is expensive. It is done only after 1, 2, 4, ... consecutive checks
+        // without an event.
         let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
         if (is_asked || nothing_is_due) && self.simulation.is_over() {
             return Some(Ending::Idle);
         }
-        // In a growth stage, spheres may come to rest when they have grown as far as possible. This is a regular end.
+        // In a growth stage, spheres may come to rest when they have grown as far as possible. This is a normal end.
         let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
         nothing_is_due.then_some(nothing)
     }

@@ -13,12 +13,12 @@ use crate::run::Ending;
 const EVENTS_PER_SAMPLE: u64 = 2;
 
 /// Number of samples before the first test for drift. By then each particle has taken part in about four hundred events
-/// (two particles in each event), which melt most lattices.
+/// (two particles take part in each event), which is enough to melt most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// An equilibration without a limit gives up after this many times [`FEWEST_SAMPLES`]. A system that keeps drifting,
-/// such as a cooling gas, never equilibrates. A system that cannot be tested, such as a single particle between walls,
-/// does not either.
+/// An equilibration without a limit gives up after this many times [`FEWEST_SAMPLES`]. It would never end for a system
+/// that keeps drifting, such as a cooling gas. Nor would it end for a system that cannot be tested, such as a single
+/// particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Number of events per particle after which an equilibration without a limit gives up.

@@ -45,7 +45,7 @@ impl Driver<'_> {
         let dimensions = scene.space.dimensions();
         let (filled, target) = match growth.until {
             GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // The packing fraction at the target pressure is unknown, but it cannot exceed that of a filled box.
+            // The packing fraction at the target pressure is unknown, but it cannot exceed 1.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
         // The validation of the scene has rejected targets below the present size, so a ratio below 1 is only a
@@ -145,7 +145,7 @@ impl Driver<'_> {
         let speed = (self.temperature() / heaviest).sqrt();
         let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
         let least = 1.0 + (factor - 1.0) / excess;
-        // `D / Z` is the relative distance to jamming. It is doubled, because `Z` has an error.
+        // `D / Z` is the relative distance to jamming. It is doubled to allow for the error of `Z`.
         let limit = packing_fraction * (1.0 + 2.0 * dimensions / least);
         let time = self.simulation.time();
         (least > JAMMED && limit < target).then_some(Jam {
@@ -251,7 +251,8 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // The diameters grow by more than half, so the engine makes new cells several times, and there are many checks.
+        // The diameters grow by more than half. The engine therefore rebuilds its cells several times, and there are
+        // many checks.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

@@ -10,24 +10,24 @@ use crate::run::state::Pilot;
 /// Target number of rows in a stage if the scene gives no interval. There may be up to twice as many.
 const ROWS: u32 = 200;
 
-/// Relative growth of the diameters from which the interval of rows is chosen, if growth ends at a target pressure. If
-/// the diameters grow more, there are more rows.
+/// Assumed relative growth of the diameters in a stage that ends at a target pressure. It determines the interval of
+/// rows. If the diameters grow more, there are more rows.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Limits of a pilot run: its largest number of events, which suffices to estimate a rate, and its largest amount of
-/// work (events, cell transitions and Andersen collisions). They limit its wall time to a few seconds.
+/// Limits of a pilot run: the number of events, which suffices to estimate a rate, and the work (events, cell
+/// transitions and Andersen collisions). They limit its wall time to a few seconds.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
 /// A pilot run can become the beginning of its stage if it has at most `1 / MOST_OF_STAGE` of the events of this stage.
-/// A chosen interval of rows is about a two-hundredth of the stage, so no row is due in such a pilot run.
+/// The stage has about [`ROWS`] rows, so the first row is due only after the end of such a pilot run.
 const MOST_OF_STAGE: u64 = 400;
 
 /// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// A pilot run that is expected to need less work than this in all stays far below [`MOST_WORK`]. Its limit of work is
-/// then lifted.
+/// If a pilot run is expected to need less work than this in total, its work limit is lifted, because it will stay well
+/// below [`MOST_WORK`].
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
 /// Sampling times of the rows and frames of a measurement, and its expected duration `[time]`.
@@ -115,8 +115,8 @@ impl Driver<'_> {
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
-            // The pilot run may have been begun before the end of the run was changed. Its number of events may then be
-            // too large for the present end.
+            // The limit of the run may have been changed since the pilot run began. The pilot run may then have too
+            // many events for the present limit.
             Some(begun) if begun.events > (events / MOST_OF_STAGE).max(first.events) => {
                 Pilot { events: first.events, ..begun }
             }
@@ -210,11 +210,11 @@ impl Driver<'_> {
         }
     }
 
-    /// Simulates the pilot run on a copy that is discarded. The run itself then has its rows, frames and samples from
-    /// the start of the stage.
+    /// Simulates the pilot run on a copy, which is then discarded. The run itself continues from the state before the
+    /// copy was made, so that it has all its rows, frames and samples.
     ///
-    /// No checkpoint is written during the pilot run. A run that is killed repeats it from the same state, with the
-    /// same bits.
+    /// No checkpoint is written during the pilot run. A run that is killed during the pilot run and later continued
+    /// repeats the pilot run from the same state, with the same bits.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);

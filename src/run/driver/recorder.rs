@@ -1,5 +1,5 @@
-//! A recorder without type parameters. The driver is then compiled once in the library, and not for each recorder of a
-//! caller.
+//! Hides the type of the caller's recorder from the driver. The driver is therefore compiled once in the library, and
+//! not for each type of recorder.
 
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
@@ -7,7 +7,7 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Shows that the recorder failed. The error itself is in [`KeepsError`].
+/// The recorder failed. [`KeepsError`] keeps the error itself.
 #[derive(Debug)]
 pub(super) struct Failed;
 

@@ -98,7 +98,7 @@ impl Driver<'_> {
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);
         }
-        // Scalings are at multiples of the interval since the start of the stage, so that rounding errors do not
+        // Scalings take place at multiples of the interval since the start of the stage, so that rounding errors do not
         // accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / interval).floor();

@@ -1,8 +1,8 @@
-//! Detects event storms. Spheres that rest in contact under gravity have tiny bounces, and the TC model makes all these
-//! contacts elastic. The number of events per time can then become so large that time hardly advances.
+//! Detects event storms. Spheres that rest in contact under gravity make tiny bounces, and the TC model makes all these
+//! contacts elastic. There can then be so many events per time that time hardly advances.
 //!
-//! Dissipative particles under gravity normally come to rest with several contacts per particle and contact time. Ten
-//! thousand times as many are a storm.
+//! Dissipative particles at rest under gravity normally have a few contacts per particle within one contact time. A
+//! storm has thousands of times as many.
 
 use std::ops::ControlFlow;
 
@@ -35,8 +35,8 @@ impl StormWatch {
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // If the contact time exceeds the time to fall one diameter, it makes all contacts elastic. The fall time then
-        // replaces it.
+        // If the contact time is longer than the time to fall one diameter, the TC model makes all contacts elastic.
+        // Events are then counted over the fall time instead.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();

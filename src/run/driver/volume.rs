@@ -96,8 +96,8 @@ impl Driver<'_> {
             self.integrate();
             self.resize_system();
         }
-        // Volume moves are at multiples of the interval since the start of the stage, so that rounding errors do not
-        // accumulate.
+        // Volume moves take place at multiples of the interval since the start of the stage, so that rounding errors do
+        // not accumulate.
         let start = self.state.stage.time;
         let passed = ((time - start) / barostat.interval).round();
         moves.next = (start + (passed + 1.0) * barostat.interval).max(time.next_up());

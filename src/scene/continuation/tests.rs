@@ -85,13 +85,13 @@ fn image_counts_are_reset_on_axes_no_longer_periodic() {
         assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
     }
     assert!(opened.captured_pairs().len() < before.captured_pairs().len());
-    // A particle that left through an open side enters at the other side when the axis becomes periodic.
+    // When the axis becomes periodic, a particle that left through an open side is wrapped into the box.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();
     let space = before.scene().space();
     let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
     assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
-    // The particles that enter may overlap other particles, so the scene has to allow overlaps.
+    // The wrapped particles may overlap other particles, so the scene has to allow overlaps.
     let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
     assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
 }

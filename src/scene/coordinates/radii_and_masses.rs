@@ -12,7 +12,7 @@ use crate::trajectory::frame::FrameSpecies;
 /// Relative tolerance for numbers that another program wrote in single precision: about ten times the round-off.
 const SINGLE: f64 = 1e-6;
 
-/// A number in a file may be rounded at its last digit if it has at least this many digits.
+/// If a number in a file has at least this many digits, its last digit may have been rounded.
 const ROUNDED: usize = 3;
 
 #[derive(Debug)]
@@ -116,8 +116,9 @@ impl RadiiAndMasses {
     }
 }
 
-/// Whether a number in a file equals a number of the scene within round-off. The tolerance is that of single precision,
-/// or half a unit of the last digit if the file gives three or more digits.
+/// Whether a number in a file equals a number of the scene, apart from rounding. The two may differ by the round-off of
+/// single precision. If the number in the file has three or more digits, they may also differ by half a unit of its
+/// last digit.
 fn is_same(written: f64, number: f64) -> bool {
     let off = (written - number).abs();
     let text = format!("{written:e}");

@@ -110,7 +110,8 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
     )
     .unwrap();
     assert_eq!((scene.space.lower, scene.space.size), (Vector::new(0.5, -1.0, 0.0), Vector::new(8.0, 9.0, 10.0)));
-    // The single particle has id 0. The frame lists its particles in reverse: its particle 5 gets id 1.
+    // The single particle has id 0. The particles of the frame follow in reverse order, so particle 5 of `chains` gets
+    // id 1.
     let bonds: Vec<_> = scene
         .bonds
         .iter()

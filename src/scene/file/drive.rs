@@ -31,10 +31,10 @@ pub(crate) struct StageFile {
     /// With `auto`, the equilibration of a measured stage ends when no observable drifts any more.
     #[schemars(extend("enum" = AUTOMATIC))]
     pub equilibration: Option<String>,
-    /// Duration of the equilibration before a measured stage is measured `[time]`.
+    /// Duration of the equilibration that precedes the measurement of a measured stage `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
-    /// Number of events of the equilibration before a measured stage is measured.
+    /// Number of events in the equilibration that precedes the measurement of a measured stage.
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
@@ -133,7 +133,7 @@ pub(crate) struct GrowthFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExchangeFile {
-    /// Temperatures in ascending or descending order `[energy]`. Windows of a distance have a single temperature.
+    /// Temperatures in ascending or descending order `[energy]`. The ensemble `umbrella` has a single temperature.
     #[schemars(length(min = 1, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub temperatures: Vec<f64>,
     /// Time between two attempts to swap replicas `[time]`.
@@ -165,8 +165,8 @@ pub(crate) struct UmbrellaFile {
     /// windows overlap.
     #[schemars(length(min = 2, max = MOST_TEMPERATURES), inner(inner(range(min = 0))))]
     pub windows: Vec<[f64; 2]>,
-    /// Approximate number of bins of the potential of mean force over all windows. The ends of windows are edges of
-    /// bins, so the number is not exact.
+    /// Approximate number of bins of the potential of mean force, over all windows together. The number is not exact,
+    /// because the ends of the windows are edges of bins.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = USUAL_BINS))]
     #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<usize>,

@@ -40,7 +40,7 @@ pub(crate) struct InteractionFile {
     /// Longest length of a bond `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub longest: Option<f64>,
-    /// Radii of the steps `[length]`, the outermost first.
+    /// Radii of the steps `[length]`, outermost first.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
     pub radii: Option<Vec<f64>>,
     /// Energies `[energy]`: first the energy outside the first radius, then the energy inside each radius. `inf` as the

@@ -27,7 +27,7 @@ pub(crate) struct MeasureFile {
     pub transport: Switch<Transport>,
     /// Distributions of free paths and free times.
     pub free_paths: Switch<FreePaths>,
-    /// Distributions of speeds in windows of time.
+    /// Distributions of speeds in time windows.
     pub speeds: Switch<Speeds>,
     /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
     pub chains: Switch<Chains>,

@@ -159,7 +159,8 @@ pub(crate) struct MeshFile {
     /// Shape of the static surface. It determines which other keys are allowed.
     #[schemars(extend("enum" = words(&SURFACES)))]
     pub surface: String,
-    /// Largest distance between neighbouring particles `[length]`. If not given, no moving particle fits between them.
+    /// Largest distance between neighbouring particles `[length]`. If not given, it is so small that no moving particle
+    /// fits between them.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Corner of a plane `[length]`.
@@ -172,7 +173,7 @@ pub(crate) struct MeshFile {
     pub lower: Option<[f64; 3]>,
     /// Upper corner of a box or rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// Sides of a box or rectangle that are left out. x points to the right, y to the back, z to the top.
+    /// Sides of a box or rectangle that are left out. x points to the right, y to the back and z upwards.
     #[schemars(extend("items" = json!({ "type": "string", "enum": words(&BoxSide::NAMES) }), "default" = json!([])))]
     pub open: Option<Vec<String>>,
     /// Centre of the first end of a cylinder or cone `[length]`.

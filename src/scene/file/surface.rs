@@ -113,8 +113,8 @@ pub(crate) struct MotionFile {
     /// `A` and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// Stage at whose start the motion's time is 0. `measurement` is the part of the run after all stages. All earlier
-    /// stages must end at given times.
+    /// The times of the motion count from the start of this stage. `measurement` is the part of the run after all
+    /// stages. All earlier stages must end at given times.
     pub stage: Option<String>,
     /// Simulated time at which the motion begins `[time]`. If not given, the motion begins at the end of the previous
     /// motion of the same stage. The first motion begins at 0.

@@ -49,8 +49,8 @@ impl<'a> Placing<'a> {
         Ok(())
     }
 
-    /// Number of particles of a group before it is placed. It is 0 for a static surface, whose number follows from its
-    /// layout.
+    /// Number of particles of a group before it is placed. A static surface counts as 0, because its number of
+    /// particles follows from its layout.
     fn count(&self, LocatedGroup { at, group }: &LocatedGroup) -> Result<u64, SceneError> {
         match group {
             Group::Listed(listed) => Ok(listed.particles.len() as u64),

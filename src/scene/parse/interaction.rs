@@ -45,7 +45,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
     Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
-/// Config path of the number or list that an error of a stepped potential is about.
+/// Config path of the number or list that causes an error in a stepped potential.
 fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> ConfigPath {
     use crate::model::error::PotentialError as E;
     match *error {

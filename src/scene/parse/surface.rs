@@ -116,7 +116,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             finite_vector(&corner, &at.key("corner"))?;
             finite_vector(&one, &at.key("edge_1"))?;
             finite_vector(&other, &at.key("edge_2"))?;
-            // The cross product of parallel edges may be nonzero by round-off.
+            // Because of round-off, the cross product of parallel edges may be nonzero.
             if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
                 return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
             }
@@ -232,7 +232,8 @@ pub(super) fn mesh(
     Ok((read.transformed(scale, &rotation, &translation), input))
 }
 
-/// Rejects a mesh with rims, inconsistent or inward normals, degenerate or duplicate faces, or self-intersections.
+/// Rejects a mesh that is open or intersects itself, or that has inconsistent or inward normals, or degenerate or
+/// duplicate faces.
 fn check_closed(mesh: &TriangleMesh, path: &Path, why: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let report = MeshReport::of(mesh);
     let refused = |value: String, cure: &str| {

@@ -194,8 +194,8 @@ impl SceneBuilder {
     }
 }
 
-/// Minimum number of attempts in an equilibration that finds weights or brings replicas into their windows.
-/// In a multicanonical exchange, five of these attempts yield the first energies for the weights.
+/// Minimum number of attempts in an equilibration that finds weights or moves replicas into their windows. In a
+/// multicanonical exchange, the first weights then follow from at least five attempts, a quarter of the equilibration.
 const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 with [exchange]: a system that loses energy in contacts has no equilibrium";
@@ -291,8 +291,8 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
     }
 }
 
-/// Checks that one side of an axis confines particles and conserves their energy. `wall` is the config path of its
-/// keys.
+/// Checks that one side of an axis confines particles and conserves their energy. `wall` is the config path of the
+/// side's keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
         let expected = "to be absent together with [exchange], whose replicas have temperatures of their own";

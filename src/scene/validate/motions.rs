@@ -59,9 +59,9 @@ fn check_kind(kind: &MotionKind, at: &ConfigPath) -> Result<(), SceneError> {
     }
 }
 
-/// Checks that a motion suits the box. A surface may not move along a flat or periodic axis, and may rotate only about
-/// this axis, because its images could not follow. Planes may move along a periodic axis: they are always parallel to
-/// it.
+/// Checks that a motion suits the box. A surface may not move along a flat axis. Along a periodic axis, only planes may
+/// move, because they are always parallel to it; the images of other surfaces could not follow. If the box has a flat
+/// or periodic axis, surfaces may rotate only about this axis.
 fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     let is_plane = matches!(shape, SurfaceShape::Plane { .. });
     for k in 0..3 {

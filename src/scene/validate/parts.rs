@@ -67,8 +67,8 @@ impl Scene {
     /// Returns the scene with another limit of the measurement.
     ///
     /// # Errors
-    /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange also
-    /// if the time is not a whole number of exchange intervals, or if a number of events is given.
+    /// [`SceneErrorKind::Value`] if the time is not positive or the number of events is 0. In a replica exchange, the
+    /// time must also be a whole number of exchange intervals, and a number of events is not allowed.
     pub fn with_limit(self, limit: Limit) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;

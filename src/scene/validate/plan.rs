@@ -22,9 +22,9 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
 /// Largest allowed round-off when the start time is added to a time of the run, relative to that time.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks that the start time does not spoil the times of the run by round-off. The round-off may be at most a
-/// thousandth of each given duration and interval. During a time as long as the round-off, the fastest particle must
-/// move by less than the smallest diameter.
+/// Checks that the start time is not too large. When another time is added to it, the round-off may be at most a
+/// thousandth of each given duration and interval. During a time as long as the round-off, the fastest particle may
+/// move by at most the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
@@ -52,7 +52,7 @@ pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) ->
     Ok(())
 }
 
-/// Whether the name of a measured stage is a valid name of a folder on every operating system.
+/// Whether the name of a measured stage is a valid folder name on every operating system.
 fn is_file_name(name: &str) -> bool {
     let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
@@ -174,8 +174,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// If any stage has its own gravity, gives all other stages the gravity of the species. The species then get the
-/// gravity of the first stage.
+/// If any stage sets the gravity, all other stages get the gravity of the species. The species then get the gravity of
+/// the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());

@@ -15,7 +15,8 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::unvalidated::UnvalidatedBond;
 
-/// Relative round-off of a particle's coordinates. By this much, a particle may exceed a wall, and a bond its range.
+/// Relative round-off of coordinates. Particles may overlap walls and surfaces, and bonds may violate their range, by
+/// this fraction of the coordinates.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 pub(crate) struct Configuration<'a> {

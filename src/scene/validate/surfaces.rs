@@ -72,7 +72,7 @@ impl SceneBuilder {
         if known.contains(&name) { Ok(()) } else { Err(unknown(at, "stage", name, known)) }
     }
 
-    /// Resolves a draft: species become ids, and times that count from a stage become simulated times.
+    /// Resolves a draft: names of species become ids, and times since the beginning of a stage become simulated times.
     fn resolved(&self, draft: &SurfaceDraft, index: usize, species: &[Species]) -> Result<SceneSurface, SceneError> {
         let SurfaceDraft { name, shape, species: named, law, stages, motions } = draft.clone();
         let at = ConfigPath::entry("surface", index);
@@ -247,7 +247,8 @@ fn check_images(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) 
     refuse(at.key(key), format!("at {} = {}", AXES[k], shortest(end)), expected)
 }
 
-/// Requires shapes that are symmetric about the plane or line of the scene, so that contacts with them lie in it.
+/// Requires shapes that are symmetric about the plane or line of the scene. The normals of contacts then have no
+/// component along the flat axis.
 fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) -> Result<(), SceneError> {
     let (axis, flat) = (AXES[k], space.lower[k]);
     let off = |point: &Vector, key: &'static str| match point[k] == flat {

@@ -41,8 +41,8 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// Largest component of an edge across its own axis that still counts as zero, as a fraction of the longest edge.
-/// Rotating a box leaves such round-off.
+/// Off-diagonal entries of `Lattice` count as zero up to this fraction of a box edge. Rotating a box leaves such
+/// round-off.
 const ALIGNED: f64 = 1e-14;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +51,7 @@ pub(super) struct Comment {
     /// Lower corner and edges of the box; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
-    /// Displacement along x of the next image of the box along y, less whole periods.
+    /// Displacement along x of the next image of the box along y, reduced to at most half a period.
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
@@ -111,8 +111,8 @@ impl Comment {
     }
 }
 
-/// Splits a line into `key=value` pairs like ASE: values may be quoted or in brackets, spaces may surround `=`, and
-/// words without `=` are ignored.
+/// Splits a line into `key=value` pairs by the rules of ASE: values may be quoted or in brackets, spaces may surround
+/// `=`, and words without `=` are ignored.
 fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -194,7 +194,7 @@ impl<'a> Value<'a> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // The displacement of images along y is compared with the edge along x, which is its period.
+            // Entry 3 is the displacement of images along y. Its period is the edge along x.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;

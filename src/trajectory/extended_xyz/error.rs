@@ -22,7 +22,7 @@ pub enum ReadError {
     /// The file is compressed, but its frames must be accessed individually.
     #[error("{} is compressed, so that its frames cannot be reached one by one: unpack it first, with `carom convert --to xyz --out plain.xyz`", .0.display())]
     Compressed(PathBuf),
-    /// The operating system could not read any further.
+    /// The operating system reported an error while the file was read.
     #[error("line {line}: cannot read on")]
     Io {
         /// The line.
@@ -128,8 +128,8 @@ pub enum WriteError {
     /// A position, velocity or radius is NaN or infinite, or the radius is negative.
     #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
     Particle(ParticleId),
-    /// The time or the box is NaN or infinite, an edge of the box is negative, or its displacement is invalid. A
-    /// displacement needs periods along x and y, and is at most half a period.
+    /// The time or the box is NaN or infinite, an edge of the box is negative, or the displacement of its images is
+    /// invalid. Images can be displaced only if the x and y axes are periodic, and by at most half a period.
     #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
 }

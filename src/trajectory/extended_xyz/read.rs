@@ -51,7 +51,8 @@ impl<R: BufRead> FrameReader<R> {
         Self::behind(input, 0)
     }
 
-    /// Creates a reader whose input starts after this number of lines of a file, at the beginning of a frame.
+    /// Creates a reader of the rest of a file: the input starts at the beginning of a frame, after the first `lines`
+    /// lines.
     pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
@@ -89,7 +90,7 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// Takes the data of the last frame that [`Frame`] does not contain.
+    /// Takes the momenta, masses and other data that have no field in [`Frame`]. They belong to the last frame.
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }
@@ -147,7 +148,7 @@ impl<R: BufRead> FrameReader<R> {
         Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
     }
 
-    /// Reads the next line without its end; `None` at the end of the file.
+    /// Reads the next line without its line ending; `None` at the end of the file.
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
         self.text.clear();
         self.line += 1;

@@ -3,17 +3,18 @@
 use crate::base::shortest::Shortest;
 use crate::model::Scene;
 
-/// Number of bytes of a full-precision number, including an occasional sign and the space before the number.
-/// Coordinates and velocities have one digit less.
+/// Approximate size of a full-precision number, with the space before it and possibly a sign `[bytes]`.
 const DIGITS: usize = 20;
 
-/// Estimated numbers of bytes: of the first two lines of a frame without its bonds, of a bond, and of the periods that
-/// a particle has travelled.
+/// Approximate size of the first two lines of a frame without its bonds `[bytes]`.
 const HEADING: usize = 300;
+/// Approximate size of a bond `[bytes]`.
 const BOND: usize = 16;
+/// Approximate size of the periods that a particle has travelled `[bytes]`.
 const PERIODS: usize = 7;
 
-/// Estimated size of the text of a frame of a scene `[bytes]`, at most a tenth too large if particles move.
+/// Estimated size of the text of a frame of a scene `[bytes]`. It is too large if particles are at rest, because
+/// velocities are assumed to have all their digits.
 pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
     let length = |number: f64| {
         let mut text = Vec::new();

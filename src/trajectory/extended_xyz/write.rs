@@ -13,16 +13,16 @@ use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Text is written in pieces of about this size `[bytes]`, so that the output needs no buffer.
+/// Text is written in pieces of about this size `[bytes]`, so the output need not be buffered.
 const PIECE: usize = 1 << 16;
 
-/// Appends a frame to a trajectory. The output needs no buffer, and is not flushed.
+/// Appends a frame to a trajectory. The output need not be buffered, and is not flushed.
 ///
 /// # Errors
-/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a
-/// species name that is not one word or is used twice, a mass that is not positive, a particle without
-/// species, a scalar without exactly one number per particle, images of only some particles, or a number that
-/// is not finite. If the table, box or scalars are rejected, nothing is written.
+/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species name
+/// that is not one word or is used twice, a mass that is not positive, a particle without species, a scalar without
+/// exactly one number per particle, images of only some particles, or a number that is not finite. If the table, box or
+/// scalars are rejected, nothing is written.
 pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError> {
     if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
         return Err(WriteError::Images);
@@ -51,7 +51,7 @@ pub(crate) struct Heading {
 }
 
 /// Writes a single frame, particle by particle. The text is the same as from [`write_frame`], but the particles need
-/// not be in memory together.
+/// not all be in memory at the same time.
 pub(crate) struct FrameWriter<'a, W> {
     output: W,
     /// Frame from which the table, box, bonds and scalars are written.

@@ -9,8 +9,9 @@ use crate::model::space::Space;
 use crate::scene::{Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::{FrameReader, write_frame};
 
-/// Simulates a thin gas that crosses its box. Returns its frames, and unwrapped positions for comparison. These are
-/// sums of the steps between frames, which are so short that each step is the nearest image.
+/// Simulates a dilute gas whose particles cross the periodic box. Returns its frames, and unwrapped positions for
+/// comparison. These positions are sums of displacements between frames. Particles move much less than the box size
+/// from frame to frame, so the nearest image gives each displacement.
 fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let space = Space { size: Vector::new(5.0, 4.5, 4.0), ..Space::periodic_cube(1.0) };
     let gas = SceneBuilder::new("gas")

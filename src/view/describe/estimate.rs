@@ -23,9 +23,9 @@ fn exact(mean: f64) -> String {
 /// Whole numbers below `2^53` are printed with all their digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Describes the mean of an observable over an interval, as in [`estimate`]. A value that never changes is
-/// marked as conserved. A pressure or compressibility factor without any event is marked as such. A wall with
-/// mean zero is marked as not touched.
+/// Describes the mean of an observable over an interval, as in [`estimate`]. Adds `conserved` to a value that never
+/// changes, and `no event` to a pressure or compressibility factor measured without events. If the mean of a wall
+/// quantity is zero, the text is `0 (not touched)`.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
@@ -42,7 +42,7 @@ pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity
 const DECIMALS: i32 = 8;
 
 fn with_error(mean: f64, error: f64) -> String {
-    // The error is rounded first: 0.0996 becomes 0.10, which needs one decimal less.
+    // The error is rounded first, because this may remove a decimal place: 0.0996 becomes 0.10.
     let rounded = format!("{error:.1e}");
     let exponent =
         |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Facts of a scene, each in one place: for `carom check` and for the page of the run.
+//! Facts of a scene, shared by `carom check` and the page of the run.
 
 use super::{
     barostat, counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat,

@@ -1,4 +1,4 @@
-//! Descriptions of surfaces, with checks of meshes: what an engineer wants to know before a run.
+//! Descriptions of surfaces, and checks of meshes before a run.
 
 use super::vector;
 use crate::Vector;
@@ -70,8 +70,8 @@ fn motion(motion: &SurfaceMotion) -> String {
     format!("{how} from t = {}{until}", digits(motion.from))
 }
 
-/// Describes the meshes of a scene, and lists warnings about them. Included are their volume, walls, gaps and faults,
-/// and particles that start inside.
+/// Describes the meshes of a scene: their volume, area, walls and gaps. Also returns warnings, for example about
+/// faults, wrong units, and particles that start inside.
 #[must_use]
 pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut warnings) = (Vec::new(), Vec::new());
@@ -195,7 +195,7 @@ fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     }
 }
 
-/// `largest` is the diameter of the largest particle that can touch it.
+/// `largest` is the diameter of the largest particle that can touch the mesh.
 fn about(report: &MeshReport, largest: f64) -> String {
     let mut parts = Vec::new();
     parts.push(match (report.is_closed(), report.volume, report.orientation()) {

@@ -1,5 +1,5 @@
-// The text of the scene beside its picture: errors while typing, completion, sliders, a link that contains
-// the scene, and the scene as a file.
+// The editor for the text of the scene: error messages while typing, completion, sliders, a link that contains the
+// scene, and the scene as a file.
 
 /** A pause of typing after which the text is checked, in milliseconds. */
 const EDITOR_PAUSE = 250;
@@ -188,7 +188,7 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A value of the running scene can be changed only if the text differs in nothing else.
+    // A value is changed in the running scene if the texts differ in nothing else. Otherwise the scene starts again.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }

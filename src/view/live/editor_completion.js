@@ -82,7 +82,7 @@ function keyCompletions({ place, line, after, caret, toml, schema }) {
     const whole = isOffered && key.type !== "array" ? { insert: `${key.word} = `, caret: key.word.length + 3, isContinued: true } : keyInsertion(key);
     return { word: key.word, about: key.about, detail, ...(hasValue ? plain : whole) };
   });
-  // A word that stands alone on its line may also become a table header.
+  // A word alone on its line may also become a table header.
   if (line.trim() === there && there !== "" && after.trim() === "" && !dotted) {
     offers.push(...headerOffers(toml, schema));
   }

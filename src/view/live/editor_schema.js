@@ -30,7 +30,8 @@ class SceneSchema {
 
   forms(node) {
     const choices = node.anyOf ?? node.oneOf;
-    // Choices that only set conditions on the keys of a table are not alternative forms of a value.
+    // Choices without `type` or `enum` only set conditions on the keys of a table. They are not alternative forms of a
+    // value.
     return choices?.some(({ type, enum: words }) => type ?? words) ? choices.flatMap((choice) => this.forms(choice)) : [node];
   }
 

@@ -5,7 +5,7 @@ const MAGIC: &[u8] = b"carom engine ";
 
 const DIGITS: usize = 16;
 
-/// Fingerprint of the sources that determine the bits of a run.
+/// Fingerprint of the sources that affect the exact results of a run.
 const SOURCES: &str = env!("CAROM_FINGERPRINT");
 
 /// The engine as WebAssembly, compressed for pages.
@@ -24,7 +24,7 @@ impl<'a> Engine<'a> {
         Some(Self { sources, packed: packed.strip_prefix(b"\n")? })
     }
 
-    /// Whether the engine was built from the same sources as this program. It then computes the same bits.
+    /// Whether the engine was built from the same sources as this program. If so, its results are bit-identical.
     #[must_use]
     pub fn is_of_these_sources(&self) -> bool {
         self.sources == SOURCES.as_bytes()

@@ -23,7 +23,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Returns the description of a simulation at its start.
+    /// Describes a simulation. Its current time is taken as the start.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
@@ -77,9 +77,9 @@ struct Head {
     bonds: Vec<[u32; 2]>,
     stages: Vec<String>,
     live: LivePlan,
-    /// Simulated time at the end of the last stage, if it ends by time `[time]`.
+    /// Duration of the last measurement, if it is limited by time `[time]`.
     until_time: Option<f64>,
-    /// Number of events of the last stage, if it ends by events.
+    /// Number of events in the last measurement, if it is limited by events.
     until_events: Option<u64>,
     /// Layout of the bytes in `surface_data`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -175,8 +175,8 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface keeps the particles in: a sphere or a roughly horizontal cylinder touched from inside, or a closed
-/// mesh around the first particle that can touch it.
+/// Whether a surface keeps the particles in. Such a surface is a sphere or a roughly horizontal cylinder touched from
+/// inside, or a closed mesh that contains the first particle that can touch it.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -200,8 +200,8 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// Returns the lower and upper corner of the region to show: the box, or the particle centres if there is no box, and
-/// the surfaces that are not much larger.
+/// Returns the lower and upper corner of the region to show. It contains the box, or the particle centres if there is
+/// no box, and the surfaces that do not extend far beyond them.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -1,4 +1,4 @@
-// Converts a scene description of the engine to the form of the renderer and the camera.
+// Converts the engine's description of a scene to the form that the renderer uses, and chooses the playback speed.
 
 const liveElement = (id) => document.getElementById(`live-${id}`);
 

@@ -102,7 +102,7 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // If no event is announced, the next event is announced without the conditions above.
+    // If no event is shown, show the next one regardless of the conditions above.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }

@@ -76,7 +76,7 @@ class Observables {
         this[name] = offered.includes(name) ? this[name] : undefined;
       }
     }
-    // Samples with smaller particles do not belong to the average, so the average starts again when diameters change.
+    // Samples taken at other diameters do not belong to the average, so the average starts again when diameters change.
     if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
       this.radial = new RadialDistribution(system, { scale });
     }

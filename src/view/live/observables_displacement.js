@@ -32,7 +32,8 @@ class Displacement {
     this.numbers = followed.map((ids) => ids.length);
     this.axes = freeAxes;
     this.isRelative = freeAxes.map((k) => conserved[k] && count > 1);
-    // Displacements relative to the centre of mass are smaller. This factor corrects for that, by group and axis.
+    // Displacements and velocities relative to the centre of mass are smaller than absolute ones. These factors, by
+    // group and axis, correct the averages for that.
     this.factors = followed.map((ids) => {
       const part = ids.reduce((sum, id) => sum + masses[id], 0) / ids.length / totalMass;
       return this.isRelative.map((is) => (is ? 1 / (1 - part) : 1));

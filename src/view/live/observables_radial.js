@@ -246,7 +246,7 @@ class RadialDistribution {
     const { bins, pairs, sums, counts } = this;
     const centres = [0, 1].map((number) => sums.total(pairs.length * bins + number));
     const g = pairs.map(([a, b], pair) => {
-      // Pairs of different species are counted from centres of either species.
+      // For a pair of different species, particles of both species serve as centres.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
       return Float64Array.from(
         { length: bins },

@@ -239,7 +239,7 @@ class Plot {
     const isIn = isThere && place >= this.edge.left - 1 && place <= this.width - PLOT_EDGE.right + 1;
     this.hair.setAttribute("d", isIn ? `M${place.toFixed(1)} ${top}V${this.height - bottom}` : "");
     const dots = [];
-    // Values that are tiny compared with the range of the axis are round-off and shown as zero.
+    // Values that are tiny compared with the range of the axis are round-off. They are shown as zero.
     const [, up] = this.axes;
     const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {

@@ -33,8 +33,8 @@ function curvePath({ x, y, isLoose }, [across, up]) {
         least = Math.min(least, last);
         most = Math.max(most, last);
       }
-      // A curve that extends less than a pixel beyond the end points of a pixel column looks the same without its
-      // extremes.
+      // If the curve within a pixel column extends less than a pixel beyond its end points, its extremes need not be
+      // drawn.
       const [low, high] = [Math.min(top, last) - 1, Math.max(top, last) + 1];
       if (least < low || most > high) {
         [least, most, last].forEach((place) => add(left, place));

@@ -86,7 +86,8 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // An event changes at most two velocities. If more have changed, unknown forces act, and no collision is marked.
+    // An event usually changes at most two velocities. If more have changed, collisions cannot be told from other
+    // changes, so none is marked.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
     }

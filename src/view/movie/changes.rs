@@ -28,8 +28,8 @@ impl Rectangle {
         Self { left, top, width: right - left + 1, height: bottom - top + 1 }
     }
 
-    /// Returns the rectangle in which an image differs from the previous one, and its pixels, where equal pixels are
-    /// replaced by `unchanged`. Without a previous image, the rectangle is the whole image.
+    /// Returns the rectangle in which an image differs from the previous one, and the pixels in it. Pixels that have
+    /// not changed are replaced by `unchanged`. Without a previous image, the rectangle is the whole image.
     pub fn changes<T: PartialEq + Copy>(
         previous: Option<&[T]>,
         image: &[T],

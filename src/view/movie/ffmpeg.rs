@@ -56,7 +56,7 @@ impl Ffmpeg {
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players assume the colour standard BT.709 for large images. It is used and declared for all sizes.
+        // Players assume the colour standard BT.709 for large images. Movies of all sizes use and declare it.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -108,7 +108,7 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // A process that another test is starting may still hold the script open. Starting is then tried again.
+        // A process that another test is starting may still hold the script open. In that case, try again.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}

@@ -1,4 +1,4 @@
-//! Positions of the movie's frames in their file, and their common properties.
+//! Index of a trajectory: the position in the file of each frame of the movie, and the data common to all images.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -249,7 +249,8 @@ impl Survey<'_> {
     }
 }
 
-/// Returns the lower and upper corner of the smallest box that contains two boxes, which are given in the same way.
+/// Returns the lower and upper corner of the smallest box that contains two boxes, each given by its lower and upper
+/// corner.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }

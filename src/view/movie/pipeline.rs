@@ -38,8 +38,9 @@ pub(super) struct Pipeline<'a, P> {
 /// already or in progress.
 struct Task {
     place: usize,
-    /// Channels that receive the previous image and pass this image on.
+    /// Receives the previous image.
     before: Option<Receiver<Arc<Image>>>,
+    /// Sends this image to the next task.
     next: Sender<Arc<Image>>,
 }
 

@@ -43,7 +43,7 @@ pub(super) struct Process {
 /// Progress of a program: pieces read, length of its file, and time of the last change of the file.
 type Done = (u64, Option<(u64, SystemTime)>);
 
-/// Detector of a program without progress. Time is counted in ticks, so that time in which the machine sleeps does not
+/// Detects when a program makes no progress. Time is counted in ticks, so time during which the machine sleeps does not
 /// count.
 struct Idleness {
     before: Done,
@@ -151,7 +151,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // The program has ended early. Its messages tell why.
+            // The program has ended early. Its messages say why.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),

@@ -109,8 +109,8 @@ fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], p
     }
 }
 
-/// Returns a frame with a cubic box of edge 8, a small ball in each corner and one moving ball. Its time is a quarter
-/// of its number.
+/// Returns a frame with a cubic box of edge 8, a small ball in each corner and one moving ball. The time of the frame
+/// is `number / 4`.
 fn frame(number: u32, speed: f64) -> Frame {
     let ball = |id, species, position: [f64; 3], radius, speed| FrameParticle {
         id: ParticleId(id),

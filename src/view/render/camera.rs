@@ -76,8 +76,8 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Positions the camera so that the framed region stays in the image while the camera moves around it by
-    /// `turn` degrees. The image has exactly the size of the style.
+    /// Positions the camera so that the framed region stays in the image while the camera moves around it by `turn`
+    /// degrees. The image has the size that `style` specifies.
     pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
         // Beyond a full turn, the camera passes the same directions again.
@@ -295,7 +295,7 @@ fn upwards(frame: &Frame, style: &Style) -> Vector {
     style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
 }
 
-/// Returns the azimuth and elevation of the camera in radians. `right` points to the right of the image if both are 0.
+/// Returns the azimuth and elevation of the camera in radians. At azimuth 0, `right` points to the right in the image.
 fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     let azimuth = style.azimuth.to_radians();
     let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {

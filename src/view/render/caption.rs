@@ -36,7 +36,7 @@ impl Caption {
         Self { height: rows * row, row, bar: None }
     }
 
-    /// In perspective, the bar is valid at the distance of the middle of the scene.
+    /// Chooses the scale bar. In perspective, its length is correct at the distance of the middle of the scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
@@ -70,8 +70,8 @@ fn round_length(most: f64) -> Option<f64> {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // Parsing a decimal text gives exactly the round number. The logarithm may be wrong by rounding, so the
-    // neighbouring powers of ten are tried too.
+    // Parsing decimal text gives the floating-point number nearest to the round value. Round-off in the logarithm may
+    // give the wrong power of ten, so the neighbouring powers are tried too.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

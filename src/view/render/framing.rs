@@ -43,8 +43,8 @@ pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Returns the lower and upper corner of a box that contains the particles inside the frame's box, and the surfaces
-/// that are not much larger.
+/// Returns the lower and upper corner of a box around the particles inside the frame's box, and around the surfaces
+/// that do not extend far beyond the frame's box.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -68,7 +68,7 @@ pub(in crate::view) fn fitted(
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
     if style.has_box && size.iter().any(|edge| *edge == 0.0) {
-        // The drawn rectangle of a flat scene is shown as a whole.
+        // In a flat scene, a box that is drawn is not cropped.
         return (lower, size);
     }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {

@@ -13,7 +13,7 @@ use crate::view::Surfaces;
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
-/// Opacity of translucent spheres in shadows, relative to their visible opacity.
+/// Opacity with which translucent spheres cast shadows, relative to the opacity with which they are drawn.
 const VEIL: f32 = 1.2;
 
 /// Height above the ground at which spheres cast half a shadow, and height at which they cast no shadow.
@@ -48,7 +48,7 @@ impl Ground {
         Some(Self { normal, offset, lights })
     }
 
-    /// Returns the depth at which a ray from above meets the ground.
+    /// Returns the depth at which a ray hits the ground from above.
     pub fn depth(&self, (origin, direction): (Point, Point)) -> Option<f32> {
         let slope = self.normal.dot(&direction);
         let depth = (self.offset - self.normal.dot(&origin)) / slope;

@@ -43,7 +43,8 @@ impl Image {
         &self.pixels
     }
 
-    /// Writes a PNG file, which appears when it is complete. A file with the same bytes is left alone.
+    /// Writes a PNG file. The file appears only when it is complete. An existing file with the same bytes is not
+    /// rewritten.
     ///
     /// # Errors
     /// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot

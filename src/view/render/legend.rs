@@ -4,7 +4,7 @@ use super::colour::{self, Colour};
 use super::letters::{label, text_width, write};
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of the scale of speeds and of the caption, relative to the shorter side of the largest image.
+/// Height of the caption, and of the scale of speeds, relative to the shorter side of the uncropped image.
 pub(super) const STRIP: f32 = 0.085;
 
 /// Fraction of the sum of squared speeds that may lie above the upper end of the scale.
@@ -27,7 +27,7 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     };
     let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
     let step = 10_f64.powi(trunc_to_i32(speed.log10().floor()) - 1);
-    // Parsing a decimal text gives exactly the rounded number.
+    // Parsing the decimal text gives the floating-point number nearest to the rounded value.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
 

@@ -15,11 +15,11 @@ static FONT: &[u8] = include_bytes!("letters/letters.ttf");
 /// Outlines of all letters, parsed once. The list is empty if the font is damaged, which a test excludes.
 static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 
-/// Straight pieces per curve of an outline, and sampled lines per row of pixels.
+/// Line segments per curve of an outline, and scan lines per row of pixels.
 const PIECES: u32 = 6;
 const SAMPLES: usize = 5;
 
-/// The first letter in the font, and the number of letters that follow each other in Unicode.
+/// The font has `COUNT` consecutive Unicode characters, starting at `FIRST`.
 const FIRST: char = ' ';
 const COUNT: u32 = 95;
 

@@ -71,8 +71,8 @@ struct Film<'a> {
     opacity: f32,
 }
 
-/// Returns the additional density of a translucent surface that is seen at an angle. It is largest at the rim, as in
-/// glass.
+/// Returns the additional opacity of a translucent surface due to the angle at which it is seen. It is largest at the
+/// rim, as in glass.
 fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
     RIM * rim * rim * rim

@@ -10,7 +10,7 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Largest number of triangles drawn per sample. Nearer triangles take precedence. At the default opacity, so many
+/// Largest number of triangles drawn per sample. Nearer triangles take precedence. At the default opacity, this many
 /// triangles transmit about a thousandth of the light.
 const MOST_SHEETS: usize = 16;
 

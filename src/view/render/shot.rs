@@ -66,8 +66,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// The camera is at an azimuth `[degrees]` and has the given coordinates in the middle of the image. The time is
-    /// written below. If the team is stopped, the image is unfinished.
+    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. If the team is
+    /// stopped, the image is unfinished.
     ///
     /// # Errors
     /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.

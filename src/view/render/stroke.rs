@@ -64,7 +64,7 @@ pub(super) struct Pen {
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether all bodies hide the edge, even those behind it.
+    /// Whether the edge is hidden by all bodies, even by bodies behind it.
     pub is_behind: bool,
 }
 

@@ -21,13 +21,14 @@ pub enum ColourBy {
     Speed,
 }
 
-/// Region that the image shows. Particles outside the region are drawn as far as they are visible.
+/// Region that the image shows. Particles outside the region are drawn too if they are visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box, without some of its empty parts. A part is left out only along an axis that is not periodic, and only
-    /// if particles and surfaces fill a third of the box along this axis. With gravity, the part above them is left
-    /// out. If the box is not drawn, the parts beside them are left out too.
+    /// The box without some of its empty parts. An axis is cropped only if it is not periodic and the particles and
+    /// surfaces extend over at least a third of it. Along gravity, only the empty part at the top is cropped. Along
+    /// other axes, the empty parts at both ends are cropped if the box is not drawn. A flat box is never cropped if it
+    /// is drawn.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in it.

@@ -31,7 +31,7 @@ const LONG: f64 = 10.0;
 /// Name and unit of the heat capacity. It follows from fluctuations and is listed with the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// Caption of a plot that contains a curve between the temperatures.
+/// Caption of a plot with a curve that also covers the temperatures between the simulated ones.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
 /// Quantities that come first in tables and plots.
@@ -294,7 +294,8 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     curves_figure(&curves.label, &curves, TOGETHER)
 }
 
-/// Returns the points of the curve between the temperatures. Empty if the quantity has no such curve.
+/// Returns the points of the curve that also covers the temperatures between the simulated ones. Empty if the quantity
+/// has no such curve.
 fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
     let point = |point: &ThermalPoint| {
         let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;

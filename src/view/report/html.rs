@@ -34,8 +34,8 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
 /// Largest number of columns of a table that fits on paper. Longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// Returns a table that scrolls if it is wider than the page. Each head is a class and a name. The heads and rows must
-/// already be escaped.
+/// Returns a table that scrolls if it is wider than the page. Each element of `heads` is the class and the title of a
+/// column. Titles and rows must already be escaped.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,

@@ -106,7 +106,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // The first reading of this file has already noted its errors.
+            // Errors in this file were noted when it was first read.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))

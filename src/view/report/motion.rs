@@ -40,7 +40,7 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// The script fills in what depends on the data.
+/// The script of the player adds the parts that depend on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
 /// Frames are collected into text elements of about this size `[bytes]`. A few large elements open faster than many

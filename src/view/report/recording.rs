@@ -39,13 +39,13 @@ const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;
 
-/// Radius of a bond, relative to the smaller of its two ends.
+/// Radius of a bond, relative to the radius of the smaller of the two bonded particles.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
     pub head: Head,
-    /// Constants of all frames, in little-endian order: radii (f32, moving particles first), positions of static
+    /// Data shared by all frames, in little-endian order: radii (f32, moving particles first), positions of static
     /// particles (f32), indices of bonded particles (u32), radii of bonds (f32) and species (u8).
     pub constants: Vec<u8>,
     /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, then each scalar (u8), then one bit
@@ -329,7 +329,7 @@ fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
     [0, 1, 2].map(value)
 }
 
-/// Returns the bytes of the constants of all frames, and the number of bonds.
+/// Returns the data shared by all frames as bytes, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));

@@ -200,7 +200,8 @@ pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String 
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// Returns a text for an observable that is conserved, had no event or touched nothing. `None` for ordinary numbers.
+/// Returns the text for a conserved observable, a pressure without events, or a wall that was not touched. `None` if
+/// the mean is shown as an ordinary number.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

@@ -73,7 +73,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Adds the volume and the densities, if the box has a volume. `when` says at what time the box had them.
+/// Adds the volume and the densities, if the box has a volume. `when` is appended to their labels.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];

@@ -1,4 +1,4 @@
-//! The measured stages of a run. A table compares their means, and each stage has a part with its numbers and plots.
+//! The measured stages of a run. A table compares their means, and each stage has a section with its numbers and plots.
 
 mod plots;
 

@@ -306,8 +306,9 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // Of the six curves, one has no data and one has three variables. Three curves and one of two maps are drawn. The
-    // other five plots show the energies, three columns of `thermo.csv`, and the region.
+    // Of the six functions, three are drawn as curves. One has no data, and one has three variables. The sixth has two
+    // variables and two series: one is drawn as a map, and the other has no data. The other five plots show the
+    // energies, three columns of `thermo.csv`, and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");

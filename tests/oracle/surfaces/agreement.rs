@@ -28,11 +28,11 @@ struct Tally {
     within_rounding: usize,
     wrong: Vec<(&'static str, State, Comparison)>,
     wrong_count: usize,
-    /// The largest error of a time, and the largest shift of the coefficients of a witness, in units of what rounding
-    /// allows.
+    /// The largest error of a time, divided by the error that rounding allows. The next field is the largest shift of a
+    /// coefficient of a witness, divided by its error bound.
     worst_ratio: f64,
     worst_witness: f64,
-    /// Number of witnesses whose coefficients are shifted by more than half of what rounding allows.
+    /// Number of witnesses with a coefficient shifted by more than half of its error bound.
     far_witnesses: usize,
 }
 

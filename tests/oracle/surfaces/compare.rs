@@ -1,28 +1,28 @@
-//! Judges an answer of Carom for a feature by the oracle.
+//! Judges Carom's answer for a feature by comparing it with the oracle's answer.
 //!
 //! The answer must equal the oracle's answer for the exact polynomials. Its time must agree to within the bound from
-//! the condition of the roots. If the input is within its own rounding of the boundary between two verdicts, the answer
-//! may equal the oracle's answer for a witness.
+//! the condition of the roots. If the input is so close to the boundary between two verdicts that rounding decides
+//! between them, the answer may instead equal the oracle's answer for a witness.
 
 use super::feature::State;
 use super::rule::{Kind, Verdict, next_event};
 use super::witness::witness;
 use crate::measure::distance;
 
-/// The largest allowed error of a time, in units of what rounding allows ([`crate::measure::Distance::ratio`]). As for
-/// pairs (`tests/oracle/compare.rs`), closed forms and brackets are within their condition plus 3 ulp. The limit is 4
-/// for the time at which the foot enters a feature, because it is the sum of a rounded time and a closed form.
+/// The largest allowed [`crate::measure::Distance::ratio`]. As for pairs (`tests/oracle/compare.rs`), the error of a
+/// closed form or bracket is at most the condition plus 3 ulp. The limit is 4 for the time at which the foot enters a
+/// feature, because it is the sum of a rounded time and a closed form.
 pub fn largest_ratio(kind: Kind) -> f64 {
     if matches!(kind, Kind::Entry(_)) { 4.0 } else { 3.0 }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The answer has the oracle's verdict. The number is the error of a time after now, in units of what rounding
-    /// allows.
-    Right(Option<f64>),
-    /// The answer has the verdict of a witness. The number is the shift of its coefficients, as a fraction of what
+    /// The answer has the oracle's verdict. The number is the error of a time after now, divided by the error that
     /// rounding allows.
+    Right(Option<f64>),
+    /// The answer has the verdict of a witness. The number is the largest shift of a coefficient, divided by its error
+    /// bound.
     WithinRounding(f64),
     Wrong(&'static str),
 }

@@ -59,8 +59,8 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// The sphere grazes the feature: its smallest distance is the contact distance, to within a few ulps or 10^4 times as
-/// many.
+/// The sphere grazes the feature: its smallest distance differs from the contact distance by at most a few ulps, or by
+/// 10^4 times as much.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -127,7 +127,7 @@ fn parallel(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// The sphere is in contact from the start, with little or no speed, and may be pressed on the feature.
+/// The sphere is in contact from the start, with little or no speed, and may be pressed against the feature.
 fn resting(random: &mut Random, approach: &mut Approach) {
     approach.time = 0.0;
     approach.gap = ulps(random);

@@ -37,20 +37,20 @@ pub struct State {
     pub contact: f64,
 }
 
-/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3: the products of `D = B^2 - V2 R2`, as for
-/// pairs.
+/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3. They come from the two products in
+/// `D = B^2 - V2 R2`.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
 /// Roundings of each coefficient in Horner's rule for a quartic, with the factor of its derivative.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// Roundings of each coefficient for a plane: the products of `D = v^2 - 2 a h`. The last number is for the distance
-/// that is subtracted from the height.
+/// Roundings of each coefficient for a plane. They come from the two products in `D = v^2 - 2 a h`. The last number is
+/// for the distance that is subtracted from the height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
-/// Roundings of each coefficient of an extent. Horner's rule gives 1, 3 and 4, the discriminant 2 each, and the rate at
-/// the beginning of an interval 1 and 2. The extent is evaluated at a floating-point time within 3 ulp of the root,
-/// which adds `6 k` roundings to the term of degree `k`.
+/// Roundings of each coefficient of an extent. Horner's rule adds 1, 3 and 4 to the coefficients of degree 0, 1 and 2.
+/// The discriminant adds 2 to each. The rate at the beginning of an interval adds 1 to degree 1 and 2 to degree 2. The
+/// extent is evaluated at a floating-point time within 3 ulp of the root, which adds `6 k` to degree `k`.
 const OF_EXTENT: [u32; 3] = [3, 6 + 6, 8 + 12];
 
 impl State {

@@ -72,8 +72,8 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // The foot of the perpendicular may reach the feature until the turning point between 3 and 4. At 3.75 it is too
-    // late, because the sphere is on its way out.
+    // The overlap function is negative and falls from 3 to its turning point at 3.62. At 3.75 it already rises, so a
+    // foot that reaches the feature then causes no event.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
@@ -115,8 +115,8 @@ fn a_face_is_met_from_both_sides_and_not_from_within_its_plane() {
     expect_none(&height([0.5, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 1.0, 0.0], 1.0, &[]));
     expect_none(&height([0.0, 0.0, 0.0], 1.0, &[]));
-    // The sphere falls towards the plane. The foot of the perpendicular may reach the face until the height is zero,
-    // and no later.
+    // The sphere falls towards the plane and its height is zero at t = 3. There is an event only if the foot of the
+    // perpendicular reaches the face earlier.
     expect_later(&height([3.0, -1.0, 0.0], 1.0, &[[-2.5, 1.0, 0.0]]), Kind::Entry(0), 2.5);
     expect_none(&height([3.0, -1.0, 0.0], 1.0, &[[-3.0, 1.0, 0.0]]));
     // The sphere is thrown up from below the plane, passes through it, and falls back from above.
@@ -162,8 +162,8 @@ fn wrong_answers_are_recognised() {
     for answer in [None, Some(0.0), Some(1.99), Some(2.0 + 1e-14)] {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
-    // If the foot of the perpendicular is on the end, both verdicts are within rounding. If it is slightly past the
-    // end, only the verdict without an event is.
+    // If the foot of the perpendicular is on the end, rounding allows both verdicts. If it is slightly past the end,
+    // rounding allows only the verdict that there is no event.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

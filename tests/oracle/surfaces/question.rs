@@ -66,8 +66,7 @@ pub const DISTANCE: usize = 3;
 pub struct Question {
     pub shape: Shape,
     pub forms: Vec<Form>,
-    /// The overlap function without acceleration, if rounding cannot distinguish the acceleration across a line from
-    /// zero.
+    /// The overlap function without acceleration, if the acceleration across a line is zero within rounding.
     pub without_acceleration: Option<Form>,
 }
 

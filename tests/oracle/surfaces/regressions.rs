@@ -33,7 +33,8 @@ fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], cont
 
 #[test]
 fn a_foot_comes_onto_a_face_at_its_corner() {
-    // By rounding, each of two extents was negative when the other one became positive, and the event was missed.
+    // Due to rounding, each of two extents was negative at the time at which the other one became positive. So the
+    // event was missed.
     is_not_wrong(&face(
         [-0.7142794160655317, 0.603633676388236, 0.35416281639255304],
         [

@@ -82,9 +82,9 @@ pub fn dot(a: &Triple, b: &Triple) -> Rounded {
 
 /// `x - d (d . x)`, as in `carom::physics::detection::feature::across`.
 ///
-/// The length of the direction differs from 1 by rounding and is taken as it is. The exact value is that of this
-/// expression. It is not the projection onto the plane perpendicular to the direction, but the difference is smaller
-/// than its rounding.
+/// The direction is not normalized, although rounding may have changed its length. The result is the exact value of
+/// this expression. It differs from the projection onto the plane perpendicular to the direction by less than its
+/// rounding error.
 pub fn across(direction: &Triple, vector: &Triple) -> Triple {
     let along = dot(direction, vector);
     [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))

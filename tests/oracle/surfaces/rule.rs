@@ -1,11 +1,11 @@
-//! The rule for a contact with a feature that has ends, decided exactly.
+//! Exact evaluation of the rule for a contact with a feature that has ends.
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
 //! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
-//! times at which `f <= 0` and `f` falls form intervals that include their starts. The set of times at which no extent
-//! is negative is closed. So there is a first time: now, the start of an interval, or a time at which an extent stops
-//! being negative.
+//! times at which `f <= 0` and `f` falls form intervals, each of which includes its start. The set of times at which no
+//! extent is negative is closed. So if there is such a time, there is a first one: now, the start of an interval, or a
+//! time at which an extent stops being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
@@ -59,7 +59,7 @@ impl Overlap {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
             Self::Height(height, distance) => {
-                // At height 0, the distance from the plane of the face is smallest and does not fall.
+                // At height 0, the distance from the plane of the face is at its minimum, so it does not fall.
                 let side = place.sign(height);
                 side * place.sign_after(&height.derivative()) < 0
                     && Self::gaps(height, distance).iter().all(|gap| place.sign(gap) <= 0)
@@ -116,7 +116,7 @@ pub fn next_event(exact: &Exact) -> Verdict {
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which an event becomes required by the rule.
+/// All times after now at which the rule begins to require an event.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();

@@ -53,7 +53,7 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     Some(met.max(largest(&free)))
 }
 
-/// Number of shifts at the start of the list that leave an overlap function unchanged or shift it as a whole.
+/// The first `UNIFORM` shifts of `directions` leave the overlap function unchanged or shift it as a whole.
 const UNIFORM: usize = 3;
 
 /// Treatment of the extents that do not cause the event of a witness.
@@ -62,7 +62,7 @@ enum Ends {
     Free,
     /// Extents are shifted, if their boxes allow it, to be just positive at the time of the event.
     Pinned,
-    /// Extents are unchanged. Events before the answer do not count.
+    /// Extents are not adjusted, and events before the answer are ignored.
     AfterOthers,
 }
 
@@ -86,8 +86,7 @@ fn largest(parts: &[Vec<f64>]) -> f64 {
     parts.iter().flatten().fold(0.0, |largest, part| largest.max(part.abs()))
 }
 
-/// The leading coefficient of a squared distance must keep its sign. If a shift would change the sign, the term is
-/// removed.
+/// Removes the leading coefficients of a squared distance if a shift has changed their sign.
 fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
     if let Shape::Square(sign) = question.shape {
         while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
@@ -101,11 +100,11 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
     coefficients
 }
 
-/// Largest distance between the event of a witness and the answer: 2 to this power [ulp], the width of a final bracket.
+/// Largest distance between the answer and the event of a witness: `2^SLACK` ulp, the width of a final bracket.
 const SLACK: i64 = 2;
 
-/// Shifts polynomials in their boxes so that one of them has a root, or a turning point, at `t`. Returns the size of
-/// the shift if this makes the next event.
+/// Shifts polynomials within their boxes so that one of them has a root, or a turning point, at `t`. Returns the size
+/// of the shift if this is then the next event, or, with `AfterOthers`, any event.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -136,8 +135,8 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
 /// The value to which an extent is raised, as a fraction of its error. It is too small to make an event earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Shifts the coefficients of a polynomial until a linear function of them is `to` times its error. The shift starts
-/// from `parts`. Also returns the largest shift as a fraction of the box.
+/// Shifts the coefficients of a polynomial within their box, until a linear function of them is `to` times its error.
+/// `parts` is the initial shift. Also returns the largest shift as a fraction of the box.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);
@@ -186,7 +185,7 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
         return Some(moved(step));
     }
     let (mut lower, mut upper) = (-2.0, 2.0);
-    // The step is not a number if no fraction has an effect.
+    // `step` is NaN if `growth` and all effects are zero.
     if step.is_nan() || grown(lower) > growth || grown(upper) < growth {
         return None;
     }
@@ -197,15 +196,15 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
     Some(moved(lower))
 }
 
-/// Each bisection halves an interval of width 4, finally to half the spacing of floating-point numbers at 1.
+/// Number of bisections that reduce an interval of width 4 to half the spacing of floating-point numbers at 1.
 const BISECTIONS: usize = 55;
 
 /// Number of corrections. Each one leaves one part in 10^16 of the remainder. Several are needed, because a value at
 /// `t` can be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
-/// Largest remainder of a shift that is ignored, as a fraction of the box. It comes from the rounding of the other
-/// fractions.
+/// Largest remainder that is still corrected, as a fraction of the box. The rounding of the fractions leaves this
+/// remainder.
 const REST: f64 = 1e-9;
 
 /// Shifts to the corners of the boxes and to the midpoints of their edges and faces. Each extent is shifted as a whole.
@@ -225,8 +224,8 @@ fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item
     })
 }
 
-/// Shifts of the rates of the extents, with overlap functions unchanged or shifted as a whole. If two extents have a
-/// turning point at the same time, the verdict depends on which of them comes first.
+/// Shifts of the linear terms of the extents, with the overlap function unchanged or shifted as a whole. If two extents
+/// have a turning point at the same time, the verdict depends on which of them comes first.
 fn tilts(question: &Question, part: f64) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     [0.0, -part, part].into_iter().flat_map(move |shift| {

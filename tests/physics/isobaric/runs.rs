@@ -63,8 +63,8 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Returns the last state and the results of a run on `threads` threads. With `pause`, the run pauses after each such
-/// number of events.
+/// Returns the last state and the results of a run on `threads` threads. With `pause`, the run pauses every `pause`
+/// events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;

@@ -1,4 +1,5 @@
-//! Small systems. Each has one influence on trajectories, which is set in one of three scenes.
+//! Small systems, made from four scenes. Together they cover the influences on trajectories, such as shear, thermostats
+//! and thermal walls.
 
 use carom::model::Scene;
 
@@ -103,7 +104,7 @@ particle = [
 ]
 "#;
 
-/// A system: its name, its scene, and the values set in it.
+/// A system: its name, a scene, and values that override those of the scene.
 type System = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const ANDERSEN: (&str, &str) = ("run.thermostat", r#"{ kind = "andersen", temperature = 0.9, rate = 0.7 }"#);

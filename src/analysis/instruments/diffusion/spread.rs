@@ -14,8 +14,8 @@ const FEWEST: f64 = 4.0;
 /// Slope (0) of the squared displacement over the straight part, and the difference (1) between the slopes of
 /// its two halves, for each tracer and along each axis.
 ///
-/// A run has few spans, and overlapping origins are not independent. The scatter of their means alone says
-/// little about the error of a short run. Two more sources help:
+/// A run has few spans, and overlapping origins are not independent. By itself, the scatter of the means of
+/// the origins says little about the error of a short run. Two more sources help:
 /// - There are many particles. If each moves independently, the variance of a mean over `N` of them is `s^2 /
 ///   N`, where `s^2` is the variance of one particle over all its origins, however these overlap. It misses
 ///   motion that particles share: the flow around each moving particle, which decays as `1 / r`.
@@ -30,8 +30,8 @@ pub(super) struct Spread {
     stride: usize,
     /// Slope and bend of each tracer, summed over all origins that have reached the span.
     sums: Vec<[f64; 2]>,
-    /// Number of origins that have reached the span. For each group and axis, `axes` has the mean and the sum
-    /// of squared deviations over these origins, of the slope and of the bend.
+    /// Number of origins that have reached the span. For each group and axis, and for slope and bend
+    /// separately, `axes` holds the mean over these origins and the sum of squared deviations from it.
     origins: u64,
     axes: Vec<[[[f64; 2]; 2]; 3]>,
 }
@@ -117,8 +117,9 @@ impl Spread {
         for k in (0..=span).rev() {
             from[k] = from[k + 1] + self.coefficients[k][kind];
         }
-        // The overlap of `[0, k]` and `[shift, shift + l]` is `l` or `k - shift`, depending on which interval
-        // ends first. Each sum collects the pairs for which its own interval ends first.
+        // The intervals `[0, k]` and `[shift, shift + l]` overlap by `l` if the second interval ends first, and
+        // by `k - shift` otherwise. `of_other` is for the pairs in which the second interval ends first,
+        // `of_own` for all other pairs.
         let covariance = |shift: usize| -> f64 {
             let square = |k: usize| (k * k) as f64 * self.coefficients[k][kind];
             let of_other = |l: usize| square(l) * from[(shift + l + 1).min(span + 1)];

@@ -169,7 +169,7 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
         assert!(instrument.origins.len() <= MOST_LONG + MOST_YOUNG);
         samples += 1;
     }
-    // One time origin starts every 4 time units. Until the next one, there are samples at 4 linear and ten
+    // A new time origin starts every 4 time units. In this time there are samples at 4 linear lags and at ten
     // logarithmic lags.
     assert!((5000 / 4 * 14..5000 / 4 * 14 + 100).contains(&samples), "{samples}");
     let measured = report(&instrument, &system);
@@ -252,8 +252,8 @@ fn late_start_time_gives_the_same_curves_and_ends() {
         assert!((early - late).abs() < 1e-7, "{early} {late}");
     }
     assert_eq!(measured(1e12, 1.0).len(), early.len());
-    // The interval is shorter than the spacing of floating-point times. Nothing can be measured, but the run
-    // ends.
+    // The interval is shorter than the spacing of floating-point times. Nothing can be measured, but the loop
+    // still ends.
     measured(1e12, 1e-5);
 }
 
@@ -300,8 +300,8 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
         let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("{spans} spans: {ratio:.2}, given {}", given.len());
-        // Slopes that are bent by chance give no estimate. With 150 estimates, the scatter is known to 6 %.
-        // Student's factor increases the errors by up to 10 %.
+        // A run gives no estimate if its curve is bent by chance. With 150 estimates, the scatter is known to
+        // 6 %. Student's factor increases the errors by up to 10 %.
         assert!(given.len() > 100 && (0.7..1.25).contains(&ratio), "{spans} spans: {ratio}, {}", given.len());
     }
 }

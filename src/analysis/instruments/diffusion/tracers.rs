@@ -14,8 +14,8 @@ use crate::model::components::components;
 /// count from 0.
 const STREAM: u64 = u64::MAX;
 
-/// Minimum number of cells with particles. The scatter between cells gives the standard error. With this
-/// number, the error is uncertain by a quarter.
+/// Minimum number of cells with particles. The scatter between cells gives the standard error. With eight
+/// cells, the standard error is itself uncertain by about a quarter.
 const FEWEST: usize = 8;
 
 /// Number of cells along each axis, for boxes with 0 to 3 axes: about 27 cells in all. The sum over the
@@ -39,8 +39,8 @@ pub(super) struct Tracers {
     ids: Vec<u32>,
     /// For each tracer, the index of its species in `species`.
     kinds: Vec<u32>,
-    /// For each tracer, the cell in which it started. A bonded tracer has the cell of the first particle of
-    /// its molecule.
+    /// For each tracer, the cell in which it started. A bonded tracer is assigned to the cell of the first
+    /// particle of its molecule.
     cells: Vec<u32>,
     pub species: Vec<u32>,
     /// Number of tracers of each species, and the factor `1 / (1 - m / M)` by which their squares are
@@ -148,8 +148,8 @@ impl Tracers {
         }
     }
 
-    /// Returns the mean of `square(k)` over the tracers `k` of each group. `square(k)` is a product of two
-    /// vectors of the tracer.
+    /// Returns, for each group, the mean of `square(k)` over the tracers `k`. `square(k)` must be quadratic in
+    /// displacements or velocities, because the mean is divided by `1 - m / M`.
     pub fn means(&self, square: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.species.len()];
         for (k, kind) in self.kinds.iter().enumerate() {
@@ -234,8 +234,8 @@ mod tests {
         assert_eq!(chosen, choice(&ids, 300, 7));
         assert_ne!(chosen, choice(&ids, 300, 8));
         assert_eq!(choice(&ids, 1000, 7), ids);
-        // On average, 150 of the 300 chosen ids are in the lower half. The standard deviation is sqrt(300 *
-        // 0.7) / 2 = 7.2.
+        // On average, 150 of the 300 chosen ids are in the lower half. The 300 of 1000 ids are drawn without
+        // replacement, so the standard deviation is sqrt(300 * 0.7) / 2 = 7.2.
         let low = chosen.iter().filter(|id| **id < 500).count();
         assert!(low.abs_diff(150) < 30, "{low}");
     }

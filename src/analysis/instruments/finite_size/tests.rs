@@ -11,8 +11,9 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Makes the curves that a measurement of diffusion has in addition to its coefficients: its times, and the
-/// mean square velocity at a temperature of 1.5.
+/// Makes the two curves from which the corrections of a diffusion coefficient are calculated. These use the
+/// times of the mean squared displacement, and the first value of the velocity autocorrelation: the mean square
+/// velocity at a temperature of 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];

@@ -7,7 +7,7 @@ use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 /// Largest number of rows of the table. When it is reached, every second row is dropped.
 const MOST_ROWS: usize = 1024;
 
-/// Net passages and displacements since the start, at one time.
+/// Net passages and displacements from the start to one time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
@@ -37,9 +37,9 @@ pub(super) struct Passages {
     /// passed in it.
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
-    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic
-    /// or ends at two walls. Then the passages are the net displacement minus the increase of the particles
-    /// beyond the plane.
+    /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or
+    /// ends at two walls. Then the passages are the net displacement minus the increase in the number of
+    /// particles beyond the plane.
     is_closed: bool,
 }
 
@@ -118,14 +118,14 @@ impl Passages {
         rows
     }
 
-    /// Calculates the passages in the window divided by its elapsed length. Without a window, the passages
-    /// after the first passage are divided by the time from the first to the last passage; `None` for fewer
-    /// than two.
+    /// Returns the rate of passages, by number or by mass. In a window, it is the count divided by the elapsed
+    /// part of the window. Without a window, it is the count after the first passage, divided by the time from
+    /// the first to the last passage. `None` if this time is zero or the window has not begun.
     ///
-    /// In a closed system, the net passages through a whole plane are the net displacement, `sum dx / L`,
-    /// minus the increase of the particles beyond the plane. The increase depends only on the two ends of the
-    /// run, so the error comes from the net displacement. The exception is an increase that continues in one
-    /// direction, as when all grains fall through a hole.
+    /// In a closed system, the net passages through a whole plane are the net displacement, `sum dx / L`, minus
+    /// the increase in the number of particles beyond the plane. The increase depends only on the two ends of
+    /// the run, so the error comes from the net displacement. The exception is an increase that continues in
+    /// one direction, as when all grains fall through a hole.
     pub fn rate(&self, of: usize) -> Option<Estimate> {
         let (passed, [from, to]) = match self.window {
             Some([from, to]) => (self.in_window[of], [from, to.min(self.now.time)]),

@@ -69,7 +69,7 @@ fn more_crossings_between_two_samples_than_are_handled_one_by_one_are_all_counte
         let (system, mut simulation) = start(scene.clone().build().unwrap());
         let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
         measure(&mut simulation, &system, &mut flow, 10.0);
-        // From 1 to 1 - 250,030.
+        // The particle moves from x = 1 to x = 1 - 250,030.
         assert_eq!(number(&report(&flow, &system), "flow_gate_count").mean, Some(-25_003.0));
     }
 }

@@ -45,9 +45,9 @@ impl Histogram {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Returns the bin width and, for each bin, the fraction of all values divided by the width. Errors are
-    /// those of independent values, and unknown for empty bins. There are no bins if no values exist, or only
-    /// a few that are all zero.
+    /// Returns the bin width and the density of each bin: the fraction of all values in the bin, divided by the
+    /// width. Errors are those of independent values; the error of an empty bin is unknown. Returns no bins if
+    /// there are no values, or only a few that are all zero.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();
         if binned.width == 0.0 {

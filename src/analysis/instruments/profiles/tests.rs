@@ -40,8 +40,8 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     system.conserved_axes = [false; 3];
     system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
-    // No particles are at y > 3. The velocity along x is the number of the cell, and the thermal velocities
-    // have the temperature 1/12.
+    // No particles are at y > 3. In the cells 0, 1 and 2 along y, the flow velocity along x is 0, 1 and 2. The
+    // temperature of the thermal velocities is 1/12.
     let frame = || {
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
         for mass in &system.masses {

@@ -84,7 +84,7 @@ mod tests {
             // The condition number of the normal equations is about 1e5.
             let average = noise.iter().sum::<f64>() / 32.0;
             assert!((mean - 3.0 * average).abs() < 1e-9, "{mean}");
-            // All bins have the same relative noise, so the contact value has it too.
+            // Each noise factor multiplies all bins, so it also multiplies the contact value.
             let expected = 3.0 * crate::analysis::statistics::standard_error(&noise).unwrap();
             assert!((standard_error.unwrap() / expected - 1.0).abs() < 1e-6, "{standard_error:?}");
         }

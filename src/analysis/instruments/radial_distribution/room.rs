@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone)]
 pub(super) struct Room {
     dimensions: usize,
-    /// Lengths that a centre can reach along the axes that are not periodic `[length]`.
+    /// Length available to a centre along each axis that is not periodic `[length]`.
     edges: Vec<f64>,
     volume: f64,
 }

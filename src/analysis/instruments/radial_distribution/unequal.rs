@@ -35,8 +35,8 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // A particle too large for the box gets the whole edge. This has no effect, because such
-                    // a particle does not exist.
+                    // If a particle is too large for the box, its centre gets the whole edge. No such particle
+                    // exists, so this has no effect.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }
@@ -58,14 +58,14 @@ impl Rooms {
         half * GAUSS.into_iter().map(shell).sum::<f64>()
     }
 
-    /// The density of separations of length `r`, averaged over their directions. Gauss's rule integrates
-    /// between the kinks of the densities along the axes, so a slit far narrower than `r` is as exact as a
-    /// wide one.
+    /// Averages the density of separations of length `r` over their directions. Gauss's rule integrates between
+    /// the kinks of the densities along the axes, so the result is as accurate for a slit far narrower than `r`
+    /// as for a wide one.
     fn mean_density(&self, r: f64) -> f64 {
         match self.axes.as_slice() {
             [x, y, z] => {
-                // The outer integral is over the angle to z. The inner integral, around z, has kinks where
-                // the distance from the z axis equals a kink of x or y.
+                // The outer integral is over the angle to z, and the inner integral is over the angle around z.
+                // The inner integral is not smooth where the distance from the z axis equals a kink of x or y.
                 let within =
                     |axis: &Axis| axis.kinks().into_iter().filter(|kink| *kink < r).map(|kink| kink / r).collect();
                 let [of_x, of_y, of_z]: [Vec<f64>; 3] = [x, y, z].map(within);
@@ -197,8 +197,8 @@ mod tests {
         }
         for (bin, count_in_bin) in counts.into_iter().enumerate() {
             let expected = f64::from(count) * rooms.probability(edges[bin], edges[bin + 1]);
-            // The bound has four standard deviations of the Poisson distribution, and the error of the
-            // numerical integration.
+            // The bound is four standard deviations of the Poisson distribution plus the error of the numerical
+            // integration.
             let bound = 4.0 * expected.sqrt() + 2e-4 * expected;
             assert!((f64::from(count_in_bin) - expected).abs() < bound, "{bin}: {count_in_bin} but {expected}");
         }

@@ -1,4 +1,4 @@
-//! Forces compared with weights, and with the virial in cavities.
+//! Tests that compare measured forces with weights, and with the virial theorem in cavities.
 
 use super::*;
 use crate::analysis::instruments::test_system::{Recorded, estimate, instrument, measure, report, start};
@@ -120,11 +120,11 @@ fn the_pressure_in_a_sphere_is_that_of_the_virial() {
 
 #[test]
 fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
-    // For particles that do not interact, at uniform positions, each particle meets the wall at the rate `v S /
-    // 4 V`, for any shape of the cavity (Cauchy). `v` is its speed, `S` the surface and `V` the volume that
-    // centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
+    // Particles that do not interact start at uniformly distributed positions. Each meets the wall at the rate
+    // `v S / 4 V`, for any shape of the cavity (Cauchy). `v` is its speed, `S` the surface and `V` the volume
+    // that centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
     /// Largest initial distance of a particle from the centre line of the cavity, whose radius is 2. A particle
-    /// has a radius of 0.15, and the triangles of the ring reach up to 0.0024 into it.
+    /// has a radius of 0.15, and the triangles of the ring reach up to 0.0024 into the cavity.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
     let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;

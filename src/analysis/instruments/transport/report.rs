@@ -57,7 +57,7 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
         let element = BULK_MEAN * lags + lag - 1;
         let mean = average.mean(element)?;
         square += c * mean * mean;
-        // Derivative of `-<x>^2` by `<x>`.
+        // Derivative of `-c <x>^2` with respect to `<x>`.
         elements.push((element, -2.0 * c * mean));
     }
     let estimate = average.combination(&elements)?;

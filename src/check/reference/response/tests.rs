@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const EPS: f64 = f64::EPSILON;
 
 const CASES: u32 = 4000;
-/// Fewest random cases of each outcome. More than a hundred of each are expected.
+/// Minimum number of random cases of each outcome. More than a hundred of each are expected.
 const FEWEST: u32 = 50;
 
 fn at(energy_step: f64) -> Discontinuity {
@@ -94,8 +94,8 @@ fn step() -> impl Strategy<Value = f64> {
 
 /// The two masses (`None` for a static partner), the restitution, and whether the discontinuity is the outer one.
 type Pair = (f64, Option<f64>, f64, bool);
-/// Speed, whether the pair recedes, the energy step in units of the kinetic energy, and the length of the separation by
-/// which the engine multiplies the velocity.
+/// Speed, whether the pair recedes, the energy step in units of the radial kinetic energy, and the length of the
+/// separation, which the engine does not normalize.
 type Motion = (f64, bool, f64, f64);
 
 #[test]

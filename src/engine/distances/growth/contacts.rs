@@ -23,7 +23,7 @@ struct GrowingContacts<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    /// The factor of all diameters and its growth rate `[1, 1 / time]`.
+    /// Scale factor of all diameters, and its growth rate `[1, 1 / time]`.
     growth: [f64; 2],
     horizon: f64,
 }
@@ -52,8 +52,8 @@ impl Work for GrowingContacts<'_> {
             let discriminant = squares.sub(v2.mul(r2));
             let root = r2.div(discriminant.sqrt().sub(b));
             let dt = b.if_less(zero, zero.if_less(discriminant, root, never), never);
-            // SIMD lanes cannot decide for pairs in contact, pairs that graze, and receding pairs that growth brings
-            // together.
+            // The scalar prediction decides about pairs in contact, grazing pairs, and receding pairs that growth
+            // brings together.
             let is_touching = r2.sub(F::all(SLACK).mul(contact).mul(contact));
             let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
             let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
@@ -141,8 +141,8 @@ mod tests {
             .unwrap()
     }
 
-    /// Checks that every prediction equals the result of testing all candidates one by one. Returns whether cells and
-    /// whether lists were used.
+    /// Checks that every prediction equals the result of testing all candidates one by one. Returns whether cells were
+    /// used, and whether lists were used.
     fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
         let mut used = [false; 2];
         for width in Simd::all() {

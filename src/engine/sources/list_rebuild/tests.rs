@@ -25,7 +25,7 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // The skin has a relative margin of one millionth, and distances are rounded.
+            // The reach of lists may include a margin of one millionth of the skin. Computed distances are rounded.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();

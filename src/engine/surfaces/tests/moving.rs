@@ -66,8 +66,8 @@ fn ball_thrown_by_a_moving_floor_has_exact_time_and_speed() {
     assert!((event.after[0].z - 0.9).abs() < 1e-14);
     let (work, lost) = (0.7 * 0.9 * 0.5, 0.5 * 0.7 * (1.0 - 0.64) * 0.25);
     assert!((event.energy_step - work).abs() < 1e-14 && (event.dissipated - lost).abs() < 1e-14, "{event:?}");
-    // This floor accelerates only, and rises by 1.2 (t - 4)^2 from t = 4 to 5. It reaches a ball that is 1.1 above it,
-    // but no ball that is 1.3 above it.
+    // This floor only accelerates. It rises by 1.2 (t - 4)^2 from t = 4 to 5, and so reaches a ball that is 1.1 above
+    // it, but not a ball that is 1.3 above it.
     let late = ball(0.0, 1.1, 0.0, self::floor(1.0).motion(moving((4.0, 5.0), along_z(0.0, 2.4))));
     let found = contacts(late, 1);
     assert!((found[0].time - (4.0 + (1.1_f64 / 1.2).sqrt())).abs() < 1e-14, "{}", found[0].time);
@@ -166,12 +166,13 @@ fn vibrating_floor_is_accurate_at_late_times() {
     let mut simulation = Simulation::without_plan(Scene::new(parts).unwrap());
     simulation.advance(Until::events(500)).unwrap();
     assert_eq!((simulation.event_counts().in_invalid_state, simulation.real_overlaps()), (0, vec![]));
-    // Two units in the last place of a time of 1e7 are 4e-9. The relative speed is about 5.
+    // Times near 1e7 are multiples of 1.9e-9. At a relative speed of about 5, an error of two such steps causes an
+    // overlap of 2e-8.
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// Returns the largest difference between successive intervals of bounces, in periods of the floor. The ball starts
-/// near the orbit with one bounce per period, and the last 40 bounces are compared.
+/// Returns how much the time between two bounces changes at most from one bounce to the next, in periods of the floor.
+/// The ball starts near the orbit with one bounce per period. Only the last 40 bounces are used.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);

@@ -93,8 +93,8 @@ fn surface_displaced_by_periods_acts_through_its_image_in_the_box() {
         let far = super::meshes::contacts(scene(by), 6);
         assert_eq!(near.len(), far.len());
         assert!(near.len() >= 4, "{}", near.len());
-        // A shift by many periods rounds the coordinates of the surface. Each event multiplies this error by the ratio
-        // of path length to radius.
+        // The coordinates of a surface that is shifted by many periods have larger rounding errors. Each event
+        // multiplies the error by the ratio of path length to radius.
         let mut bound = 1e-12;
         for (one, other) in near.iter().zip(&far) {
             assert_eq!((one.particle, number(one)), (other.particle, number(other)));

@@ -113,7 +113,7 @@ fn triangle_intersection_test_is_exact_on_integer_coordinates() {
 #[test]
 fn intersection_test_resolves_one_float_around_a_face() {
     let face = [Vector::new(0.1, 0.2, 0.7), Vector::new(1.3, 0.1, 0.3), Vector::new(0.4, 1.7, 0.9)];
-    // The tip starts in the middle of the face, up to round-off.
+    // At step 0, the tip of the spike is the centroid of the face, up to round-off.
     let middle = face.iter().sum::<Vector>() / 3.0;
     let mut counts = [0; 2];
     for step in -3_i32..=3 {

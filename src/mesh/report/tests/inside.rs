@@ -1,4 +1,5 @@
-//! Compares the exact test for points inside meshes with solid angles, and with surfaces of known shape.
+//! Compares the exact test for points inside meshes with the winding number computed from solid angles, and with
+//! surfaces of known shape.
 
 use super::*;
 

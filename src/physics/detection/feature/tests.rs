@@ -70,7 +70,7 @@ fn triangle_contact_time_matches_distance_with_and_without_gravity() {
                 counts[0] += 1;
             }
             (None, None) => counts[1] += 1,
-            // The ball misses the triangle by less than the resolution of advancement.
+            // The ball misses the triangle by less than the resolution of the conservative advancement.
             (Some(t), None) => {
                 let at = |t: f64| state.position + velocity * t + g * (0.5 * t * t);
                 let nearest = (0..2_000).map(|k| mesh.distance(&at(t + 1e-8 * f64::from(k)))).fold(9.0, f64::min);
@@ -116,7 +116,8 @@ fn foot_entering_at_a_corner_hits_the_face() {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // Extents that become positive later are tested first. The extent `dips` is negative for a while in between.
+    // In the first case, the extent that becomes positive last is tested first. The extent `dips` is negative between
+    // t = 1.5 and t = 2.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);
@@ -127,8 +128,8 @@ fn foot_entering_at_a_corner_hits_the_face() {
 
 #[test]
 fn two_faces_with_a_common_edge_never_both_miss_a_foot() {
-    // The foot moves along the common edge or across it, within rounding errors of it. The heights above the two faces
-    // differ by rounding errors.
+    // The sphere touches the faces while its foot is on their common edge, within rounding errors. The foot moves
+    // across the edge or stays on it. The heights above the two faces differ by rounding errors.
     let mut random = ChaCha8Rng::seed_from_u64(5);
     for case in 0..20_000 {
         let mut small = || f64::EPSILON * (f64::from(random.next_u32() % 9) - 4.0);

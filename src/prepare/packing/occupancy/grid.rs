@@ -4,8 +4,8 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
-/// Offsets to the adjacent cells, nearest first. The nearest cells most likely hold an overlap, which ends
-/// most random attempts.
+/// Offsets to the adjacent cells, nearest first. Overlaps are most likely in the nearest cells. Most random attempts
+/// overlap another particle, and the search ends at the first overlap.
 const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
 
 const fn neighbours() -> [[i64; 3]; 27] {
@@ -51,7 +51,7 @@ pub(super) struct Grid<'a> {
     reach: [i64; 3],
     /// Longest contact of each species with the particles in this grid `[length]`.
     pub(super) ranges: Vec<f64>,
-    /// Longest contact that can be found in adjacent cells alone `[length]`.
+    /// Longest contact for which a search of the adjacent cells suffices `[length]`.
     finest: f64,
     heads: Vec<u32>,
     members: Vec<u32>,

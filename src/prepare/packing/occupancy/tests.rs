@@ -12,8 +12,8 @@ fn overlaps_match_brute_force() {
         for length in [2.5, 5.0] {
             let mut space = Space::periodic_cube(length);
             space.boundary[1] = boundary;
-            // Only three particles are placed at a time. Among many, another overlap could hide an overlap that the
-            // search has missed.
+            // Only three particles are placed at a time. With more particles, an overlap that the search misses could
+            // be hidden by another overlap that it finds.
             for _ in 0..2000 {
                 let mut occupancy = Occupancy::new(&space, &contacts, 3);
                 let mut taken: Vec<(Vector, u32)> = Vec::new();

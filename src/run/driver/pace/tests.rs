@@ -139,8 +139,8 @@ fn default_frames_take_at_most_200_megabytes() {
     assert!((8..16).contains(&most), "{most}");
     for limit in [Limit::events(2_000), Limit::time(2e-3)] {
         let frames = run(scene(limit, None)).frames.len();
-        // The events of a lattice are rare at first. The estimated duration of a number of events is therefore too
-        // long, and there are fewer frames.
+        // Events are rarer in the initial lattice than in the fluid. The estimated duration of a run limited by events
+        // is therefore too long, and there are fewer frames.
         let least = if limit.time.is_some() { most / 2 } else { 1 };
         assert!((least..=most).contains(&frames), "{frames} of {most}");
     }

@@ -66,7 +66,8 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Requires two groups whose centres of mass can be held at a distance within the windows.
+/// Checks the two groups of umbrella windows: their particles, their accelerations, and whether their distance can
+/// reach the windows. In a periodic box, each group must also have a unique centre.
 pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), SceneError> {
     let Some(umbrella) = &plan.umbrella else { return Ok(()) };
     check_members(scene, umbrella)?;
@@ -151,7 +152,8 @@ fn check_members(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneErro
     Ok(())
 }
 
-/// Requires groups with equal accelerations, so that the vector between their centres changes along straight lines.
+/// Requires groups with equal accelerations. Between events, the vector between their centres then changes at a
+/// constant rate.
 fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError> {
     let mut all = umbrella.between.iter().flatten().map(|id| scene.species_of(*id));
     let Some(first) = all.next() else { return Ok(()) };

@@ -133,7 +133,8 @@ impl<'a> Words<'a> {
         Ok(Some([periods(0)?, periods(1)?, periods(2)?]))
     }
 
-    /// Values that are not finite are left out. Their column is then too short, and is dropped later.
+    /// Appends the scalars of the particle. A value that is not finite is skipped, and its incomplete column is dropped
+    /// at the end of the frame.
     pub fn scalars(&self, columns: &Columns, scalars: &mut [Scalar]) {
         for ((_, column), scalar) in columns.scalars.iter().zip(scalars) {
             scalar.values.extend(finite(self.word(*column)));

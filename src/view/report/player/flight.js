@@ -37,7 +37,7 @@ class Between {
       const ways = this.ways(from, recording.positions(next), next.head);
       found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
       intervals.set(index, found);
-      // The previous, the current and the next interval are needed at the same time.
+      // Interpolation needs the previous, the current and the next interval at the same time.
       if (intervals.size > 4) {
         intervals.delete(intervals.keys().next().value);
       }
@@ -112,7 +112,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // A particle that is left out of the next frame has no displacement. It keeps its position in this frame.
+      // A particle that is missing from the next frame has no displacement. It stays at its position in this frame.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }

@@ -38,7 +38,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // Keep the browser from handling touches with several fingers.
+  // Keep the browser from handling multi-touch gestures.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {

@@ -68,7 +68,7 @@ impl Axis {
         self.from + self.fraction(value) * (self.to - self.from)
     }
 
-    /// Returns the values with ticks, and whether each tick has a label. At least three ticks have one.
+    /// Returns the value of each tick, and whether the tick has a label. At least three ticks have labels.
     pub fn marks(&self) -> Vec<(f64, bool)> {
         let decades = if self.is_logarithmic { self.decades() } else { None };
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn every_axis_has_three_labels_at_least() {
-        // Start values and lengths with many different digits.
+        // Axes with many different starts and lengths.
         for k in 0..500 {
             let (start, length) = (
                 (f64::from(k) * 0.618_034).fract() * 20.0 - 10.0,

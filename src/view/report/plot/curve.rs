@@ -10,7 +10,8 @@ const RIGHT: f64 = WIDTH - 14.0;
 /// Lines with more points show their errors as a band instead of bars.
 const MOST_BARS: usize = 60;
 
-/// Number of markers along a line that has no markers at its points. They tell several lines in a plot apart.
+/// Largest number of markers on a line that is too long for a marker at each point. The markers distinguish the lines
+/// of a plot.
 const SPARSE: usize = 9;
 
 /// Largest ratio of values on a linear axis: two and a half decades.

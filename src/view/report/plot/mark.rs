@@ -14,7 +14,7 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Number of the first marker that consists of lines without area.
+/// Index of the first marker that cannot be filled, because it consists of lines only.
 const FIRST_OPEN: usize = 5;
 
 /// Returns the marker of a line, by its index, at a position `[pixels]`.

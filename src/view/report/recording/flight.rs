@@ -9,12 +9,13 @@ use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Relative deviation allowed for a free flight. Each move of a particle has a relative round-off of `2^-53`, so this
-/// allows millions of moves. A collision that changes less than this is not noticed.
+/// Relative deviation allowed for a free flight. Each time a particle is moved, its position gets a relative round-off
+/// of `2^-53`, so this allows millions of moves. A collision is not noticed if it changes position and velocity by less
+/// than this.
 const ROUNDING: f64 = 1e-9;
 
-/// Longest displacement for which the nearest image is certainly the right one, nearly half a period, in units of 1/500
-/// of a period. `PERIOD` is the number of these units in a period.
+/// Longest displacement along a periodic axis, in units of 1/500 of a period. It is slightly less than half a period,
+/// so that the nearest image is certainly the right one. `PERIOD` is the number of these units in a period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -120,8 +121,9 @@ impl FlightFinder {
     }
 }
 
-/// Returns the shortest displacement between periodic images of two points, and the number of periods of the image up
-/// along y. `frame` is the later frame, whose displacement applies if the box is sheared.
+/// Returns the shortest displacement between periodic images of two points, given the displacement `way` between any of
+/// their images. Also returns by how many periods the end point was shifted up along y. `frame` is the later frame. If
+/// the box is sheared, the displacement of its images is used.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };

@@ -15,8 +15,8 @@ pub fn run_page_in(run: &Path) -> PathBuf {
     run.join(SMALL_PAGE)
 }
 
-/// Makes a small page of each run of a sweep that has results, unless a page exists that is newer than the
-/// results. Large trajectories have no player. Returns the errors of all pages that could not be made.
+/// Makes a small page for each run of a sweep that has results. A page that is newer than all files of its run is kept.
+/// If the trajectory is large, the page has no player. Returns the errors of the pages that could not be made.
 pub fn write_run_pages(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Vec<ViewError> {
     let with = sweep.points().iter().zip(&results.points).filter(|(_, result)| !result.measurements.is_empty());
     with.filter_map(|(point, _)| write_page(&folder.of(point)).err()).collect()

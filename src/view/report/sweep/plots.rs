@@ -55,12 +55,12 @@ struct Series<'r> {
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// Sentence of the caption on what the points are. Empty if they are means of runs.
+    /// Sentence of the caption that says what the points are. Empty if they are means of runs.
     words: &'static str,
 }
 
-/// Chooses the number on the horizontal axis. It is an entry of the first key with varying numbers. If several entries
-/// of this key vary, an entry that differs between all values of the key is preferred.
+/// Chooses the number on the horizontal axis. It belongs to the first key with varying numbers. If its values are lists
+/// or tables with several varying entries, the first entry that is different in all of them is preferred.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -199,8 +199,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns the published values of a quantity, each with its label, its source and its points. The values are those for
-/// the system sizes along the axis. Series with the same published values share one entry.
+/// Returns the published values of a quantity, each with its label, its source and its points. Every point has the
+/// value for the system size of its own runs. Series with the same published values share one entry.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {

@@ -54,7 +54,7 @@ const PERIODIC: [Boundary; 3] = [Boundary::Periodic; 3];
 
 #[test]
 fn balls_that_collide_between_frames_do_not_fly_freely() {
-    // The first two balls collide at t = 1.5. The third ball meets nothing.
+    // The first two balls collide at t = 1.5. The third ball has no collision.
     let scene = balls(OPEN)
         .particle("ball", Vector::new(2.0, 5.0, 5.0), Vector::x())
         .particle("ball", Vector::new(6.0, 5.0, 5.0), -Vector::x())
