@@ -125,7 +125,7 @@ program, so that in small systems the program itself has a large share.
 particle takes. The cost grows because memory access becomes slower; the work per event is the same.
 
 *What it does not show*: other potentials; long runs of the largest sizes, whose lattice has hardly begun to melt (see the column of
-contacts before the measurement); runs in which the numbering has drifted further from the order in space.
+contacts before the measurement); runs so long that particles near in memory are no longer near in space.
 
 ";
 
