@@ -1,4 +1,5 @@
-//! Draws the silo of `configs/silo.toml` as an STL file: a square bin on a pyramid with an open end, with walls of some thickness.
+//! Writes the silo of `configs/silo.toml` to an STL file: a square bin above a pyramid that is open at the bottom. The
+//! walls have a finite thickness.
 //!
 //!     cargo run --release --example draw_silo
 
@@ -6,8 +7,8 @@ use carom::Vector;
 use carom::mesh::write_stl;
 use carom::model::TriangleMesh;
 
-/// A wall of the silo from inside or outside: half the width at the outlet, at the upper end of the pyramid
-/// and at the top, and the heights of these `[length]`.
+/// Profile of the inner or outer side of a wall: half the width and the height `[length]` at the outlet, at the upper
+/// end of the pyramid, and at the top.
 type Profile = [[f64; 2]; 3];
 
 const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];

@@ -11,7 +11,7 @@ use carom::scene::{Amount, Lattice, SceneBuilder};
 /// Number of events, and the sum of their impulses.
 pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
 
-/// Statistics of a number of events in a fluid of square wells.
+/// Runs a square-well fluid for a number of events. Returns the statistics of these events.
 pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
     let well = Potential::square_well(1.0, 1.5, 1.0)?;
     let scene = SceneBuilder::new("wells")

@@ -62,7 +62,7 @@ pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
     Ok(finished)
 }
 
-/// The most probable speed. It shows how to use an instrument after the run.
+/// Returns the most probable speed: an example of how to use an instrument after the run.
 pub fn most_probable(finished: &Finished) -> Option<f64> {
     let speeds = finished.instrument::<Speeds>("speeds")?;
     let densities = speeds.bins.iter().map(|bin| bin.estimate().map_or(0.0, |estimate| estimate.mean));

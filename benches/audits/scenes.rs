@@ -1,5 +1,5 @@
-//! Random valid scenes, as text, with large round-off: in long or distant boxes, coordinates have few digits left for
-//! distances. The scenes contain clusters across corners of the box, narrow channels, rings, walls, shear, wells,
+//! Random valid scenes, as text. Many boxes are very long or far from the origin, so that coordinates have a large
+//! round-off error. The scenes contain clusters across corners of the box, narrow channels, rings, walls, shear, wells,
 //! chains, mixtures of masses and growing diameters.
 
 #[path = "dice.rs"]

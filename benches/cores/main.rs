@@ -69,7 +69,8 @@ struct Row {
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Steps of all domains, divided by the steps of all particles. Domains also take the steps of copies of particles.
+    /// Steps of all domains, divided by the steps of their own particles. Domains also simulate copies of the particles
+    /// of other domains.
     steps: f64,
     /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,
@@ -127,11 +128,11 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Events per second, measured over about `per_particle` events per particle. `before` is the previous number of events
-/// per particle and unit time.
+/// Number of events per second of wall time, measured over about `per_particle` events per particle. The length of the
+/// measurement follows from `before`, an earlier number of events per particle and unit of simulated time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
-    // The limit is a time. If it were a number of events, a single engine would execute the last of these events.
+    // The limit is a time. With a limit on the number of events, the last window would run on a single engine.
     simulation.advance(Until::time(simulation.time() + per_particle / before))?;
     Ok((simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64())
 }

@@ -1,4 +1,4 @@
-//! Processor time, which depends less on other work of the machine than wall time.
+//! Processor time. It depends less on the load of the machine than wall time does.
 
 use std::time::Instant;
 

@@ -141,7 +141,7 @@ fn errors(problem: &str, rows: &Sheet) -> Panel {
     }
 }
 
-/// If no verdict is wrong, half of the smallest possible share is drawn, because zero has no logarithm.
+/// A share of zero is drawn as half of the smallest possible share, because zero has no logarithm.
 const NO_FAILURE: f64 = 0.5 / STATES as f64;
 
 fn failures(problem: &str, rows: &Sheet) -> Panel {

@@ -1,5 +1,5 @@
-//! A smooth potential in steps compared with velocity Verlet: processor time against error of the mean energy
-//! and pressure.
+//! Compares a stepped potential with velocity Verlet in the smooth potential: processor time against error of the mean
+//! energy and pressure.
 
 mod fluid;
 mod stepped;
@@ -139,7 +139,8 @@ fn run(plan: &Plan, fluid: &mut impl Fluid, particles: f64, most_seconds: f64) -
     }
 }
 
-/// Cells of a row from the processor time on. Energies and pressures are also compared with the reference.
+/// The cells of a row, starting with the processor time. Energy and pressure are each followed by the difference from
+/// the reference and its standard error.
 fn compared(run: &Measured, reference: &Measured, start: &State) -> Vec<String> {
     let both = |a: f64, b: f64| if std::ptr::eq(run, reference) { a } else { a.hypot(b) };
     [

@@ -1,4 +1,5 @@
-//! Neighbour lists for the baselines: each pair once, from cells if a periodic cube has enough of them.
+//! Neighbour lists for the baselines. Each pair is listed once. A periodic cube is divided into cells if it is large
+//! enough.
 
 use carom::Vector;
 
@@ -48,8 +49,8 @@ impl Periods {
     }
 }
 
-/// Rounds by adding and subtracting a number whose last place is 1: without a call or a branch, for
-/// magnitudes below 2^51.
+/// Rounds to an integer without a call or a branch. Adds and subtracts a number whose last bit has the value 1, which
+/// works for magnitudes below 2^51.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
     const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;

@@ -22,7 +22,7 @@ const SIZES: [u64; 5] = [1_372, 10_976, 108_000, 1_000_188, 10_061_824];
 
 const PACKING_FRACTIONS: [f64; 2] = [0.49, 0.10];
 
-/// Largest number of events before the timing. Small systems have 20 events per particle.
+/// Largest number of events before the timing. Smaller systems run for only 20 events per particle.
 const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;

@@ -53,7 +53,8 @@ impl Mpi {
     }
 }
 
-/// Bytes with a valid address even if there are none: to MPI, a null address has another meaning.
+/// Allocates memory even if there are no bytes. An empty `Vec<u8>` points to the address 1, which is `MPI_IN_PLACE` in
+/// Open MPI.
 fn at_an_address(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes.reserve(1);
     bytes

@@ -1,4 +1,4 @@
-//! NumPy arrays of memory that was written once, here, and is not copied.
+//! NumPy arrays that use memory of this library without copying it.
 //!
 //! NumPy is not linked: an object with the [array
 //! interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and

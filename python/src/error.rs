@@ -74,7 +74,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
     let text = std::str::from_utf8(code.data()).ok()?;
-    // An override consists of a key and a value. It is named `override`, which is not the path of a TOML file.
+    // The source named `override` is not a TOML file. It is the text `key = value` of an override.
     if code.name() == Some("override") {
         let mut steps = text.split_once('=')?.0.split('.').map(str::trim);
         let first = steps.next()?.to_owned();

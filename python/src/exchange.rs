@@ -51,8 +51,8 @@ pub fn exchange(
     })
 }
 
-/// Suggests temperatures for which all swaps have an equal acceptance, at least the given one. They follow from a
-/// complete exchange; `None` if its density of states is unknown.
+/// Suggests temperatures for which all swaps have the same acceptance, at least the given one. Predicts the acceptance
+/// from the density of states of a complete exchange. `None` if this is unknown or there are no such temperatures.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
     let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;

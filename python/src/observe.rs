@@ -75,10 +75,10 @@ impl Observation {
         Functions { by_name, raised: None }
     }
 
-    /// Does work on this thread during which the functions can be called. Returns its result and the exception of a
-    /// function, if any.
+    /// Calls `work` on this thread. Instruments can call the functions until `work` returns. Returns its result, and
+    /// the exception of a function, if any.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-        // A function may itself start a run, which has other functions.
+        // A function may itself start a run with other functions, so the present functions are restored afterwards.
         let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))

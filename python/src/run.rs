@@ -74,7 +74,8 @@ impl Watch {
     }
 }
 
-/// Largest size that may be written to a folder. Raises an error if `what` would write more, as `bytes` predicts.
+/// Returns the largest size of an output that may be written to a folder; infinite with `force`. Raises an error if the
+/// predicted size, `bytes`, is larger. The message calls the output `what`.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);

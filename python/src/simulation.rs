@@ -42,8 +42,8 @@ impl State {
 /// Temperature of a heat bath, its rate, and the axes along which it acts.
 type Bath = (f64, f64, [bool; 3]);
 
-/// A simulation that one thread can use at a time. A call from another thread during this time raises an error. It does
-/// not wait.
+/// A simulation that one thread can use at a time. While a call is in progress, calls from other threads raise an error
+/// instead of waiting.
 #[pyclass(frozen, module = "carom._carom")]
 pub struct Simulation(Mutex<State>);
 
@@ -97,8 +97,8 @@ fn until(time: f64, events: u64) -> PyResult<Until> {
 
 #[pymethods]
 impl Simulation {
-    /// Creates a simulation that begins at the start of a scene. With `plan`, a scene is rejected if only a run can do
-    /// what it plans. Without `plan`, the simulation ignores the plan.
+    /// Creates a simulation that begins at the start of a scene. With `plan`, rejects a scene whose plan only a run can
+    /// carry out. Without `plan`, ignores the plan.
     #[new]
     fn new(py: Python<'_>, scene: &Scene, plan: bool, threads: Option<&str>) -> PyResult<Self> {
         let model = scene.model.clone();
@@ -245,7 +245,8 @@ impl Simulation {
         })
     }
 
-    /// Advances until `count` events of the kinds in the bit mask have happened. Returns these events as bytes, and the reason for an earlier end.
+    /// Advances until `count` events of the kinds in the bit mask have happened. Returns these events as bytes, and the
+    /// reason for an earlier end.
     fn events<'py>(
         &self,
         py: Python<'py>,

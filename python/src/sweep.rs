@@ -38,7 +38,8 @@ type PointOf = (String, Vec<(String, String)>);
 
 #[pymethods]
 impl Sweep {
-    /// A sweep of a scene. The scene is in a file or is a text, and `name` is then used as the path of its file.
+    /// A sweep of a scene. Without `text`, reads the scene from the file `name`. Otherwise `text` is the scene, and
+    /// `name` is used as the path of its file.
     #[new]
     fn new(name: PathBuf, text: Option<String>, set: Vec<(String, String)>, vary: Vec<String>) -> PyResult<Self> {
         let axes = vary.iter().map(|axis| axis.parse::<Axis>()).collect::<Result<Vec<_>, _>>();

@@ -75,7 +75,7 @@ def test_an_event_is_for_reading_only(fluid: dict) -> None:
 
 def test_no_number_is_unsigned(mixture: dict, tmp_path: Path) -> None:
     kinds = {name: array.dtype.kind for name, array in arrays(mixture, tmp_path) if array.dtype.names is None}
-    # Events are left out: the log of events has the types of its files, which may be unsigned.
+    # The event log is excluded: its arrays have the same types as its files, which may be unsigned.
     assert [name for name, kind in kinds.items() if kind == "u" and not name.startswith("events ")] == []
     simulation = carom.Simulation(BONDED)
     simulation.advance(events=200)
@@ -109,7 +109,7 @@ def test_pandas_has_the_columns(fluid: dict, tmp_path: Path) -> None:
     for frame in (pandas.DataFrame(run.thermo), run.thermo.to_pandas()):
         assert list(frame.columns) == list(run.thermo) and len(frame) == len(run.thermo["time"])
         assert (frame["kinetic"] == run.thermo["kinetic"]).all()
-    # pandas accepts no vectors as columns. It must raise an error and not make a table of the column names.
+    # pandas does not accept vectors as columns. It must raise an error instead of making a table of the column names.
     with pytest.raises(ValueError, match="1-dimensional"):
         pandas.DataFrame(run.events)
     assert run.events is not None

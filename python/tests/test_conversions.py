@@ -47,7 +47,7 @@ def test_freud_has_the_same_distances(kind: str, fluid: dict) -> None:
     box, points = simulation.to_freud()
     expected = distances(simulation.frame())
     found = box.compute_all_distances(points, points)
-    # Beyond half of a tilted box freud does not search for the nearest image.
+    # In a tilted box, freud finds the nearest image only at distances below half of the box.
     near = expected < 0.48 * simulation.scene.size.min()
     assert np.allclose(found[near], expected[near], atol=1e-4) and near.sum() > 100
     assert np.isclose(box.volume, np.prod(simulation.scene.size))
@@ -58,7 +58,7 @@ def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
     from MDAnalysis.lib.distances import distance_array
 
     run = carom.run(mixture, tmp_path / "run", until_events=2000)
-    # A box in MDAnalysis is periodic along all axes. Distances with it reach through the walls, so there is a warning.
+    # MDAnalysis treats all axes of a box as periodic. Distances may then cross the walls, which causes the warning.
     with pytest.warns(carom.CaromWarning, match="not periodic along z"):
         universe = run.to_mdanalysis()
     assert universe.trajectory.n_frames == len(run.frames) > 3
@@ -90,7 +90,7 @@ def test_mdanalysis_has_the_times(fluid: dict, tmp_path: Path) -> None:
         assert [step.time for step in same.trajectory[1:4:2]] == [times[1], times[3]]
     analysis = AnalysisFromFunction(lambda atoms: atoms.positions.mean(), universe.atoms).run()
     assert (analysis.times == times).all()
-    # A frame other than the first has its own time.
+    # The conversion of a single frame keeps its time.
     late = run.frames[-1].to_mdanalysis()
     assert late.trajectory.time == times[-1]
 

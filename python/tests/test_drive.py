@@ -46,7 +46,7 @@ def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture:
     walled.thermalize(1.5, seed=1)
     assert abs(walled.momentum[:2]).max() < 1e-12 < abs(walled.momentum[2])
     assert walled.temperature == pytest.approx(1.5, rel=1e-12)
-    # Each species has the temperature; with gravity there is no overall temperature.
+    # With gravity, a simulation has no `temperature`, so the kinetic energy is compared.
     falling = carom.Simulation(mixture)
     falling.thermalize(3.0, seed=2)
     masses = falling.scene.masses[falling.species]
@@ -139,7 +139,7 @@ def test_each_heat_bath_has_its_own_random_numbers(fluid: dict) -> None:
     first, second = heated(simulation), heated(simulation)
     assert not np.allclose(first, second)
     assert np.array_equal(heated(carom.Simulation(fluid)), first)
-    # The bath in the plan of a scene uses other random numbers than a bath that a call sets.
+    # A bath that a call sets uses other random numbers than the same bath in the plan of a scene.
     planned = {**fluid, "run": {"until_events": 1, "thermostat": {"kind": "andersen", "temperature": 1.0, "rate": 1.0}}}
     own, copied = carom.Simulation(planned), carom.Simulation(planned)
     copied.thermostat = own.thermostat

@@ -34,7 +34,7 @@ def test_a_simulation_goes_on_from_a_run(fluid: dict, tmp_path: Path) -> None:
     simulation.advance(events=5_000)
     assert np.array_equal(simulation.positions, longer.frames[-1].positions)
     assert np.array_equal(simulation.velocities, longer.frames[-1].velocities)
-    # A simulation that continues a run can override values of its scene, also if the run is temporary.
+    # A simulation that continues a run can override values of its scene, even if the run is temporary.
     assert carom.Simulation(carom.run(fluid), set={"dynamics.gravity": [0, 0, -1]}).temperature is None
 
 
@@ -100,7 +100,7 @@ def test_prepared_carries_out_stages_and_equilibration(fluid: dict, tmp_path: Pa
     assert np.array_equal(simulation.positions, run.frames[-1].positions)
     assert np.array_equal(simulation.velocities, run.frames[-1].velocities)
     assert simulation.deepest_overlap < 1e-12
-    # Positions can be set although particles have grown.
+    # Positions can still be set after particles have grown.
     simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
 
 

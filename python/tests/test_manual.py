@@ -29,7 +29,7 @@ NEEDED = {
 #: Words in code blocks that need a cluster or MPI. `test_executors` covers Dask and MPI.
 ELSEWHERE = ("SLURMCluster", "mpi4py")
 
-#: Runs the given files one after the other. Each file has the names of the files before it.
+#: Runs the given files one after the other. Each file can use the variables of the files before it.
 RUN = """
 import sys
 from pathlib import Path

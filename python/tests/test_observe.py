@@ -190,8 +190,8 @@ def test_all_points_of_a_sweep_are_observed(how: str, fluid: dict, tmp_path: Pat
         assert (other.curves["v2"].y == alone.curves["v2"].y).all() and len(other.curves["v2"].y) == 40
         assert seen.table["v2"][at] == pytest.approx(other.observables["v2"].mean, rel=1e-6)
     assert seen.mean["v2"].shape == (3,) and "v2" in seen.page()
-    # All points of `seen` are complete and have the observable `v2`, so `broken` is never called. A new name is
-    # rejected.
+    # All points of `seen` are complete and have the observable `v2`, so `broken` is never called. An existing sweep
+    # cannot get a new observable.
     with_others = carom.sweep(fluid, SWEPT, seeds=2, out=tmp_path / "seen", observe={"v2": broken}, every=0.1)
     assert (with_others.mean["v2"] == seen.mean["v2"]).all()
     for out in ("plain", "seen"):

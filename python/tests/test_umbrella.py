@@ -39,8 +39,7 @@ def test_the_potential_of_mean_force_of_a_pair_is_its_potential(tmp_path: Path) 
     w = result.potential_of_mean_force
     inside = w["distance"] < 1.5
     potential, error = w["potential_of_mean_force"], w["potential_of_mean_force_error"]
-    # The potential of mean force is zero at the mean density of the last window, which lies outside of the
-    # well.
+    # The potential of mean force is relative to the last window, which lies outside of the well.
     deviations = (potential - np.where(inside, -DEPTH, 0.0)) / error
     assert np.abs(deviations).max() < 4.5 and (deviations**2).mean() < 3.0
     difference = w["potential_of_mean_force"] - w["free_energy"]
@@ -61,8 +60,8 @@ def test_exchange_without_windows_has_no_potential_of_mean_force() -> None:
 
 
 def test_a_window_that_cannot_be_reached_is_named() -> None:
-    # A scene with a hard core that excludes the first window would be rejected. This high step keeps the
-    # distance out of the window in the same way.
+    # A scene whose hard core excludes the first window would be rejected. Instead, this high step keeps the pair out of
+    # the window.
     step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}

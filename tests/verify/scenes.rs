@@ -84,7 +84,7 @@ fn invalid_starts_are_proven_to_improve() {
     let text = FLUID.replace("fcc", "overlapping").replace("256", "200").replace("0.35", "0.2");
     let mut particles = String::from("allow_invalid_start = true\n[space]\nsize = [8.0, 8.0, 8.0]\n");
     particles.push_str(&text[..text.find("[[fill]]").unwrap()]);
-    // A simple generator of overlapping positions (Weyl sequence), at a packing fraction of 0.2.
+    // Positions from a Weyl sequence, at a packing fraction of 0.2. Some particles overlap.
     for k in 0..200 {
         let place = |step: f64| (f64::from(k) * step).fract();
         let (x, y, z) = (8.0 * place(0.819_172_5), 8.0 * place(0.671_043_6), 8.0 * place(0.549_700_4));

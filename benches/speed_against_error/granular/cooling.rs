@@ -96,7 +96,7 @@ fn carom(start: &Start) -> Outcome<Run> {
         .space(Space::periodic_cube(start.periods.x))
         .species("grain", 1.0, 1.0)
         .interaction("grain", "grain", Potential::hard_sphere(1.0)?, RESTITUTION)
-        // The start is valid except for the last digits of positions at a contact.
+        // The start is valid, except that spheres in contact may overlap by round-off.
         .allow_invalid_start(true);
     for (position, velocity) in start.positions.iter().zip(&start.velocities) {
         builder = builder.particle("grain", *position, *velocity);

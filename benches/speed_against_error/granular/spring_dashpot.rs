@@ -50,7 +50,7 @@ impl SpringDashpot {
         grains
     }
 
-    /// Advances by at least a time, in whole steps no longer than the time step.
+    /// Advances by `time` in equal steps. Shortens the time step so that a whole number of steps fits.
     pub fn advance(&mut self, time: f64) {
         let steps = (time / self.dt).ceil();
         self.dt = time / steps;

@@ -88,7 +88,7 @@ fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let (cost, simulation) = timed(run);
     let simulation = simulation?;
     let energy = simulation.energy().kinetic / initial_energy() - 1.0;
-    // For the overlapped start, this is the overlap that the scene begins with.
+    // If the spheres overlap at the start, this is their initial overlap.
     let deepest = simulation.event_counts().deepest_overlap;
     Ok([cost / (3.0 * TIME), farthest(&simulation.snapshot().positions, exact), energy, deepest])
 }

@@ -16,9 +16,9 @@ pub enum Judgement {
     Time { relative: f64, of_allowed: f64 },
     /// The answer is correct for coefficients that differ from the given ones only by round-off.
     WithinRounding,
-    /// The answer is no event, or a later one than the next event.
+    /// The answer misses the next event: it is a later time, or none.
     Missed,
-    /// The answer is an event that does not happen, or an earlier time than that of the next event.
+    /// The answer is an event that does not happen. The next event is later, or there is none.
     Invented,
 }
 
@@ -66,7 +66,8 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f` is zero within round-off. A turning point may then be a root, and root times have other errors.
+    /// Whether `f` is zero within round-off. A turning point may then be a root, and the time of a root has a different
+    /// error bound.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

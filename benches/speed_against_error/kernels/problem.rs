@@ -4,7 +4,7 @@ use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC
 use carom::physics::motion::RelativeState;
 use carom::physics::overlap::{Quadratic, Quartic, Side};
 
-/// A kind of pair problem: with or without relative acceleration, from outside or inside of the discontinuity.
+/// A kind of pair problem: with or without relative acceleration, starting outside or inside the discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Problem {
     pub is_accelerated: bool,

@@ -24,8 +24,8 @@ impl Class {
 
 const SEED: u64 = 20_240_607;
 
-/// Difficult states of the oracle's tests whose lengths and times are of order one. Methods with fixed steps would have
-/// no chance with the other difficult states.
+/// Difficult states of the oracle's tests whose lengths and times are of order one, as methods with fixed steps
+/// require.
 const HARD: [&str; 5] = ["contact", "one float from contact", "grazing", "overlapped", "resting contact"];
 
 pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
@@ -37,8 +37,8 @@ pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {
     (0..count).map(|k| Pair::new(problem, make(k))).collect()
 }
 
-/// A random pair. A pair outside of the discontinuity is one to three diameters apart, and half of these pairs move
-/// towards each other on a path close to the sphere.
+/// A random pair. Pairs outside the discontinuity are 1.05 to 3 diameters apart. In half of these pairs, one particle
+/// moves towards the other and hits it or passes nearby.
 fn ordinary(random: &mut Random, problem: Problem) -> State {
     let (along, across) = random.directions();
     let (position, velocity) = match problem.side {

@@ -34,7 +34,7 @@ impl Stepped {
     }
 }
 
-/// Carom's steps, each shifted like the smooth potential.
+/// Carom's stepped potential, shifted by the same energy as the smooth potential.
 fn potential(steps: usize) -> Outcome<Potential> {
     let cut = Potential::stepped_lennard_jones(1.0, 1.0, CUTOFF, steps, CORE_ENERGY)?;
     let shift = verlet::energy_of_pair(CUTOFF * CUTOFF);

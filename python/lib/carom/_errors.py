@@ -20,7 +20,8 @@ _IN_PYTHON = (
     (r"change together are separated by `;`", r"change together form a tuple"),
 )
 
-#: An option of the command-line program. The pattern also matches whole commands, whose options stay unchanged.
+#: An option of the command-line program. The pattern also matches whole commands in backticks, so that their options
+#: stay unchanged.
 _OPTION = re.compile(r"`carom [^`]*`|(?<![\w-])--(out|force|jobs|until-time|until-events|from-events|events|size|frames|fps)\b")
 
 #: Largest number of characters in a line of a message. A message that contains an array could have millions of them.

@@ -79,7 +79,8 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    #: For each measured value on which this value depends, by source: the derivative with respect to it, and its error.
+    #: Derivative with respect to each measured value on which this value depends, and the standard error of that
+    #: measured value. The keys identify the measured values.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
     #: Makes NumPy scalars use the operators of this class in arithmetic.

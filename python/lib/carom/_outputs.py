@@ -14,8 +14,8 @@ from carom._progress import Progress
 
 __all__ = ["Outputs", "Proof"]
 
-#: Selection of frames: one frame, or the first and the last frame. `None` selects all frames, or has no limit on one
-# side.
+#: Selection of frames: one frame, or the first and the last frame of a range. Instead of the first or last frame,
+#: `None` means no limit. `None` alone selects all frames.
 FramesLike = Union[int, tuple[Union[int, None], Union[int, None]], None]
 
 #: Direction of view: a side, or an azimuth and an elevation in degrees.

@@ -97,9 +97,9 @@ def given_of_ase(atoms: Any, species: Any, names: Names) -> _carom.Given:
     else:
         found, numbers = np.unique(atoms.numbers, return_inverse=True)
         species_names = [chemical_symbols[number] for number in found]
-    # Frames written by Frame.to_ase have an origin. A trajectory of Carom read by ASE has a corner instead: its
-    # positions are not moved to the corner, its columns are `type`, `velo` and `radius`, and its cell has an extent
-    # along flat axes.
+    # `Frame.to_ase` subtracts the lower corner of the box from the positions, and stores it as `origin`. A trajectory
+    # of Carom that ASE has read differs: positions are unchanged and the corner is stored as `Origin`; the columns are
+    # `type`, `velo` and `radius`; the cell has an extent along flat axes.
     origin = np.asarray(atoms.info.get("origin", np.zeros(3)), dtype=np.float64).reshape(3)
     corner = np.asarray(atoms.info.get("Origin", np.zeros(3)), dtype=np.float64).reshape(3) + origin
     masses = _mass_of_each("atoms", atoms.get_masses(), numbers, species_names) if atoms.has("masses") else None

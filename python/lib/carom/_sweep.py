@@ -28,7 +28,7 @@ __all__ = ["Sweep", "sweep"]
 #: Functions of a frame, and the time between two calls, as given by users.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-#: Significant digits of a number in a range, as in the program.
+#: Significant digits of a floating-point value. The program uses the same number for ranges.
 _DIGITS = 12
 
 

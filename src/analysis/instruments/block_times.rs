@@ -6,7 +6,7 @@ use crate::analysis::sampling_times::SamplingTimes;
 /// Fraction of an interval by which a sample may come early because times are rounded.
 pub(super) const EARLY: f64 = 1e-6;
 
-/// Shortest interval as a fraction of the expected duration. With a shorter one, a run would never end.
+/// Shortest interval as a fraction of the expected duration. With shorter intervals, sampling would take far too long.
 const SHORTEST: f64 = 1e-8;
 
 pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
@@ -54,9 +54,9 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // With an interval from the golden section, deviations from equal counts grow as the logarithm of
-            // the number of samples. With tiny intervals, they are as large as the number of samples between
-            // two scalings.
+            // With the golden section, the counts differ by an amount that grows as the logarithm of the number of
+            // samples. If the interval is much shorter than the time between two scalings, they differ by up to the
+            // number of samples in this time.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

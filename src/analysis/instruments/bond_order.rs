@@ -102,8 +102,8 @@ impl BondOrder {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
         let count = system.moving.len() as f64;
         let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
-        // A candidate for a neighbour takes about three operations. About one candidate in six is a
-        // neighbour, which takes about 150 more.
+        // Testing a candidate takes about three operations. About one candidate in six is a neighbour, and takes about
+        // 150 more.
         let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
             times: budgeted_times(setup, plan.interval, work),
@@ -179,7 +179,8 @@ impl Instrument for BondOrder {
             measured.numbers.push(Number::estimated(name, title, "1", self.curve.estimate(element), method));
         };
         number("neighbours", "Number of neighbours", 0, &format!("mean number of {neighbours}"));
-        // The number of particles with neighbours differs between samples, so it cannot be a common divisor.
+        // The number of particles with neighbours differs between samples. Each sample has therefore been divided by
+        // its own number.
         let normalisation = Normalisation::of(
             "fraction of particles in the bin, among the particles with neighbours, over all samples",
         )

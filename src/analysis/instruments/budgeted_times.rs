@@ -12,8 +12,8 @@ const MOST: f64 = 200.0;
 /// standard error.
 const FEWEST: f64 = 16.0;
 
-/// Number of floating-point operations that all samples of a run together may always use, however short the
-/// run. They take about one second, at two nanoseconds each.
+/// Number of floating-point operations that all samples of a run may take in total, however short the run is. They take
+/// about one second, at two nanoseconds each.
 const FREE: f64 = 5e8;
 
 /// Additional operations per particle and flight, beyond [`FREE`]. A flight is the time in which a particle
@@ -21,11 +21,11 @@ const FREE: f64 = 5e8;
 /// and the samples may take a tenth of that.
 const PER_FLIGHT: f64 = 200.0;
 
-/// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
+/// Evenly spaced sampling times at the interval of the plan.
 ///
-/// Each sample takes `work` floating-point operations. An interval that is not given is chosen for 200
-/// samples in the expected duration. The interval is neither a simple fraction nor a multiple of the time
-/// between two scalings of the velocities.
+/// If the plan has no interval, the number of samples follows from a budget of floating-point operations, of which each
+/// sample takes `work`. There are then 16 to 200 samples in the expected duration. Their interval is neither a simple
+/// fraction nor a multiple of the time between two scalings of the velocities.
 pub(super) fn budgeted_times(setup: &Setup<'_>, given: Option<f64>, work: f64) -> SamplingTimes {
     let start = setup.sample.time;
     // This is the shortest interval that floating-point times can resolve.

@@ -49,7 +49,7 @@ pub(super) struct Diffusion {
     origins: Vec<Origin>,
     /// Tick at which the next sample is needed.
     next: u64,
-    /// Of the origins older than the span, one in this many is kept.
+    /// All origins younger than the span are kept. Of the older origins, every n-th is kept, where n is this stride.
     long_stride: u64,
     linear: CurveAverage,
     logarithmic: CurveAverage,
@@ -60,11 +60,11 @@ pub(super) struct Diffusion {
 struct Origin {
     tick: u64,
     positions: Vec<Vector>,
-    /// Empty once the span has passed.
+    /// Empty if the origin is older than the span.
     velocities: Vec<Vector>,
-    /// For each group, the MSD and then the VACF at each linear lag. Empty once the span has passed.
+    /// For each group, the MSD and then the VACF at each linear lag. Empty if the origin is older than the span.
     curve: Vec<f64>,
-    /// Empty once the span has passed.
+    /// Empty if the origin is older than the span.
     slopes: Slopes,
 }
 

@@ -104,7 +104,7 @@ fn invented_contacts_are_found() {
         again.events.insert(at + 1, event);
         let fault = again.fault();
         assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{name}: {fault:?}");
-        // The same contact again, with another particle of the same species that is not at the surface.
+        // Repeats the contact with another particle of the same species, which is not at the surface.
         let mut other = copy();
         let (mut event, states) = other.events[at].clone();
         let is_other = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);
@@ -249,8 +249,8 @@ fn end_is_proven_only_if_no_moving_surface_can_be_met() {
         Err(Fault::EndedEarly { contact: Contact::Surface { .. }, due, .. }) => (due - expected).abs() < 1e-9,
         other => panic!("{other:?}"),
     };
-    // At the start, the gap between the ball and the plate is 1.75. The plate reaches the ball, stops before it, or
-    // finally moves away.
+    // At the start, the gap between the ball and the plate is 1.75. The plate reaches the ball, stops before it, moves
+    // away, or moves away and returns.
     assert!(is_early(ball(0.0, &[by(5.0, 9.0, 0.5, 0.0)]), 8.5));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0)])), Ok(()));
     assert_eq!(end_of(&ball(0.0, &[by(5.0, 8.0, 0.5, 0.0), by(9.0, f64::INFINITY, -0.5, -0.1)])), Ok(()));

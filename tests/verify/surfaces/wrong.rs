@@ -129,7 +129,7 @@ fn contacts_with_a_wrong_surface_or_particle_are_found() {
         again.events.insert(at + 1, event);
         let fault = again.fault();
         assert!(matches!(fault, Some((found, Fault::NotClosing { .. })) if found == at + 1), "{fault:?}");
-        // The same contact again, with another particle of the same species that is not at the surface.
+        // Repeats the contact with another particle of the same species, which is not at the surface.
         let (mut other, at) = recording(kind, 30);
         let (mut event, states) = other.events[at].clone();
         let far = |i: &u32| *i != event.particle.0 && i.is_multiple_of(3) == event.particle.0.is_multiple_of(3);

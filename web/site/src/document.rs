@@ -164,7 +164,7 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// Returns the list of all documents that the page of a document shows beside the text.
+    /// Returns the list of all documents for the page at `address`, which shows it beside the text.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };

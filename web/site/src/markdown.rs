@@ -25,7 +25,8 @@ pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Returns the address of the page about something that inline code names, such as the path of a scene.
+    /// Returns the address to which inline code is linked, for example if it is the path of a scene. `None` if it is
+    /// not linked.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
@@ -52,7 +53,7 @@ pub fn read(source: &str, targets: &mut dyn Targets) -> Text {
     Text { title, headings, body }
 }
 
-/// Whether each event is inside a link or a heading. Code gets no link there.
+/// Whether each event is inside a link or a heading, where inline code does not become a link.
 fn links_around(events: &[Event]) -> Vec<bool> {
     let mut depth = 0_usize;
     let mut within = Vec::with_capacity(events.len());

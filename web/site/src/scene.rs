@@ -27,7 +27,7 @@ pub struct ScenePage {
     pub has_picture: bool,
 }
 
-/// Targets in descriptions: links stay as they are, and paths of scenes lead to the pages of these scenes.
+/// Targets in descriptions: links stay unchanged, and the path of a scene becomes a link to its page.
 struct Plain;
 
 impl Targets for Plain {

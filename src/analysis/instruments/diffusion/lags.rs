@@ -69,8 +69,8 @@ impl Lags {
                 });
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                // `incommensurate` may shorten the interval by up to a third. `MOST_STEPS` shortened
-                // intervals must still reach the span.
+                // `incommensurate` may shorten the interval by up to a third. The span must then still consist of at
+                // most `MOST_STEPS` intervals.
                 let most = MOST_STEPS as f64 * if setup.system.scaling_interval.is_some() { 0.7 } else { 1.0 };
                 let interval = incommensurate(span / fitting.clamp(FEWEST_STEPS, most), setup.system.scaling_interval);
                 (interval, (span / interval).round())

@@ -70,8 +70,8 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let [slope, bend] = straight_terms(steps, diffusion.lags.interval(), offset)?;
     let whole = with_spread(diffusion, group, &slope, 0)?;
     let bend = with_spread(diffusion, group, &bend, 1)?;
-    // If particles diffuse from the start of the straight part, that part makes up three quarters of the mean
-    // square displacement.
+    // The straight part is the last three quarters of the span. In free diffusion, the mean square displacement gains
+    // three quarters of its final value there.
     let grown = whole.mean * diffusion.lags.interval() * (steps + offset - slope.first()?.0) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
