@@ -39,6 +39,6 @@ fn silo() -> TriangleMesh {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = silo();
     write_stl(&mesh, &mut std::fs::File::create("configs/silo.stl")?)?;
-    println!("configs/silo.stl: {} triangles, {:.1} of material", mesh.triangles.len(), mesh.enclosed_volume());
+    println!("configs/silo.stl: {} triangles, enclosed volume {:.1}", mesh.triangles.len(), mesh.enclosed_volume());
     Ok(())
 }

@@ -37,7 +37,7 @@ impl Instrument for Speeds {
     fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
         let middles = (0..self.bins.len()).map(|k| WIDTH * (k as f64 + 0.5)).collect();
         let estimates: Vec<_> = self.bins.iter().map(BlockAverage::estimate).collect();
-        let curve = Curve::new("speeds", "Distribution of speeds", "part of the particles by speed");
+        let curve = Curve::new("speeds", "Distribution of speeds", "probability density of the speed");
         let curve = curve.variable("v", "length / time", middles);
         measured.curves.push(curve.series("p(v)", "time / length", &estimates));
     }
@@ -73,7 +73,7 @@ pub fn most_probable(finished: &Finished) -> Option<f64> {
 fn main() -> Result<(), Box<dyn Error>> {
     let finished = measured_in(Path::new("runs/speeds"))?;
     if let Some(speed) = most_probable(&finished) {
-        println!("most particles have speeds of about {speed}");
+        println!("the most probable speed is about {speed}");
     }
     println!("the curve is in runs/speeds/measurements/speeds.csv; carom report runs/speeds plots it");
     Ok(())

@@ -42,6 +42,6 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
 
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     let (mean, error) = mean_and_error(&contact_rates(8)?);
-    println!("contacts of a particle per unit of time: {mean:.3} +- {error:.3}");
+    println!("contacts per particle and unit time: {mean:.3} +- {error:.3}");
     Ok(())
 }

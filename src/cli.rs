@@ -303,7 +303,7 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
 /// Rejects output that is larger than permitted without `--force`. Returns the permitted size `[bytes]`.
 fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
     allowed(bytes, path).map_err(|too_large| {
-        let help = format!("choose {instead} or another disk with --out, or write it all with --force");
+        let help = format!("choose {instead}, or another disk with --out, or write all files with --force");
         Failure::bad_input(format!("the {what} {too_large}"), Some(&help))
     })
 }

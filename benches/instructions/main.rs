@@ -37,7 +37,7 @@ fn main() -> ExitCode {
 
 fn run_all(names: &[String]) -> Result<(), Box<dyn Error>> {
     if Command::new("valgrind").arg("--version").output().is_err() {
-        println!("instructions: valgrind is not installed, nothing is counted");
+        println!("valgrind is not installed: no instructions were counted");
         return Ok(());
     }
     println!("| system | instructions per event | cell transitions per event |\n|---|---|---|");

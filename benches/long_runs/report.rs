@@ -24,7 +24,7 @@ pub fn write() -> Result<(), Box<dyn Error>> {
     }
     series.retain(|(_, rows)| !rows.is_empty());
     if series.is_empty() {
-        return Err("nothing was measured yet".into());
+        return Err("nothing has been measured yet".into());
     }
     let folder = Path::new(FOLDER).parent().ok_or("the folder has a parent")?;
     fs::write(folder.join("long_runs.md"), table(&series)?)?;

@@ -154,7 +154,7 @@ pub fn needs_run(error: &NeedsRun) -> PyErr {
             "use carom.run; or Simulation.prepared(scene), which starts at the measurement; or Simulation(scene, plan=False) for the dynamics alone"
         }
     };
-    let text = format!("{what}, which a simulation does not carry out\n  help: {cure}");
+    let text = format!("{what}, which carom.Simulation(scene) does not carry out\n  help: {cure}");
     exception("SceneError", &text, &[("problem", Some(what)), ("cure", Some(cure.to_owned()))])
 }
 

@@ -130,7 +130,7 @@ impl Instrument for Observed {
         measured.numbers.push(Number::estimated(&self.name, &self.name, "1", average.estimate(), &method));
         let values: Vec<Option<Estimate>> =
             self.taken.iter().map(|[_, value]| Some(Estimate { mean: *value, standard_error: None })).collect();
-        let curve = Curve::new(&self.name, &self.name, "a user-defined function along the measurement");
+        let curve = Curve::new(&self.name, &self.name, "values of a user-defined function during the measurement");
         let times = self.taken.iter().map(|[time, _]| *time).collect();
         measured.curves.push(curve.variable("time", "time", times).series(&self.name, "1", &values));
     }

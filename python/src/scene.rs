@@ -213,7 +213,11 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
     if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();
-        let cure = if is_set { "use a list, because a set has no order" } else { "leave out keys without a value" };
+        let cure = if is_set {
+            "use a list, because a set has no order"
+        } else {
+            "leave the key out, or use a number or a string"
+        };
         let message = format!("{place}: a scene cannot contain a value of type {kind}; {cure}");
         return Err(PyTypeError::new_err(message));
     }

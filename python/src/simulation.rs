@@ -222,7 +222,7 @@ impl Simulation {
         let until = until(time, events)?;
         let mut state = self.state()?;
         if !state.pending.is_empty() {
-            let message = "a signal interrupted events() before all events were returned: continue with events() first";
+            let message = "a signal interrupted events() before it returned all events: call events() again first";
             return Err(PyValueError::new_err(message));
         }
         let engine = &mut state.engine;

@@ -36,7 +36,7 @@ def changed(scene: dict, key: str, value: Any) -> dict:
         ("sead", 3, carom.SceneError, "did you mean `seed`"),
         ("species.0.mass", -1.0, carom.SceneError, "expected a positive finite number"),
         ("species.0.mass", float("nan"), carom.SceneError, "expected a positive finite number"),
-        ("species.0.mass", None, TypeError, "leave out keys"),
+        ("species.0.mass", None, TypeError, "leave the key out"),
         ("species.0.mass", 1j, TypeError, "species.0.mass: expected a number"),
         ("species.0.mass", b"1", TypeError, "a scene cannot contain a value of type bytes"),
         ("species.0.name", bytearray(b"A"), TypeError, "a scene cannot contain a value of type bytearray"),
@@ -157,7 +157,7 @@ def test_overlaps_are_refused(fluid: dict) -> None:
         ({"events": "many"}, TypeError, "whole number"),
         ({"until": -5.0}, ValueError, "the current time"),
         ({"events": 1, "stop": 3}, TypeError, "a function"),
-        ({"events": 1, "kinds": "core"}, ValueError, "there is no `stop`"),
+        ({"events": 1, "kinds": "core"}, ValueError, "has no effect without stop"),
         ({"events": 1, "stop": bool, "kinds": "kore"}, ValueError, "'kore'"),
     ],
 )
@@ -480,6 +480,6 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
 
 
 def test_an_unknown_example_lists_those_that_there_are() -> None:
-    with pytest.raises(ValueError, match="did you mean 'hopper'\\? There are anneal, ball, "):
+    with pytest.raises(ValueError, match="did you mean 'hopper'\\? The examples are anneal, ball, "):
         carom.example("hoper")
     assert carom.example("fluid", seed=5, set={"run.until_events": 10}).seed == 5

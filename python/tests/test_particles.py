@@ -285,7 +285,7 @@ def test_ase_atoms_convert_back_to_a_scene(mixture: dict) -> None:
     scene = carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {"z": "walls"}})
     assert np.allclose(scene.positions, simulation.positions, atol=1e-12) and np.allclose(scene.velocities, simulation.velocities, atol=1e-12)
     assert (scene.species == simulation.frame().species).all() and np.allclose(scene.lower, [1.0, 2.0, 3.0])
-    with pytest.raises(carom.SceneError, match="the box that comes with the particles is not periodic along it"):
+    with pytest.raises(carom.SceneError, match="the box that comes with the particles is not periodic along this axis"):
         carom.Scene.from_ase(atoms, {**mixture, "fill": [], "space": {}})
     atoms.set_masses(np.full(len(atoms), 2.0))
     with pytest.raises(carom.SceneError, match="has a mass of 2"):

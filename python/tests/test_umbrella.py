@@ -65,6 +65,6 @@ def test_a_window_that_cannot_be_reached_is_named() -> None:
     step = {"species": ["A", "A"], "potential": "penetrable", "height": 500.0}
     windows = [[0.5, 0.9], [0.8, 2.0]]
     changed = {"exchange.umbrella": {"between": [[0], [1]], "windows": windows}, "run.until_time": 10.0}
-    with pytest.raises(carom.SimulationError, match=r"window 1, from 0.5 to 0.9: after half .* the distance is still 1\.") as raised:
+    with pytest.raises(carom.SimulationError, match=r"window 1, from 0.5 to 0.9, was not reached: after half .* the distance is still 1\.") as raised:
         carom.exchange(PAIR | {"interaction": [step]}, set=changed, progress=False)
     assert "longer equilibration_time" in str(raised.value)

@@ -5,7 +5,7 @@
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "casts from floating-point numbers saturate, as is said above"
+    reason = "casts from floating-point numbers saturate, as described above"
 )]
 
 #[inline]

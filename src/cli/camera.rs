@@ -40,7 +40,7 @@ fn view(text: &str) -> Result<View, String> {
     let angle = |text: &str, most: f64| text.trim().parse().ok().filter(|angle: &f64| angle.abs() <= most);
     let angles = text.split_once(',').and_then(|(a, b)| Some([angle(a, 3600.0)?, angle(b, 90.0)?]));
     angles.map(View::Angles).ok_or_else(|| {
-        "expected x, y, z, -x, -y or -z, or azimuth and elevation in degrees, such as 28,18, the elevation from -90 to 90".to_owned()
+        "expected x, y, z, -x, -y or -z, or azimuth and elevation in degrees, such as 28,18, with the elevation from -90 to 90".to_owned()
     })
 }
 

@@ -95,7 +95,10 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
         (None, None) => "number of events: cannot be estimated".to_owned(),
     };
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
-        work.push_str(&format!(", in {} on this computer at the rate of the first events", clock(events / per_second)));
+        work.push_str(&format!(
+            ", about {} on this computer at the rate of the first events",
+            clock(events / per_second)
+        ));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
     description::line("writes", &format!("{rows}{few}, {least} {bytes}"))

@@ -105,7 +105,7 @@ impl ExchangeCommand {
                 let acceptance = digits(acceptance);
                 (
                     format!("an acceptance of {acceptance} needs more than a thousand temperatures"),
-                    "ask for a lower one",
+                    "ask for a lower acceptance",
                 )
             };
             return Err(Failure::bad_input(message, Some(help)));
@@ -152,7 +152,7 @@ impl ExchangeCommand {
         }
         if !self.changes.are_none() || self.out.is_some() {
             let help = format!("for another exchange of its scene, run carom exchange {} with --out", file.display());
-            let message = "an exchange continues unchanged: --seed, --set, --from and --out are only for scenes";
+            let message = "an exchange continues unchanged: --seed, --set, --from and --out are for new exchanges";
             return Err(Failure::bad_input(message, Some(&help)));
         }
         let unreadable =

@@ -49,7 +49,7 @@ impl Live {
             let message = format!("the scene {} starts from a run, and a page cannot include that run", scene.name());
             return Err(Failure::bad_input(message, Some(help)));
         }
-        super::refuse_exchange(&scene, "a page runs one system: leave [exchange] out")?;
+        super::refuse_exchange(&scene, "a page simulates one system: leave [exchange] out")?;
         if scene.run().has_barostat() {
             let message =
                 format!("the scene {} has a barostat, but the box of a page has a constant size", scene.name());
@@ -62,7 +62,7 @@ impl Live {
             return Err(Failure::bad_input(message, None));
         };
         if !engine.is_of_these_sources() {
-            super::warn("note: the module was built from other sources than this program: rebuild it with web/build");
+            super::warn("note: the module was built from other sources than this program; rebuild it with web/build");
         }
         let inputs = scene.inputs().iter().map(|input| PathBuf::from(&input.path));
         refuse_input(&self.out, inputs.chain([self.scene.scene.clone()]))?;
@@ -97,7 +97,7 @@ fn places() -> Vec<PathBuf> {
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::fs::read(path).map_err(|error| {
-        let message = format!("{} cannot be read: {error}", path.display());
+        let message = format!("cannot read {}: {error}", path.display());
         Failure::bad_input(message, Some("build it with web/build"))
     })
 }

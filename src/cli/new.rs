@@ -47,7 +47,7 @@ const SCENES: [Choice<&str>; 27] = [
     ("granular", Some("A granular gas that cools"), include_str!("../../configs/granular_cooling.toml")),
     ("shear", Some("A granular gas in steady shear"), include_str!("../../configs/sheared_granular_gas.toml")),
     ("packing", Some("Spheres that grow into a random packing"), include_str!("../../configs/random_packing.toml")),
-    ("ball", Some("A ball that bounces until it rests"), include_str!("../../configs/bouncing_ball.toml")),
+    ("ball", Some("A ball that bounces until it comes to rest"), include_str!("../../configs/bouncing_ball.toml")),
     (
         "maxwell",
         Some("Disks of equal speed that relax to Maxwell's distribution"),

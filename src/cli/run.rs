@@ -271,8 +271,8 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     }
     let cure = match &done.kept {
         _ if failures.is_empty() => return Ok(()),
-        None => "everything else is complete; run `carom convert` once the cause is removed".to_owned(),
-        Some(_) => format!("run `{again_here}` once the cause is removed"),
+        None => "everything else is complete; remove the cause, then run `carom convert`".to_owned(),
+        Some(_) => format!("remove the cause, then run `{again_here}`"),
     };
     Err(Failure::failed(unconverted, Some(&cure)))
 }
@@ -288,7 +288,7 @@ fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -
     } else {
         format!("To keep the new run, move {new} elsewhere; ")
     };
-    format!("The run in {run} is unchanged: the new run {why}\n{next}`--force` starts another\n")
+    format!("The run in {run} is unchanged: the new run {why}\n{next}`--force` starts the run from the beginning\n")
 }
 
 fn verdict(finished: &Finished, again: &Again) -> Result<(), Failure> {

@@ -78,7 +78,8 @@ impl Validate {
             points.retain(|point| point.name.contains(filter.as_str()));
         }
         if points.is_empty() {
-            let message = format!("no state point has {:?} in its name", self.filter.as_deref().unwrap_or_default());
+            let message =
+                format!("no state point has a name that contains {:?}", self.filter.as_deref().unwrap_or_default());
             return Err(Failure::bad_input(message, Some("carom validate --list shows all names")));
         }
         Ok(points)

@@ -79,7 +79,8 @@ impl Verify {
         let file = Folder::scene_of(&self.run);
         if file.exists() && !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
-            return Err(Failure::bad_input("a run is proven unchanged: --seed and --set need a scene", Some(&help)));
+            let message = "a run can be proven only unchanged: --seed and --set need a scene file";
+            return Err(Failure::bad_input(message, Some(&help)));
         }
         let (scene, recorded) = load_run(&self.run)?;
         Ok((scene, Some(recorded)))
@@ -262,7 +263,7 @@ struct Recorded {
 impl Recorded {
     fn read(run: &Path) -> Result<Self, Failure> {
         if ExchangeFolder::is_one(run) {
-            let help = "its replicas have heat baths, so no event can be proven; verify a run of one of them";
+            let help = "its replicas have heat baths, so no event can be proven; verify a run of a single replica";
             let message = format!("{} is the folder of a replica exchange", run.display());
             return Err(Failure::bad_input(message, Some(help)));
         }
@@ -376,7 +377,7 @@ fn words(certificate: &Certificate) -> String {
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
         }
-        End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
+        End::Violated(_) => "VIOLATED: the events above are proven, but the next event is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot continue".to_owned(),
         End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot continue".to_owned(),
     }
@@ -410,7 +411,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         End::Driven => {
-            let help = "leave it out: runs with moving surfaces and changing gravity can be proven";
+            let help = "remove these features from the scene; moving surfaces and changing gravity can stay";
             Err(Failure::bad_input(
                 "only runs without thermostat, barostat, growth, shear and thermal walls or surfaces can be proven",
                 Some(help),
@@ -419,7 +420,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>, surfaces: &[S
         End::OpenStages => {
             let help =
                 "end the stage by until_time or until_events, or use the same surfaces and gravity in all stages";
-            let what = "surfaces appear or vanish, or gravity changes, after a stage that ends by its measurements";
+            let what = "surfaces appear or vanish, or gravity changes, after a stage whose end depends on measurements";
             Err(Failure::bad_input(what, Some(help)))
         }
         End::Interrupted => Err(Failure::failed("interrupted; the events above are proven", None)),

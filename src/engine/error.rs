@@ -58,12 +58,12 @@ pub enum Standstill {
 impl fmt::Display for Standstill {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Time { events } => write!(f, "{events} events without any advance of time, the last one between"),
+            Self::Time { events } => write!(f, "{events} events without any advance of time, the last event between"),
             Self::Storm { events, advance } => {
-                write!(f, "{events} events while time advances by {advance:.1e}, the last one between")
+                write!(f, "{events} events while time advances by {advance:.1e}, the last event between")
             }
             Self::Speed { approach } => {
-                write!(f, "inelastic collapse, because an approach speed of {approach:.1e} is below round-off, between")
+                write!(f, "inelastic collapse, with an approach speed of {approach:.1e}, below round-off, between")
             }
         }
     }
@@ -132,21 +132,21 @@ impl Arrest {
                 "a moving surface leaves the particles no room: end its motion earlier, or give them more room"
             }
             (false, _) if !self.has_losses => {
-                "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity"
+                "start without particles that rest in contact or overlap: move them slightly apart, or give them a velocity"
             }
             (false, Standstill::Speed { .. }) => {
                 "set dynamics.contact_time (the TC model) to make frequent contacts elastic, or raise the restitution to 1"
             }
             (false, Standstill::Time { .. }) => {
                 "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the restitution to 1, or start \
-                 without particles at rest in contact or overlapping"
+                 without particles that rest in contact or overlap"
             }
             (_, Standstill::Storm { .. }) => {
                 "start without particles that rest in contact: put them apart by about `a tc^2 / 8`, where `a` is the gravity and `tc` is \
                  dynamics.contact_time, so that contacts lose energy at first"
             }
             (true, _) => {
-                "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity; \
+                "start without particles that rest in contact or overlap: move them slightly apart, or give them a velocity; \
                  dynamics.contact_time is set, but it does not move particles at rest"
             }
         }

@@ -34,7 +34,7 @@ impl ExchangeResults {
         if !alone.is_empty() {
             let (all, cure) = match self.ensemble {
                 ExchangeEnsemble::Umbrella => (windows(&alone), "let neighbouring windows overlap more"),
-                _ => (temperatures(&alone), "add temperatures next to it"),
+                _ => (temperatures(&alone), "add temperatures nearby"),
             };
             warnings.push(format!("frozen {all}: no replica there was ever swapped; {cure}"));
         }
@@ -57,7 +57,7 @@ impl ExchangeResults {
                 match self.ensemble {
                     ExchangeEnsemble::Canonical => "lowest and the highest temperature",
                     ExchangeEnsemble::Umbrella => "first and the last window",
-                    ExchangeEnsemble::Multicanonical => "mean energies of the lowest and of the highest temperature",
+                    ExchangeEnsemble::Multicanonical => "mean energies at the lowest and the highest temperature",
                 }
             ));
         }

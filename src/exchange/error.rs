@@ -55,12 +55,12 @@ pub enum ExchangeError<E> {
     Recorder(E),
     /// The energies of a multicanonical exchange do not overlap sufficiently to determine weights.
     #[error(
-        "no multicanonical weights: in the equilibration, the energies at some temperatures did not overlap with those at the others"
+        "no multicanonical weights could be determined: in the equilibration, the energies at some temperatures did not overlap with those at the others"
     )]
     NoOverlap,
     /// A replica has not reached its window after half of the equilibration.
     #[error(
-        "window {}, from {} to {}: after half of the equilibration, the distance is still {}",
+        "window {}, from {} to {}, was not reached: after half of the equilibration, the distance is still {}",
         window + 1,
         digits(ends[0]),
         digits(ends[1]),

@@ -179,7 +179,7 @@ mod tests {
         // Bins of about 300 samples have errors of 0.05. The lowest of ten bins is near -0.07, and would be a biased
         // reference.
         assert!(mean.abs() < 0.01, "{tails:?}");
-        assert!((0.5..1.6).contains(&squares), "errors are those of the scatter: {squares}");
+        assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }
 
     #[test]

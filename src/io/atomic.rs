@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "one");
         hello(&path, Existing::Replace, "two").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "two");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
     }
 
     #[test]

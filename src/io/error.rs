@@ -123,7 +123,7 @@ impl OutputError {
             Self::Finished(_) => {
                 "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
             }
-            Self::TooMuch { .. } => "if you want that, continue with `carom run --force --resume DIR`",
+            Self::TooMuch { .. } => "to allow this size, continue with `carom run --force --resume DIR`",
             Self::Replacing(_) => {
                 "continue the new one with `carom run --resume DIR`; or choose another folder with --out, or begin again with --force"
             }
@@ -136,7 +136,7 @@ impl OutputError {
             Self::Checkpoint(error) => error.cure(),
             Self::Instrument(_) => "continue with the program that started the run, because it has the instrument",
             Self::Convert(error) => return error.cure(),
-            Self::Input { .. } => "choose another place with --out",
+            Self::Input { .. } => "choose another path with --out",
             Self::NotFolder(_) => "choose another folder with --out",
             Self::Folder { source, .. }
             | Self::Write { source, .. }

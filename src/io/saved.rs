@@ -63,7 +63,7 @@ impl SavedError {
         match self {
             Self::Exists(_) => "choose another path, or replace it with --force",
             Self::Write { source, .. } => cure_of(source),
-            Self::Read { .. } => "name the file of a saved simulation, and make it readable",
+            Self::Read { .. } => "give the path of a saved simulation that can be read",
             Self::Damaged { .. } => "save the simulation again",
             Self::OtherVersion { .. } => "load it with the version that saved it, or begin the simulation again",
         }

@@ -113,7 +113,7 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             continue;
         };
         let Some(mass) = draft.mass else {
-            return refuse(at.key("static"), "true", "a species that moves, because its diameters are distributed");
+            return refuse(at.key("static"), "true", "false: a species with a distribution of diameters must move");
         };
         positive(mass, at.key("mass"))?;
         let mean = mean_diameter(&of.classes);
@@ -126,7 +126,7 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             return refuse(
                 at.key("diameter"),
                 species.len(),
-                format!("at most {MOST_SPECIES} species, classes included"),
+                format!("at most {MOST_SPECIES} species, where each class counts as one"),
             );
         }
     }
@@ -168,7 +168,8 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
 /// Rejects an explicit contact distance for species with distributed diameters: each pair of classes has its own
 /// contact distance.
 fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
-    let expected = "no length: for a distribution of diameters, it follows from the diameters of each pair of classes";
+    let expected =
+        "no lengths: with a distribution of diameters, they follow from the diameters of each pair of classes";
     let (key, value) = match (&draft.model, draft.diameter) {
         (_, Some(diameter)) => ("diameter", diameter.to_string()),
         (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),

@@ -204,7 +204,7 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
         surface.species = sphere.species;
         if !species[surface.species.0 as usize].is_static() {
             let value = format!("a run with spheres of the mesh `{}`", surface.name);
-            return refuse(at_start(), value, "a static species for them, as in that run");
+            return refuse(at_start(), value, "their species to be static, as in that run");
         }
     }
     Ok(surfaces)
@@ -279,7 +279,7 @@ fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_
             return refuse(
                 at_start(),
                 "a run with bonds whose interaction has no name",
-                "bonds whose interactions have names",
+                "a name for the interaction of each bond",
             );
         };
         let [a, b] = bond.pair.map(|id| particles[id.0 as usize].species);

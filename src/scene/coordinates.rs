@@ -136,7 +136,7 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
             (true, _) => Boundary::Flat,
             (false, true) => Boundary::Periodic,
             (false, false) => {
-                let why = "the box that comes with the particles is not periodic along it";
+                let why = "the box that comes with the particles is not periodic along this axis, so give its sides";
                 return Err(missing(&ConfigPath::root().key("space"), AXES[k], why));
             }
         };
@@ -158,7 +158,9 @@ fn add_bonds(start: &Start<'_>, origin: &Origin, scene: &mut SceneBuilder) -> Re
         Some(name) if known.contains(&name.as_str()) => vec![name],
         Some(name) => return Err(unknown(&origin.at.key("bond"), "interaction", name, known)),
         None if frame.bond_kinds.len() != frame.bonds.len() => {
-            return wrong(format!("`bonds` do not name their interaction: name one of the scene with `bond`{of_file}"));
+            return wrong(format!(
+                "`bonds` do not name their interaction: set `bond`{of_file} to the name of an [[interaction]]"
+            ));
         }
         None => frame.bond_names.iter().map(String::as_str).collect(),
     };
@@ -249,7 +251,10 @@ fn parse(text: &[u8], frame: i64) -> Result<Start<'_>, (usize, String)> {
     match reader.next() {
         None => Err(ends_after(from_start)),
         Some(Err(error)) => Err(wrong(error)),
-        Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
+        Some(Ok(_)) if !reader.has_species() => Err((
+            reader.frame_line() + 1,
+            "Properties has no column for the species: expected type:S:1 or species:S:1".to_owned(),
+        )),
         Some(Ok(frame)) => {
             let (has_box, has_radii, comment) = (reader.has_box(), reader.has_radii(), reader.frame_line() + 1);
             Ok(Start { frame: Cow::Owned(frame), has_box, has_radii, beside: reader.beside(), comment })

@@ -60,7 +60,7 @@ pub enum SceneErrorKind {
     /// A periodic edge of the box that is shorter than twice the longest interaction range. A particle could then
     /// interact with two images of another particle.
     #[error(
-        "the box is {size} long along periodic {axis}, expected at least {needed}, twice the longest range {range}"
+        "the box is {size} long along the periodic axis {axis}, expected at least {needed}, twice the longest range {range}"
     )]
     SmallBox { axis: char, size: f64, range: f64, needed: f64 },
     /// Two particles with overlapping cores.

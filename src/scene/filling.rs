@@ -112,7 +112,8 @@ impl Filling {
         let contact = (!placing.scene.parts.allow_invalid_start).then(|| self.longest_contact(placing));
         let around = lattice::sites_around(&self.region, space, count);
         if around > MOST_SITES.max(count as f64 * 10.0) {
-            let value = format!("a lattice in a region that fills {:.0e} of the box around it", count as f64 / around);
+            let value =
+                format!("a lattice in a region that fills only {:.0e} of the box around it", count as f64 / around);
             return refuse(at.key("arrangement"), value, "`random`");
         }
         let sites = Sites { count, diameter: self.largest(placing.species), contact };
@@ -222,7 +223,7 @@ impl SceneBuilder {
             let why = if self.groups.iter().any(|placed| is_file(&placed.at)) {
                 "the coordinates of the [[file]] have no box: give the edges of the box"
             } else {
-                "it follows only if exactly one [[fill]] gives both a count and a density"
+                "give it, or both a count and a density in exactly one [[fill]]"
             };
             return Err(missing(&at, "size", why));
         };

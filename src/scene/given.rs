@@ -228,7 +228,11 @@ until_time = 1.0
         wrong.frame.particles[1].species = SpeciesId(4);
         assert_eq!(error(&wrong).to_string(), "frame.species[1] is 4, expected a number below 1");
         let wrong = GivenParticles { bond: None, ..given() };
-        assert!(error(&wrong).to_string().contains("name one of the scene with `bond`"), "{}", error(&wrong));
+        assert!(
+            error(&wrong).to_string().contains("set `bond` to the name of an [[interaction]]"),
+            "{}",
+            error(&wrong)
+        );
         let mut wrong = given();
         wrong.frame.particles[0].radius = 0.5;
         assert!(error(&wrong).to_string().contains("a radius of 0.5, but the species `bead`"), "{}", error(&wrong));

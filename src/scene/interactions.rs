@@ -63,7 +63,7 @@ impl<'a> Interactions<'a> {
     fn enter(&mut self, index: usize, pair: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
         let [a, b] = pair;
         if self.species[a].is_static() && self.species[b].is_static() {
-            let expected = "at least one species that moves: static ones never meet";
+            let expected = "at least one species that moves: static particles never meet";
             return refuse(at.key("species"), "static", expected);
         }
         let id = self.make(index, a, b)?;
@@ -98,7 +98,7 @@ impl<'a> Interactions<'a> {
             return refuse(
                 ConfigPath::entry("interaction", index),
                 format!("more than {MOST_KINDS} interactions"),
-                "at most that number in a scene",
+                "at most that many in a scene",
             );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());

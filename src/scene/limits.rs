@@ -36,7 +36,7 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
         return Err(SceneError::new(at.clone(), SceneErrorKind::TooMany { particles, bytes, budget }));
     }
     if particles > MOST_PARTICLES {
-        let expected = format!("at most {MOST_PARTICLES}, however much memory there is");
+        let expected = format!("at most {MOST_PARTICLES}, even with more memory");
         return refuse(at.clone(), format!("a scene of {particles} particles"), expected);
     }
     Ok(())
@@ -49,7 +49,7 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
     if species > MOST_ROWS || bytes > budget {
         let expected = format!(
-            "at most {MOST_ROWS}, with tables of their pairs that fit into memory: they would take {} GiB of {}",
+            "at most {MOST_ROWS}, with tables of pairs that fit into memory: here they need {} GiB of {}",
             bytes >> 30,
             budget >> 30
         );

@@ -281,14 +281,14 @@ fn kind_of(message: &str, text: &str) -> SceneErrorKind {
     }
     for (rust, words) in [
         ("expected f64", "expected a number"),
-        ("expected u64", "expected a whole number from 0"),
+        ("expected u64", "expected a whole number, at least 0"),
         ("expected i64", "expected a whole number"),
-        ("expected usize", "expected a whole number from 0"),
+        ("expected usize", "expected a whole number, at least 0"),
         ("expected u32", "expected a whole number from 0 to 4294967295"),
         ("expected an array of length 3", "expected three numbers, [x, y, z]"),
         ("expected an array of length 2", "expected two values, [a, b]"),
         ("expected a sequence", "expected a list in brackets"),
-        ("invalid float, expected nothing", "this is no number; text stands in quotes, such as \"1.0.0\""),
+        ("invalid float, expected nothing", "this is not a number; put text in quotes, such as \"1.0.0\""),
         ("expected a boolean", "expected true or false"),
         ("expected a map", "expected a table"),
         ("missing field", "missing key"),

@@ -36,7 +36,7 @@ impl SceneBuilder {
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
             let expected =
-                "a place before it, or `count` in that group: otherwise the ids of the particles are unknown";
+                "a place before that group, or `count` in it: otherwise the ids of the particles are unknown";
             return refuse(
                 at.clone(),
                 "given after a fill or a surface whose number of particles is not given",

@@ -92,7 +92,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
         Row {
             limit: most,
             is_sound: is_judged_by_rounding.then_some(invalid == 0),
-            ..Row::told("events in invalid states", "overlap deeper than rounding explains", invalid.to_string())
+            ..Row::told("events in invalid states", "overlaps deeper than round-off explains", invalid.to_string())
         },
     ];
     if overlap.initial > 0 {

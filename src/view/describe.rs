@@ -148,9 +148,9 @@ fn potential(potential: &Potential) -> String {
         (true, true, 2) => format!("bond from {innermost} to {}", digits(radii[0])),
         (false, true, 1) => format!("hard spheres of contact distance {innermost}"),
         (false, true, 2) => {
-            let what = if energies[1] < 0.0 { "well" } else { "shoulder" };
+            let what = if energies[1] < 0.0 { "well of depth" } else { "shoulder of height" };
             let size = digits(energies[1].abs());
-            format!("hard core {innermost} with a square {what} of {size} up to {}", digits(radii[0]))
+            format!("hard core {innermost} with a square {what} {size}, range {}", digits(radii[0]))
         }
         (false, false, 1) => {
             format!("penetrable spheres of diameter {innermost}; an overlap costs the energy {}", digits(energies[1]))

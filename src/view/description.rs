@@ -137,11 +137,11 @@ pub fn shortened(scene: &Scene) -> Vec<String> {
 pub fn unreached(scene: &Scene) -> Vec<String> {
     let told = |it| match it {
         Unreached::Time { key, time, stage, duration } => {
-            let of = stage.map_or_else(|| "all that is measured".to_owned(), |stage| format!("the stage `{stage}`"));
+            let of = stage.map_or_else(|| "the longest measurement".to_owned(), |stage| format!("the stage `{stage}`"));
             format!("{key} of {} is longer than {of}, {}, so it is never reached", digits(time), digits(duration))
         }
         Unreached::Amplitude { moves, fewest } => format!(
-            "{} volume moves before the measurement are too few to find an amplitude: make them {} at least, or give one in barostat",
+            "{} volume moves before the measurement are too few to find an amplitude: plan at least {}, or set barostat.amplitude",
             digits(moves),
             digits(fewest)
         ),
@@ -178,12 +178,13 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
             ),
             Some(first.acceleration * contact_time * contact_time / 8.0),
         ),
-        (bounce, None) => {
-            (format!("and is in contact again every {} of time: the time hardly advances", digits(bounce)), None)
-        }
+        (bounce, None) => (
+            format!("and is in contact again every {} of time: the simulated time hardly advances", digits(bounce)),
+            None,
+        ),
     };
     let cure = lift.map_or_else(
-        || "put it a little above, and consider dynamics.contact_time".to_owned(),
+        || "put it slightly above, and consider setting dynamics.contact_time".to_owned(),
         |lift| format!("put it {} or more above", digits(lift)),
     );
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
@@ -323,7 +324,7 @@ mod tests {
             never(&run, ""),
             [
                 "barostat.interval of 0.5 is longer than the stage `measurement`, 0.4, so it is never reached",
-                "39 volume moves before the measurement are too few to find an amplitude: make them 40 at least, or give one in barostat"
+                "39 volume moves before the measurement are too few to find an amplitude: plan at least 40, or set barostat.amplitude"
             ]
         );
         let enough = "equilibration_time = 20.0, until_time = 0.5";
@@ -339,7 +340,7 @@ mod tests {
         let late = ["measure.diffusion.span of 8.5", "measure.flow[0].interval of 9"];
         assert_eq!(
             never(run, measure),
-            late.map(|it| format!("{it} is longer than all that is measured, 8, so it is never reached"))
+            late.map(|it| format!("{it} is longer than the longest measurement, 8, so it is never reached"))
         );
         // The duration of a run with a given number of events is unknown, so there is no warning.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);

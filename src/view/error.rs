@@ -185,21 +185,21 @@ impl ViewError {
             Self::Format(_) => {
                 "choose a name such as film.mp4 (players, slides), film.gif (everywhere) or film.apng (browsers)"
             }
-            Self::FastGif(_) => "choose at most 50 with --fps, or --out with the ending .apng or .mp4",
-            Self::OddSize { .. } => "choose even numbers with --size, or --out with the ending .gif or .apng",
+            Self::FastGif(_) => "choose at most 50 with --fps, or the extension .apng or .mp4 for --out",
+            Self::OddSize { .. } => "choose even numbers with --size, or the extension .gif or .apng for --out",
             Self::NoFfmpeg(_) => {
                 "install ffmpeg (its package has that name: apt install ffmpeg, brew install ffmpeg) so that it is in PATH, \
-                 or choose --out with the ending .gif or .apng, which need no other program"
+                 or choose the extension .gif or .apng for --out: these formats need no other program"
             }
             Self::NoSuchFrame { .. } => "choose earlier frames with --frames",
             Self::Exists(_) => "replace it with --force, or choose another name with --out",
             Self::SurfaceFile { .. } | Self::Surface(_) => {
-                "remove the file, which is then not drawn, or let `carom run --resume` write it again"
+                "remove the file, so that its surface is not drawn, or let `carom run --resume` write it again"
             }
             Self::NotReplaceable(_) => "choose another name with --out",
             Self::NotFile(_) => "write it to a file first",
             Self::Write { .. } => "choose a file with --out in a folder that can be written to",
-            Self::Ffmpeg(_) => "choose --out with the ending .gif or .apng, which need no other program",
+            Self::Ffmpeg(_) => "choose the extension .gif or .apng for --out: these formats need no other program",
             Self::Changed(_) => "make the movie when the run is over",
             Self::Threads => "allow this process more threads (ulimit -u)",
             Self::NotFolder(_) => "carom run SCENE writes the folder runs/NAME",

@@ -265,7 +265,7 @@ fn check_and_run_warn_about_measurements_without_a_value() {
             &["--set", "run.thermostat={ kind = 'andersen', temperature = 1.0, rate = 1.0 }"],
             Some("no results with a heat bath"),
         ),
-        ("transport", obstacle, &sparse, Some("no results in a box with sides or static particles")),
+        ("transport", obstacle, &sparse, Some("no results in a box with non-periodic axes")),
         ("pressure_tensor", "", &elastic, None),
         ("pressure_tensor", obstacle, &sparse, Some("event rates but no pressure")),
         ("free_paths", obstacle, &sparse, None),

@@ -34,7 +34,7 @@ fn arrest_help_does_not_suggest_a_setting_that_is_set() {
             let help = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
             assert!(help.contains("dynamical arrest at time 0"), "{help}");
             assert_eq!(help.contains("set dynamics.contact_time"), !is_set, "{help}");
-            assert!(help.contains("particles at rest in contact"), "{help}");
+            assert!(help.contains("particles that rest in contact"), "{help}");
         }
     }
 }

@@ -80,7 +80,9 @@ fn a_window_that_cannot_be_reached_is_named() {
     let output = place.carom(&exchange(&[]));
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(
-        line(&output).contains("window 3, from 3.9 to 4.4: after half of the equilibration, the distance is still 3."),
+        line(&output).contains(
+            "window 3, from 3.9 to 4.4, was not reached: after half of the equilibration, the distance is still 3."
+        ),
         "{}",
         errors(&output)
     );

@@ -123,7 +123,7 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
     if (path / "summary.json").is_file():
         return Run(path)
     cure = "pass the folder of a run, a sweep or an exchange"
-    why = f"{path} is not a folder of Carom" if path.is_dir() else f"{path} is a file" if path.exists() else f"there is no folder {path}"
+    why = f"{path} is not a folder written by Carom" if path.is_dir() else f"{path} is a file" if path.exists() else f"there is no folder {path}"
     if path.suffix == ".toml" and path.is_file():
         cure = "read a scene with carom.Scene, and run it with carom.run"
     if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):

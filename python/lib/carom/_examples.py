@@ -41,6 +41,6 @@ def example(kind: str, *, seed: int | None = None, set: Mapping[str, Any] | None
     texts = _carom.examples()
     if kind not in texts:
         near = difflib.get_close_matches(str(kind), texts, 1)
-        hint = f"did you mean {near[0]!r}? There are" if near else "there are"
+        hint = f"did you mean {near[0]!r}? The examples are" if near else "the examples are"
         raise ValueError(f"kind: there is no example {kind!r}; {hint} {', '.join(sorted(texts))}")
     return Scene.from_toml(texts[kind], name=f"{kind}.toml", seed=seed, set=set)

@@ -66,5 +66,5 @@ def json_of(path: Path) -> dict[str, Any]:
         cure = "continue a killed run with carom.resume"
         raise FolderError(f"cannot read {path}: {error}\n  help: {cure}", cure=cure) from error
     if not isinstance(content, dict):
-        raise FolderError(f"{path} is not a file of Carom")
+        raise FolderError(f"{path} is not a file written by Carom")
     return content

@@ -250,7 +250,7 @@ class Frame:
 
         is_flat = self.size == 0.0
         if is_flat.any() and not (is_flat[2] and not is_flat[:2].any()):
-            raise ValueError("freud supports only three-dimensional boxes, and two-dimensional boxes along x and y")
+            raise ValueError("freud supports only three-dimensional boxes and two-dimensional boxes in the xy plane")
         x, y, z = self.size
         box = Box(Lx=x, Ly=y, Lz=z, xy=self.displacement / y, is2D=bool(is_flat[2]))
         box.periodic = tuple(bool(axis) for axis in self.periodic)

@@ -382,13 +382,13 @@ def _range(frames: Any) -> tuple[int, int | None]:
     first = 0 if frames[0] is None else whole("frames", frames[0])
     last = None if frames[1] is None else whole("frames", frames[1])
     if last is not None and last < first:
-        raise ValueError(f"frames: the first one must not come after the last one, found {first} and {last}")
+        raise ValueError(f"frames: the first frame must not come after the last frame, found {first} and {last}")
     return first, last
 
 
 def _size(size: Any) -> tuple[int, int]:
     if not isinstance(size, (tuple, list)) or len(size) != 2:
-        raise ValueError(f"size: expected pixels across and down, such as (1600, 1200), found {size!r}")
+        raise ValueError(f"size: expected a width and a height in pixels, such as (1600, 1200), found {size!r}")
     width, height = (whole("size", it, 1) for it in size)
     if max(width, height) >= 2**32:
         raise ValueError(f"size: expected a width and a height below 2^32 pixels, found {width} and {height}")
@@ -432,6 +432,6 @@ def _seen(view: Any, zoom: Any, no_box: Any, no_ground: Any) -> _Seen:
             raise ValueError(f"view: expected a side such as 'x', or azimuth and elevation in degrees, found {view!r}")
         azimuth, elevation = (finite("view", it) for it in view)
         if abs(azimuth) > 3600.0 or abs(elevation) > 90.0:
-            raise ValueError(f"view: expected an elevation from -90 to 90 degrees, found {azimuth} and {elevation}")
+            raise ValueError(f"view: expected an azimuth from -3600 to 3600 and an elevation from -90 to 90 degrees, found {azimuth} and {elevation}")
         angles = (azimuth, elevation)
     return side, angles, factor, not flag("no_box", no_box), not flag("no_ground", no_ground)

@@ -48,7 +48,7 @@ def given_of_arrays(particles: Mapping[str, Any], names: Names) -> _carom.Given:
         raise TypeError(f"particles: expected a dictionary with 'species' and 'positions', found {kind}")
     unknown = [key for key in particles if key not in _KEYS]
     if unknown:
-        raise ValueError(f"particles: unknown key {unknown[0]!r}, expected {', '.join(map(repr, _KEYS))}")
+        raise ValueError(f"particles: unknown key {unknown[0]!r}, expected one of {', '.join(map(repr, _KEYS))}")
     missing = [key for key in _KEYS[:2] if particles.get(key) is None]
     if missing:
         raise ValueError(f"particles: {missing[0]!r} is missing: both 'species' and 'positions' are needed")

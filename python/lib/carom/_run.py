@@ -345,7 +345,7 @@ class Run(Outputs, InFolder, Results):
             raise ValueError("the run is closed, and its temporary folder was removed: pass out to carom.run to keep the files")
         if not self._folder.is_dir():
             cure = "pass out to carom.run: a temporary folder is removed together with its run"
-            raise FolderError(f"the folder {self._folder} of the run is gone\n  help: {cure}", cure=cure)
+            raise FolderError(f"the folder {self._folder} of the run no longer exists\n  help: {cure}", cure=cure)
         return self._folder
 
     def __getstate__(self) -> dict[str, Any]:

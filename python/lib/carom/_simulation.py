@@ -291,7 +291,7 @@ class Simulation(State, Driven):
         time, count = self._until(duration, events, until)
         if stop is None:
             if kinds is not None:
-                raise ValueError("kinds: selects the events that are passed to `stop`, but there is no `stop`")
+                raise ValueError("kinds: has no effect without stop: add stop, or leave kinds out")
             with Progress(flag("progress", progress), self._scene.name) as bar:
                 return self._core.advance(time, count, bar.callback)
         if not callable(stop):

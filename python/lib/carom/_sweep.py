@@ -189,7 +189,7 @@ def _axis(keys: Any, values: Any) -> str:
 
 
 def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> None:
-    """Rejects functions whose values a complete run lacks, because complete runs are not repeated."""
+    """Rejects functions without a value in a complete run, because complete runs are not repeated."""
     if not observe:
         return
     for name, numbers in _numbers(core, folder):
@@ -208,7 +208,7 @@ def _numbers(core: _carom.Sweep, folder: Path) -> Iterator[tuple[str, dict[str, 
 
 
 def _point(folder: str, name: str, orders: tuple[bool, float], functions: _Observed) -> tuple[str, str | None]:
-    """Runs a point of the sweep as a task of an executor. The process of the task knows only the folder."""
+    """Runs a point of the sweep as a task of an executor. The task reads the sweep from its folder."""
     return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, (orders, observed(*functions)))
 
 

@@ -171,7 +171,7 @@ impl Instrument for BondOrder {
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let Some(symbol) = symbol(system) else { return };
         let global = match symbol {
-            "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm",
+            "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2), where q_lm is the mean of Y_lm",
             _ => "|mean of exp(i l phi)|",
         };
         let neighbours = format!("neighbours closer than {}{}", digits(self.cutoff), self.note(system));
@@ -199,7 +199,7 @@ impl Instrument for BondOrder {
             let one = format!("{name} = {global} over the {neighbours}");
             let method = format!("{one}, averaged over the particles that have neighbours");
             number(&name, &format!("Bond order {name}"), first, &method);
-            let method = format!("{one}, with one mean for all particles");
+            let method = format!("{one}, with a single mean over the neighbours of all particles");
             number(&format!("{name}_global"), &format!("Global bond order {name}"), first + 1, &method);
             curve = curve
                 .series(&format!("p({name})"), "1", &self.curve.estimates(self.bins(index)))

@@ -199,7 +199,7 @@ impl RadialDistribution {
         } else {
             format!(
                 "for points spread evenly over the box, less half a diameter at walls: the number of pairs times {shell} / V \
-                 with the part of the shell that is inside; meshes and the density's own profile are not corrected for"
+                 with the part of the shell that is inside; without a correction for meshes or for a density profile"
             )
         };
         format!(
@@ -304,9 +304,12 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
             .min_by(|&a, &b| space.size[a].total_cmp(&space.size[b]))
         {
             Some(axis) => {
-                format!("the cutoff is {cutoff} instead of {asked}: half of the period along {}", ["x", "y", "z"][axis])
+                format!(
+                    "the cutoff is {cutoff} instead of {asked}: at most half of the period along {}",
+                    ["x", "y", "z"][axis]
+                )
             }
-            None => format!("the cutoff is {cutoff} instead of {asked}: the diagonal of the box"),
+            None => format!("the cutoff is {cutoff} instead of {asked}: at most the diagonal of the box"),
         }
     })
 }

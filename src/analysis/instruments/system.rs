@@ -174,7 +174,7 @@ impl SystemDescription {
         let obstacles = [
             (self.moving.len() < 2, "with fewer than two moving particles"),
             (self.is_accelerated, "with gravity"),
-            (!self.is_homogeneous, "in a box with sides or static particles"),
+            (!self.is_homogeneous, "in a box with non-periodic axes, surfaces or static particles"),
             (!self.is_elastic, "with contacts that lose energy"),
             (!self.conserves_momentum, "with a heat bath that changes the momentum"),
         ];

@@ -20,7 +20,7 @@ const HAFF: Source = Source {
     short: "Haff 1983",
     full: "Haff, J. Fluid Mech. 134, 401 (1983), by contacts s per particle: d ln T / ds = -(1 - e^2) / 3",
 };
-const SONINE: &str = "velocities are not Maxwell's: a_2 / 4 of van Noije and Ernst, Granular Matter 1, 57 (1998)";
+const SONINE: &str = "velocities are not Maxwellian: a_2 / 4 of van Noije and Ernst, Granular Matter 1, 57 (1998)";
 
 const GASES: u64 = 8;
 

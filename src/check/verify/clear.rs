@@ -109,7 +109,7 @@ mod tests {
             assert_eq!(flight.is_clear(20.0), expected, "{flight:?}");
         }
         let close = flight([3.0, 1.1, 0.0], [-1.0, 0.0, 0.0], 0.0, outside);
-        assert!(!close.is_clear(1e15), "not so far away from the origin");
+        assert!(!close.is_clear(1e15), "round-off is too large at coordinates of 1e15");
     }
 
     #[test]

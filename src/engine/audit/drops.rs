@@ -220,7 +220,7 @@ fn audit_finds_dropped_contacts() {
             (false, true) => 2,
         }] += 1;
         if is_deep && !is_found {
-            println!("seed {seed}: an overlap of {depth:e} is not found, where round-off explains {round_off:e}");
+            println!("seed {seed}: an overlap of {depth:e} is not found, although round-off is only {round_off:e}");
         }
         (judged, within) = if is_deep { (judged + 1, within) } else { (judged, within + 1) };
         if judged == wanted {

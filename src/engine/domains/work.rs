@@ -34,7 +34,7 @@ impl fmt::Display for SingleThread {
         f.write_str(match self {
             Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
-            Self::LongInteractions => "some pairs have their own interactions at any distance",
+            Self::LongInteractions => "overlaps at the start are allowed, or bonds do not hold particles together",
         })
     }
 }

@@ -41,7 +41,7 @@ mod tests {
         assert!(!times.note(&[2], 1.25));
         assert!(times.note(&[0, 2], 1.5), "2 had one a quarter ago");
         times.shift(1.0);
-        assert!(!times.note(&[1], 0.5), "exactly the contact time is not less");
+        assert!(!times.note(&[1], 0.5), "a contact exactly one contact time ago is not recent");
         assert!(times.note(&[1, 0], 0.75));
     }
 }

@@ -118,7 +118,7 @@ impl TryFrom<Stored> for Surfaces {
 
     fn try_from(Stored(origin): Stored) -> Result<Self, Self::Error> {
         if origin.is_present.len() != origin.surfaces.len() {
-            return Err("the surfaces that are there");
+            return Err("the list of present surfaces");
         }
         let all_are_sound = origin.surfaces.iter().all(|surface| match &surface.shape {
             SurfaceShape::Mesh(mesh) => mesh.is_sound() && has_few_images(&origin.space, mesh),

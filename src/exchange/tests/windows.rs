@@ -108,8 +108,9 @@ fn a_window_that_no_replica_can_come_into_ends_the_exchange() {
         panic!("{ended:?}")
     };
     assert!((1.0..1.1).contains(&distance), "{distance}");
-    let expected =
-        format!("window 1, from 0.5 to 0.9: after half of the equilibration, the distance is still {distance:.5}");
+    let expected = format!(
+        "window 1, from 0.5 to 0.9, was not reached: after half of the equilibration, the distance is still {distance:.5}"
+    );
     assert!(error.to_string().starts_with(&expected[..85]), "{error}");
 }
 

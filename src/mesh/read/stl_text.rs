@@ -74,7 +74,7 @@ fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     keyword(words, "loop", "`loop`")?;
     let mut corners = [Vector::zeros(); 3];
     for corner in &mut corners {
-        keyword(words, "vertex", "`vertex`, because a facet has three")?;
+        keyword(words, "vertex", "`vertex`, because a facet has three vertices")?;
         for coordinate in corner.iter_mut() {
             *coordinate = next(words, "a coordinate")?.coordinate()?;
         }

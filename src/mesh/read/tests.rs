@@ -187,7 +187,10 @@ fn text_stl_errors_name_the_line() {
         (facet("vertex 0 0 0\nvertex 1 0 0\nvertex 0 1e999 0"), "line 6: coordinate is `1e999`"),
         (facet("vertex 0 0,5 0"), "line 4: found `0,5`, expected a coordinate, such as -1.5e-3;"),
         (facet("vertex 0 0\nvertex 1 0 0\nvertex 0 1 0"), "line 5: found `vertex`, expected a coordinate"),
-        (facet("vertex 0 0 0\nvertex 1 0 0"), "line 6: found `endloop`, expected `vertex`, because a facet has three;"),
+        (
+            facet("vertex 0 0 0\nvertex 1 0 0"),
+            "line 6: found `endloop`, expected `vertex`, because a facet has three vertices;",
+        ),
         (facet(&format!("{CORNERS}\nvertex 1 1 0")), "line 7: found `vertex`, expected `endloop` after three"),
         (facet(&format!("{CORNERS} 7")), "line 6: found `7`, expected `endloop` after three"),
         (whole.replace("1\nouter", "\nouter"), "line 3: found `loop`, expected `outer` after the three components"),

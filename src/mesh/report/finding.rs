@@ -60,7 +60,7 @@ impl Finding {
             }
             Self::Crowded(_) => "separate or unite bodies that touch along an edge, and delete faces inside the bodies",
             Self::NotOriented(_) => "recalculate the normals of the mesh, so that all point outwards",
-            Self::Degenerate(_) => "dissolve faces without area, or merge vertices by distance",
+            Self::Degenerate(_) => "dissolve faces of zero area, or merge vertices by distance",
             Self::Duplicates(_) => "delete one of the faces",
             Self::SelfIntersections(_) => "unite overlapping bodies with a boolean operation, or move them apart",
             Self::NotSearched => {
@@ -79,14 +79,16 @@ impl fmt::Display for Finding {
             }
             Self::Open(fault) => edges(f, fault, "on one triangle only: the surface has a rim"),
             Self::Crowded(fault) => edges(f, fault, "on more than two triangles"),
-            Self::NotOriented(fault) => edges(f, fault, "between triangles whose normals point to different sides"),
+            Self::NotOriented(fault) => {
+                edges(f, fault, "between triangles whose normals point to opposite sides of the surface")
+            }
             Self::Degenerate(fault) => {
                 let (are, all) = (is_or_are(fault.count), plural(fault.count, "triangle"));
-                write!(f, "{all} {are} without area, first {}", First(fault.first))
+                write!(f, "{all} {are} of zero area, first {}", First(fault.first))
             }
             Self::Duplicates(fault) => {
                 let all = plural(fault.count, "triangle");
-                write!(f, "{all} with the same vertices as another one, first {}", Pair(fault.first))
+                write!(f, "{all} with the same vertices as another triangle, first {}", Pair(fault.first))
             }
             Self::NotSearched => write!(
                 f,

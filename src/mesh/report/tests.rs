@@ -209,8 +209,8 @@ fn findings_say_what_is_wrong_where_and_what_to_do() {
         texts,
         [
             "1 edge is on one triangle only: the surface has a rim, first from (0.5, 0, -1) to (1, 0, 0)",
-            "1 triangle is without area, first triangle 4 (from 0)",
-            "1 triangle with the same vertices as another one, first triangles 3 and 8 (from 0)",
+            "1 triangle is of zero area, first triangle 4 (from 0)",
+            "1 triangle with the same vertices as another triangle, first triangles 3 and 8 (from 0)",
             "at least 1000000 pairs of triangles intersect or overlap, first triangles 3 and 8 (from 0)",
         ]
     );

@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(negative(&f(-0.75, -0.5, 1.0)), Some(1.5));
         assert_eq!(negative(&f(-0.75, 0.5, 1.0)), Some(0.5));
         assert_eq!(negative(&f(-1.0, 0.0, 1.0)), Some(1.0));
-        assert_eq!(negative(&f(-1.0, -0.0, 1.0)), Some(1.0), "the sign of a zero decides nothing");
+        assert_eq!(negative(&f(-1.0, -0.0, 1.0)), Some(1.0), "the sign of a zero does not matter");
     }
 
     #[test]

@@ -127,7 +127,7 @@ impl CheckpointError {
             }
             Self::Input { .. } => "restore the file, or remove it: the checkpoint does not need it",
             Self::Content { .. } | Self::Scene { .. } => {
-                "the file or the checkpoint may belong to another run: restore those that belong together, or start the run again"
+                "the file and the checkpoint may belong to different runs: restore both from the same run, or start the run again"
             }
         }
     }

@@ -236,7 +236,9 @@ mod tests {
     fn growth_that_jams_ends_and_says_where() {
         let cooled = Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.05 });
         for thermostat in [None, cooled] {
-            let Ending::Jammed(jam) = disks(0.95, 0.05, thermostat) else { panic!("0.95 of the plane is filled") };
+            let Ending::Jammed(jam) = disks(0.95, 0.05, thermostat) else {
+                panic!("the disks did not jam before a packing fraction of 0.95")
+            };
             assert!((0.75..0.92).contains(&jam.packing_fraction), "{jam}");
             assert_eq!(disks(0.7, 0.05, thermostat), Ending::Events);
         }

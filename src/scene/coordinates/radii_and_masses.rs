@@ -107,7 +107,7 @@ impl RadiiAndMasses {
                     format!(
                         "the species `{}` has a mass of {mass}, but {of_scene} in the scene: set its mass to {mass}{}",
                         draft.name,
-                        if self.origin.path.is_some() { ", or take `species_mass` out of the file" } else { "" },
+                        if self.origin.path.is_some() { ", or remove `species_mass` from the file" } else { "" },
                     ),
                 );
             }

@@ -214,7 +214,7 @@ impl<'a> Placing<'a> {
         let Some(speed) = speed else { return Ok(()) };
         not_negative(speed, at.key("speed"))?;
         if temperature.is_some() {
-            return refuse(at.key("speed"), "given as well", "either it or temperature");
+            return refuse(at.key("speed"), "given as well", "either speed or temperature");
         }
         match species.into_iter().find(|kind| self.species[kind.0 as usize].is_static()) {
             Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species does not move"),
@@ -225,7 +225,7 @@ impl<'a> Placing<'a> {
 
 /// Distance between neighbours in a chain `[length]`. If not given, it is the middle of the bond's range.
 fn spacing(chain: &Chain, bond: &Potential, at: &ConfigPath) -> Result<f64, SceneError> {
-    let why = "the pairs of this interaction can separate, so that it has no bond length";
+    let why = "give it, because the pairs of this interaction can separate and have no bond length";
     match chain.spacing {
         Some(spacing) => positive(spacing, at.key("spacing")),
         None if bond.is_bond() => Ok(0.5 * (bond.range() + bond.core().unwrap_or(0.0))),

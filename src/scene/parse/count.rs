@@ -31,7 +31,9 @@ pub(super) fn parse_count(
             );
         }
         let corner = |given: Option<[f64; 3]>, key| {
-            given.map(vector).ok_or_else(|| missing(at, key, "give it, or path, the file of a closed mesh".to_owned()))
+            given
+                .map(vector)
+                .ok_or_else(|| missing(at, key, "give it, or `path`, the file of a closed mesh".to_owned()))
         };
         let region = Region { lower: corner(file.lower, "lower")?, upper: corner(file.upper, "upper")? };
         return Ok((CountRegion { name: file.name, space: CountSpace::Box(region) }, None));

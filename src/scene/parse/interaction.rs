@@ -63,7 +63,11 @@ fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneErr
         return Ok(Model::Bond { lambda });
     }
     if file.diameter.is_some() {
-        return Err(missing(keys.at, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
+        return Err(missing(
+            keys.at,
+            "lambda",
+            "the maximum length of a bond with a diameter is lambda times the diameter",
+        ));
     }
     let bond = Potential::bond(keys.need("shortest")?, keys.need("longest")?);
     bond.map(Model::Exact).map_err(|error| SceneError::new(keys.at.key("longest"), error))

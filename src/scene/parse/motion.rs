@@ -34,7 +34,7 @@ pub(super) fn parse_motions(
         let kind = match word {
             "translation" => {
                 if file.velocity.is_none() && file.acceleration.is_none() {
-                    return refuse(at, "neither a velocity nor an acceleration", "at least one of them");
+                    return refuse(at, "given without a velocity or an acceleration", "at least one of them");
                 }
                 let [velocity, acceleration] =
                     [file.velocity, file.acceleration].map(|given| vector(given.unwrap_or_default()));

@@ -13,8 +13,8 @@ pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, Sce
     let straight = match (file.start, file.direction) {
         (Some(start), Some(direction)) => Some((vector(start), vector(direction))),
         (None, None) => None,
-        (Some(_), None) => return Err(missing(at, "direction", "a straight chain has a start and a direction")),
-        (None, Some(_)) => return Err(missing(at, "start", "a straight chain has a start and a direction")),
+        (Some(_), None) => return Err(missing(at, "direction", "a straight chain needs a start and a direction")),
+        (None, Some(_)) => return Err(missing(at, "start", "a straight chain needs a start and a direction")),
     };
     Ok(Chain {
         species: file.species,
@@ -42,7 +42,7 @@ pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
 pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Result<Fill, SceneError> {
     let arrangement = *variant(&ARRANGEMENTS, "arrangement", &file.arrangement, &at.key("arrangement"))?;
     let contradiction =
-        |key: &'static str, given: &str| refuse(at.key(key), "given as well", format!("either it or {given}"));
+        |key: &'static str, given: &str| refuse(at.key(key), "given as well", format!("either {key} or {given}"));
     let composition = match (file.species, file.composition) {
         (Some(_), Some(_)) => return contradiction("composition", "species"),
         (Some(species), None) => vec![(species, 1.0)],

@@ -98,7 +98,11 @@ fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError
             return Err(missing(at, "packing_fraction", "give it or compressibility_factor, so that the growth ends"));
         }
         (Some(_), Some(_)) => {
-            return refuse(at.key("compressibility_factor"), "given as well", "either it or packing_fraction");
+            return refuse(
+                at.key("compressibility_factor"),
+                "given as well",
+                "either compressibility_factor or packing_fraction",
+            );
         }
     };
     Ok(Growth { rate: file.rate, until })
@@ -112,12 +116,14 @@ fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat,
     match word {
         "andersen" => Ok(Thermostat::Andersen {
             temperature: file.temperature,
-            rate: file.rate.ok_or_else(|| missing(at, "rate", "how often a particle gets a new velocity"))?,
+            rate: file
+                .rate
+                .ok_or_else(|| missing(at, "rate", "give the rate at which a particle gets new velocities"))?,
             axes: file.axes.map_or(Ok([true; 3]), |words| parse_axes(&words, &at.key("axes")))?,
         }),
         _ => Ok(Thermostat::Rescaling {
             temperature: file.temperature,
-            interval: file.interval.ok_or_else(|| missing(at, "interval", "the time between two scalings"))?,
+            interval: file.interval.ok_or_else(|| missing(at, "interval", "give the time between two scalings"))?,
         }),
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn parse_start(
         return refuse(ConfigPath::entry(table, 0), "given", expected);
     }
     if let Some(given) = given {
-        let expected = "none: the particles come from the run in [start], so remove either them or [start]";
+        let expected = "none: the particles come from the run in [start], so remove either these particles or [start]";
         return refuse(ConfigPath::root().key(given.name.clone()), "given", expected);
     }
     if file.start_time.is_some() {

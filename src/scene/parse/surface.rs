@@ -46,7 +46,9 @@ pub(super) fn parse_surface(
     let at = ConfigPath::entry("surface", index);
     let (word, keys) = Keys::of_kind(&SHAPES, "shape", &file.shape, &at, &file)?;
     let law = match (file.restitution, file.temperature) {
-        (Some(_), Some(_)) => return refuse(at.key("temperature"), "given as well", "either it or a restitution"),
+        (Some(_), Some(_)) => {
+            return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
+        }
         (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
         (restitution, None) => SurfaceLaw::Reflecting { restitution: restitution.unwrap_or(1.0) },
     };
@@ -165,7 +167,7 @@ fn turned(
     match revolution(&base, &axis, profile, tolerance) {
         Some(mesh) if !mesh.triangles.is_empty() => Ok(SurfaceShape::Mesh(mesh)),
         Some(_) => refuse(key, "a profile without a line", "two different points, at least one of them off the axis"),
-        None => refuse(at.key("tolerance"), tolerance, "a coarser one: a circle would have more than 4096 sides"),
+        None => refuse(at.key("tolerance"), tolerance, "a larger tolerance: a circle would have more than 4096 sides"),
     }
 }
 

@@ -85,32 +85,20 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
         (
             !scene.space.is_fully_periodic(),
             "in a box with open sides or walls",
-            "a box that is periodic along each axis that is not flat",
+            "a box whose axes are all periodic or flat",
         ),
-        (
-            !scene.surfaces.is_empty(),
-            "with surfaces",
-            "to be absent together with a [[surface]]: surfaces do not scale with the box",
-        ),
-        (
-            has_static,
-            "with static particles",
-            "to be absent together with static particles: they do not scale with the box",
-        ),
-        (
-            falls,
-            "with gravity",
-            "to be absent together with gravity: particles that fall along a periodic axis have no equilibrium",
-        ),
+        (!scene.surfaces.is_empty(), "with surfaces", "none with a [[surface]]: surfaces do not scale with the box"),
+        (has_static, "with static particles", "none with static particles: they do not scale with the box"),
+        (falls, "with gravity", "none with gravity: particles that fall along a periodic axis have no equilibrium"),
         (
             scene.shear_rate.is_some(),
             "in a sheared box",
-            "to be absent together with space.shear_rate: a sheared system has no equilibrium",
+            "none with space.shear_rate: a sheared system has no equilibrium",
         ),
         (
             scene.contact_time.is_some(),
             "with the TC model",
-            "to be absent together with dynamics.contact_time: contacts must be elastic",
+            "none with dynamics.contact_time: contacts must be elastic",
         ),
         (
             !scene.has_elastic_pairs(),
@@ -132,8 +120,10 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let mut is_there = vec![false; scene.species.len()];
     scene.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
     if let Some(([a, b], _)) = scene.table.iter().find(|([a, b], id)| is_there[*a] && is_there[*b] && is_bond(*id)) {
-        let names =
-            format!("given with bonds of all particles of `{}` and `{}`", scene.species[a].name, scene.species[b].name);
+        let names = format!(
+            "given with bonds between all particles of `{}` and `{}`",
+            scene.species[a].name, scene.species[b].name
+        );
         return refuse(
             at.clone(),
             names,
@@ -174,7 +164,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {
-        let expected = "to be absent together with a barostat: regions do not scale with the box";
+        let expected = "none with a barostat: regions do not scale with the box";
         return refuse(root.key("output").key("count"), "given", expected);
     }
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {

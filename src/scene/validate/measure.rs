@@ -65,7 +65,7 @@ fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result
             (None, None) => {
                 return Err(missing(&at, "axis", "give it, or normal, the direction perpendicular to the plane"));
             }
-            (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either it or an axis"),
+            (Some(_), Some(_)) => return refuse(at.key("normal"), "given as well", "either normal or axis"),
             (Some(word), None) if !AXES.contains(&word.as_str()) => {
                 return Err(unknown(&at.key("axis"), "axis", word, AXES));
             }

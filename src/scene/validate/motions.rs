@@ -16,11 +16,11 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
         let SurfaceMotion { from, until, kind } = *motion;
         finite(from, at.key("from"))?;
         if from < before {
-            return refuse(at.key("from"), from, format!("at least {before}, where the motion before ends"));
+            return refuse(at.key("from"), from, format!("at least {before}, the end of the motion before"));
         }
         // This comparison also rejects NaN.
         if until.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
-            return refuse(at.key("until"), until, format!("more than {from}, where it begins"));
+            return refuse(at.key("until"), until, format!("more than {from}, the start of the motion"));
         }
         before = until;
         check_kind(&kind, &at)?;
@@ -83,7 +83,11 @@ fn check_box(kind: &MotionKind, shape: &SurfaceShape, space: &Space, at: &Config
             MotionKind::Oscillation { amplitude, .. } => none(amplitude, "amplitude")?,
             MotionKind::Rotation { axis, .. } => {
                 if (0..3).any(|other| other != k && axis[other] != 0.0) {
-                    return refuse(at.key("axis"), "across it", because(&format!("an axis along {}", AXES[k])));
+                    return refuse(
+                        at.key("axis"),
+                        "in another direction",
+                        because(&format!("an axis along {}", AXES[k])),
+                    );
                 }
             }
         }

@@ -105,7 +105,7 @@ impl SceneParts {
         if !is_file_name(name) {
             let expected =
                 "letters, digits, `_`, `-` and `.` only, not beginning with a dot: it names the folder of its tables";
-            return refuse(at.key("name"), format!("{name:?} of a measured stage"), expected);
+            return refuse(at.key("name"), format!("{name:?} in a measured stage"), expected);
         }
         // The equilibration of a measured stage has a name as well, which must also be unique.
         let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");

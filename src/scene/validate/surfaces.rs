@@ -100,7 +100,7 @@ impl SceneBuilder {
         for stage in stages.iter().take_while(|stage| stage.name != name) {
             let Some(duration) = stage.duration() else {
                 let value = format!("\"{name}\", which begins when \"{}\" has ended", stage.name);
-                return refuse(at.clone(), value, "earlier stages that end only by `until_time`");
+                return refuse(at.clone(), value, "earlier stages of known duration, with `until_time` only");
             };
             time += duration;
         }
@@ -108,8 +108,7 @@ impl SceneBuilder {
     }
 
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
-        let expected =
-            "to be absent together with a [[surface]]: surfaces need particles of constant size in a box without shear";
+        let expected = "none with a [[surface]]: surfaces need particles of constant size in a box without shear";
         if self.parts.shear_rate.is_some() {
             return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
         }
@@ -208,7 +207,7 @@ fn check_space(shape: &SurfaceShape, space: &Space, at: &ConfigPath) -> Result<(
                             return refused(
                                 "side",
                                 "the inside of a surface that extends beyond the box",
-                                "one within the box",
+                                "a surface within the box",
                             );
                         }
                     }
@@ -264,7 +263,7 @@ fn check_flat(shape: &SurfaceShape, space: &Space, k: usize, at: &ConfigPath) ->
         SurfaceShape::Cylinder { axis: along, .. } => {
             let across = (0..3).any(|other| other != k && along[other] != 0.0);
             if across {
-                refuse(at.key("axis"), "across it", format!("an axis along {axis}, which is flat"))
+                refuse(at.key("axis"), "in another direction", format!("an axis along {axis}, which is flat"))
             } else {
                 Ok(())
             }
@@ -303,7 +302,7 @@ fn check_radii(surface: &SceneSurface, species: &[Species], at: &ConfigPath) -> 
             _ if radius < LEAST_RADIUS * largest_coordinate => {
                 let value = format!("a surface with coordinates up to {largest_coordinate}");
                 let expected = format!(
-                    "a surface closer to the origin: round-off at these coordinates exceeds `{name}` of diameter {}",
+                    "a surface closer to the origin: round-off at these coordinates is too large for `{name}` of diameter {}",
                     species.diameter
                 );
                 return refuse(at.key("shape"), value, expected);

@@ -11,7 +11,7 @@ pub fn barostat(barostat: &Barostat) -> String {
         Some(amplitude) => format!("by up to {}", digits(amplitude)),
         None => "by an amount that is adjusted outside of measurements to accept about 40 % of the moves".to_owned(),
     };
-    format!("the volume is moved every {interval} at a pressure of {pressure}: ln V changes {amplitude}")
+    format!("a volume move at intervals of {interval}, at a pressure of {pressure}: ln V changes {amplitude}")
 }
 
 /// Describes the volume moves of a measurement: their number, how many were accepted, and their size.
@@ -24,5 +24,5 @@ pub fn volume_moves(moves: &VolumeMoves) -> String {
         let part = 100.0 * moves.too_small as f64 / moves.attempted as f64;
         format!(", {part:.1} % rejected because the box would be shorter than two ranges")
     };
-    format!("{}{accepted}{too_small}, of ln V by up to {}", moves.attempted, digits(moves.amplitude))
+    format!("{}{accepted}{too_small}; each changes ln V by up to {}", moves.attempted, digits(moves.amplitude))
 }

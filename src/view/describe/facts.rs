@@ -61,7 +61,7 @@ fn surface(surface: &StaticSurface) -> String {
 
 fn contact_time(time: f64) -> String {
     format!(
-        "a contact is elastic if one of its particles had another contact less than a time of {} before",
+        "a contact is elastic if one of its particles had another contact within a time of {} before it",
         digits(time)
     )
 }

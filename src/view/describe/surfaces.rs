@@ -91,7 +91,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let merged = scene.inputs.iter().filter(|input| input.merged_vertices > 0);
     lines.extend(merged.map(|input| {
         format!(
-            "{}: {} merged into others near them, because of `weld`",
+            "{}: {} merged with others nearby, because of `weld`",
             input.path,
             plural(input.merged_vertices, "corner")
         )

@@ -127,9 +127,9 @@ pub(in crate::view) fn refuse_style(style: &Style) -> Result<(), ViewError> {
         ("azimuth of an image", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
         ("elevation of an image", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
         ("top_speed of an image", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),
-        ("length of the up direction of an image", up, up.is_normal(), "a finite length that is not 0"),
-        ("length of the direction of the camera", from, from.is_normal(), "a finite length that is not 0"),
-        ("length of the direction of gravity", gravity, gravity.is_finite(), "a finite length"),
+        ("length of the up vector of an image", up, up.is_normal(), "a finite length that is not 0"),
+        ("length of the vector from the scene to the camera", from, from.is_normal(), "a finite length that is not 0"),
+        ("length of the gravity vector of an image", gravity, gravity.is_finite(), "a finite length"),
         ("zoom of an image", style.zoom, (0.01..=100.0).contains(&style.zoom), "0.01 to 100"),
     ];
     match checks.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {

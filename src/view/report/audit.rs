@@ -9,7 +9,7 @@ use crate::view::audit::{self, Row};
 pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let verdict = if summary.faults.is_empty() {
         "<p class=\"sound\"><strong>✓ Sound.</strong> Everything that must be conserved was, to within the rounding of its arithmetic, \
-         and no particles overlapped deeper than rounding explains or the scene allows.</p>\n"
+         and no particles overlapped deeper than round-off explains or the scene allows.</p>\n"
             .to_owned()
     } else {
         let faults: String = summary.faults.iter().map(|fault| format!("<li>{}</li>\n", escape(fault))).collect();

@@ -198,7 +198,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
 }
 
 const OVER_REPLICAS: &str =
-    "Averages at a temperature or in a window include each replica for the time that it was there.";
+    "Averages at a temperature or in a window include each replica for the time it spent there.";
 const REWEIGHTED: &str = "Averages at the temperatures follow from the energies of all replicas by reweighting.";
 
 fn peak(summary: &ExchangeSummary) -> String {

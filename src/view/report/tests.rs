@@ -200,7 +200,7 @@ fn page_describes_the_scene_and_its_results() {
         "<h1>scene ",
         "seed 3",
         "27 AB",
-        "hard core 1 with a square well of 1 up to 1.5",
+        "hard core 1 with a square well of depth 1, range 1.5",
         "✓ Sound.",
         "energy ledger",
         "compressibility factor",

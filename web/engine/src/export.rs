@@ -13,7 +13,8 @@ const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equili
 /// begun, stages and equilibration are left out. Static meshes are kept as written.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
-        return Err("the diameters have grown, expected a stage before they grow".to_owned());
+        return Err("the diameters have grown, so the state cannot be exported as a scene: export it before they grow"
+            .to_owned());
     }
     let mut table: Table = toml::from_str(text).map_err(|error| error.to_string())?;
     START.iter().for_each(|key| drop(table.remove(*key)));

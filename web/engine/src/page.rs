@@ -254,7 +254,7 @@ fn scene_of(request: &Value) -> Result<Scene, Value> {
     let scene = Scene::from_toml_with(text_of(request), FILE, &pairs(&changes)).map_err(|error| mistake(&error))?;
     if scene.run().has_barostat() {
         return Err(failure(
-            "the scene has a barostat, but the box of a page has a constant size: leave the barostat out",
+            "the scene has a barostat, but the box of a page has a constant size: remove the barostat",
         ));
     }
     Ok(scene)

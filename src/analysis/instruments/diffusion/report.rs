@@ -160,7 +160,7 @@ fn with_series(
         let name = group.checked_sub(1).and_then(|index| species(diffusion, system, index));
         let origins = elements(group).into_iter().map(|element| average.count(element)).collect();
         let (particles, free_part) = (diffusion.tracers.count_of(group), diffusion.tracers.free_part_of(group));
-        let free = if free_part.is_none() { ", each divided by its 1 - m / M" } else { "" };
+        let free = if free_part.is_none() { ", each term divided by its factor 1 - m / M" } else { "" };
         let sum = format!("{} over all origins and particles{free}", quantity.of_one);
         let mut normalisation =
             Normalisation::of(&sum).by_each("origins", "1", origins).by("particles", "1", particles);
@@ -190,7 +190,7 @@ const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displa
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes. There is no \
     value if the integral grows over the second half of the times by more than a tenth and three errors. The error also includes the \
     contribution of the flow in the periodic box after the longest time, from mode-coupling theory. Not corrected for the size of the box.";
-const WALLED: &str = "Axes with walls are left out of r, v and d, because nothing diffuses towards a wall.";
+const WALLED: &str = "Axes with walls are left out of r, v and d, because displacements along them are bounded.";
 const ENCLOSED: &str =
     "All axes have walls: the mean squared displacement is bounded, and there is no diffusion coefficient.";
 const SHEARED: &str = "In this sheared box, r and v are the components along y and z, across the flow. Momentum is conserved along \

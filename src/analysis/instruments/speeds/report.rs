@@ -107,7 +107,7 @@ impl Speeds {
         } else if system.moving.len() > 1 && system.conserved_axes.contains(&true) {
             "relative to the centre of mass along the axes with conserved momentum"
         } else {
-            "of the particles that move"
+            "of the moving particles"
         };
         let beyond = if self.end.is_some() { ", faster ones included" } else { "" };
         format!(

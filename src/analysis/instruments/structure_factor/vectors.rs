@@ -221,6 +221,6 @@ mod tests {
         assert!(all.iter().zip(1..).all(|(shell, n)| shell.vectors == [[n, 0, 0]]));
         space.boundary[0] = Boundary::OPEN;
         assert_eq!(shells(&space, 13.0, 20), []);
-        assert_eq!(shells(&Space::periodic_cube(1.0), 1.0, 20), [], "all wave numbers are larger");
+        assert_eq!(shells(&Space::periodic_cube(1.0), 1.0, 20), [], "all wave numbers exceed the limit");
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
     let (windows, key) = (&umbrella.windows, at().key("windows"));
     if !(2..=MOST_TEMPERATURES).contains(&windows.len()) {
         let expected =
-            format!("2 to {MOST_TEMPERATURES} windows, ascending: replicas in neighbouring ones are swapped");
+            format!("2 to {MOST_TEMPERATURES} windows, ascending: replicas in neighbouring windows are swapped");
         return refuse(key, format!("a list of {}", windows.len()), expected);
     }
     for (index, [lower, upper]) in windows.iter().enumerate() {
@@ -56,7 +56,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
             return refuse(at.index(0), shortest(next_lower), expected);
         }
         if next_upper <= upper {
-            let expected = format!("more than {}, where the window before ends", shortest(upper));
+            let expected = format!("more than {}, the upper end of the window before", shortest(upper));
             return refuse(at.index(1), shortest(next_upper), expected);
         }
     }
@@ -109,7 +109,7 @@ fn check_reach(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), SceneError>
     for (index, [lower, upper]) in umbrella.windows.iter().enumerate() {
         let at = at().key("windows").index(index);
         if let Some(core) = potential.core().filter(|core| upper <= core) {
-            let expected = format!("more than {}, the distance at which the two are in contact", shortest(core));
+            let expected = format!("more than {}, the contact distance of the two particles", shortest(core));
             return refuse(at.index(1), shortest(*upper), expected);
         }
         if potential.is_bond() && *lower >= potential.range() {
@@ -160,7 +160,8 @@ fn check_accelerations(scene: &Scene, umbrella: &UmbrellaPlan) -> Result<(), Sce
     match all.find(|species| species.acceleration != first.acceleration) {
         None => Ok(()),
         Some(other) => {
-            let value = format!("of `{}` and `{}`, which accelerate differently", first.name, other.name);
+            let value =
+                format!("given for particles of `{}` and `{}`, which accelerate differently", first.name, other.name);
             refuse(at().key("between"), value, "particles with the same acceleration")
         }
     }

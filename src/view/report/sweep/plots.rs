@@ -141,7 +141,7 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     };
     if figures.is_empty() && of_stages.is_empty() {
         let why = match horizontal(sweep) {
-            None => "No varied key has several numbers, so there is nothing to plot against.",
+            None => "No varied key has more than one numeric value, so there is nothing to plot against.",
             Some(_) => "Nothing has been measured yet.",
         };
         return format!("<p>{why}</p>\n");
@@ -243,7 +243,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;
-    let size = without_size.map(|_| "Drawn for the number of particles of the runs, to first order. ");
+    let size = without_size
+        .map(|_| "Drawn with the finite-size correction for the particle number of the runs, to first order. ");
     let without = without_size.map(|without| format!(", {} without the size", digits(without)));
     let chi_square = digits(chi_square);
     Some(format!(
