@@ -13,7 +13,7 @@ use std::error::Error;
 use std::process::{Command, ExitCode};
 use systems::{SYSTEMS, System};
 
-/// First argument of the child processes, each of which runs one system.
+/// First argument of the child processes; each child runs one system.
 const CHILD: &str = "instructions-of-one";
 
 /// Number of counted physical events.

@@ -163,7 +163,7 @@ const EXPLANATION: &str = "
 ## Lennard-Jones
 
 The system is a Lennard-Jones fluid of 864 particles, with the potential cut off at 2.5 and shifted to zero there. *Stepped* is Carom with
-this potential in n steps, each of which is the average over the volume of its shell. *Velocity Verlet* is a plain baseline written for this
+this potential in n steps, and each step is the average over the volume of its shell. *Velocity Verlet* is a plain baseline written for this
 report (neighbour lists from cells, one thread, no hand-written SIMD). All runs of a fluid start from one configuration with the same total
 energy. Both methods conserve it, so the ensemble is the same (N, V, E). The tables compare the mean potential energy per particle and the
 pressure. Errors are differences from velocity Verlet at the smallest time step. The columns *+-* give the standard error of the difference,
@@ -176,7 +176,7 @@ the total energy.
 a different fluid, and every step costs events. Steps in the potential conserve the total energy exactly; with large time steps, it drifts.
 A stepped potential pays off where it is the model itself, or where few steps are enough.
 
-*What it does not show*: steps placed more carefully than at equal widths, of which fewer are needed; transport; long-range or many-body
+*What it does not show*: fewer steps, placed more carefully than at equal widths; transport; long-range or many-body
 forces; the gain of a vectorised or parallel code; errors below the standard error: *0.001 +- 0.002* only says that no error was
 found. The standard errors of runs shorter than about ten units of time are themselves uncertain.
 

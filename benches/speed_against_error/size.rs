@@ -14,7 +14,7 @@ use std::process::Command;
 
 const SHEET: &str = "size";
 
-/// First argument of the child processes, each of which measures one size.
+/// First argument of the child processes; each child measures one size.
 pub const CHILD: &str = "size-of-one";
 
 /// Numbers of particles that fill a cube of the face-centred cubic lattice.

@@ -1,5 +1,5 @@
 //! Fuzzes the scene reader: text is rejected with an error or built into a scene. Small scenes without
-//! external driving then run for up to 30 events, all of which are verified.
+//! external driving then run for up to 30 verified events.
 //!
 //! The scenes in `configs` and those that `tests/bad_scenes/scenes.py` writes are a good initial corpus.
 #![no_main]

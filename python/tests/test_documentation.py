@@ -60,7 +60,7 @@ def test_public_names_are_found() -> None:
 def test_public_name_is_documented_with_an_example(name: str) -> None:
     text = inspect.getdoc(NAMES[name]) or ""
     first = text.split("\n\n")[0]
-    assert first.endswith((".", ":")) and len(first) > 15, "a first line that says what it is"
+    assert first.endswith((".", ":")) and len(first) > 15, "a first line with a description"
     assert ">>>" in text, "an example"
     if callable(NAMES[name]) and not inspect.isclass(NAMES[name]):
         arguments = [it for it in inspect.signature(NAMES[name]).parameters.values() if it.name not in ("self", "cls")]

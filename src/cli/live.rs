@@ -53,7 +53,7 @@ impl Live {
         if scene.run().has_barostat() {
             let message =
                 format!("the scene {} has a barostat, but the box of a page has a constant size", scene.name());
-            return Err(Failure::bad_input(message, Some("leave the barostat out")));
+            return Err(Failure::bad_input(message, Some("remove the barostat")));
         }
         let source = live::Source::of_file(&self.scene.scene, &borrowed(&self.scene.changes.all()))?;
         let module = self.module()?;

@@ -178,7 +178,7 @@ pub struct EventCounts {
     /// Sum of all dissipated energies, each multiplied by the time of its event since the start of the simulation
     /// `[energy time]`. The integral of `dissipated` up to a time `t` is `t dissipated` minus this sum.
     pub dissipated_moment: ExactSum,
-    /// Thermostat events, each of which gives one particle a new velocity.
+    /// Thermostat events; each event gives one particle a new velocity.
     pub thermostat: u64,
     /// Energy supplied from outside `[energy]`, for example by thermostats, moving surfaces, growing diameters or
     /// shear.

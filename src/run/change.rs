@@ -16,7 +16,7 @@ pub enum ChangeError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The diameters are growing or have grown, so they differ from the diameters in the scene.
-    #[error("the diameters have grown, expected a stage before they grow: start the scene anew")]
+    #[error("the scene cannot be changed after diameters have grown: start it again")]
     Grown,
 }
 

@@ -65,8 +65,8 @@ pub enum SceneErrorKind {
     SmallBox { axis: char, size: f64, range: f64, needed: f64 },
     /// Two particles with overlapping cores.
     #[error(
-        "particles {first} and {second} overlap at the start: {distance} apart where {contact} is needed, a gap of {}",
-        distance - contact
+        "particles {first} and {second} overlap at the start: {distance} apart where {contact} is needed, an overlap of {}",
+        contact - distance
     )]
     Overlap { first: u32, second: u32, distance: f64, contact: f64 },
     /// A particle that overlaps a wall.

@@ -3,7 +3,7 @@
 use super::dyadic::{Dyadic, sign};
 use num_bigint::BigInt;
 
-/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`, the last of which is not zero. Without coefficients
+/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`. The last integer is not zero. Without coefficients
 /// it is the polynomial 0.
 #[derive(Debug, Clone)]
 pub struct Polynomial {

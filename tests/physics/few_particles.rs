@@ -138,7 +138,7 @@ impl MonteCarlo {
                     for b in &self.positions[..i] {
                         let squared = self.squared_distance(a, b);
                         if squared < (1.0 + SHELLS as f64 * WIDTH).powi(2) {
-                            #[expect(clippy::cast_possible_truncation, reason = "one of SHELLS, but for rounding")]
+                            #[expect(clippy::cast_possible_truncation, reason = "one of SHELLS, up to rounding")]
                             let shell = ((squared.sqrt() - 1.0) / WIDTH) as usize;
                             pairs[shell.min(SHELLS - 1)] += 1.0;
                         }

@@ -1,4 +1,4 @@
-//! Scenes of many kinds, all of which are proven.
+//! Scenes of many kinds; all are proven.
 
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::Scene;

@@ -87,18 +87,26 @@ fn obstacle(scene: &Scene) -> Option<(&'static str, &'static str)> {
             "in a box with open sides or walls",
             "a box whose axes are all periodic or flat",
         ),
-        (!scene.surfaces.is_empty(), "with surfaces", "none with a [[surface]]: surfaces do not scale with the box"),
-        (has_static, "with static particles", "none with static particles: they do not scale with the box"),
-        (falls, "with gravity", "none with gravity: particles that fall along a periodic axis have no equilibrium"),
+        (
+            !scene.surfaces.is_empty(),
+            "with surfaces",
+            "to be absent with a [[surface]]: surfaces do not scale with the box",
+        ),
+        (has_static, "with static particles", "to be absent with static particles: they do not scale with the box"),
+        (
+            falls,
+            "with gravity",
+            "to be absent with gravity: particles that fall along a periodic axis have no equilibrium",
+        ),
         (
             scene.shear_rate.is_some(),
             "in a sheared box",
-            "none with space.shear_rate: a sheared system has no equilibrium",
+            "to be absent with space.shear_rate: a sheared system has no equilibrium",
         ),
         (
             scene.contact_time.is_some(),
             "with the TC model",
-            "none with dynamics.contact_time: contacts must be elastic",
+            "to be absent with dynamics.contact_time: contacts must be elastic",
         ),
         (
             !scene.has_elastic_pairs(),
@@ -164,7 +172,7 @@ fn check_phase(phase: &Phase<'_>) -> Result<(), SceneError> {
 fn check_output(scene: &Scene) -> Result<(), SceneError> {
     let root = ConfigPath::root();
     if !scene.output.regions.is_empty() {
-        let expected = "none with a barostat: regions do not scale with the box";
+        let expected = "to be absent with a barostat: regions do not scale with the box";
         return refuse(root.key("output").key("count"), "given", expected);
     }
     if !phases(scene).any(|phase| phase.is_measured && phase.barostat.is_some()) {

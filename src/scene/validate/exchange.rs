@@ -42,12 +42,12 @@ impl SceneParts {
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
         for (count, key) in events {
             if let Some(count) = count {
-                let expected = "none with [exchange], whose replicas are swapped at regular intervals: give until_time and equilibration_time";
+                let expected = "to be absent with [exchange], whose replicas are swapped at regular intervals: give until_time and equilibration_time";
                 return refuse(run.key(key), count, expected);
             }
         }
         if self.run.until_stationary {
-            let expected = "none with [exchange]: give equilibration_time";
+            let expected = "to be absent with [exchange]: give equilibration_time";
             return refuse(run.key("equilibration"), "\"auto\"", expected);
         }
         for (time, at) in [
@@ -92,15 +92,15 @@ impl SceneParts {
     fn check_company(&self) -> Result<(), SceneError> {
         let root = ConfigPath::root();
         if !self.run.stages.is_empty() {
-            let expected = "none with [exchange]: prepare the particles with `carom run`, and start from the end of that run with start.from";
+            let expected = "to be absent with [exchange]: prepare the particles with `carom run`, and start from the end of that run with start.from";
             return refuse(ConfigPath::entry("stage", 0), "given", expected);
         }
         if self.run.thermostat.is_some() {
-            let expected = "none with [exchange], which has its own temperatures and rate";
+            let expected = "to be absent with [exchange], which has its own temperatures and rate";
             return refuse(root.key("run").key("thermostat"), "given", expected);
         }
         if self.run.barostat.is_some() {
-            let expected = "none with [exchange], whose replicas all have the volume of the scene";
+            let expected = "to be absent with [exchange], whose replicas all have the volume of the scene";
             return refuse(root.key("run").key("barostat"), "given", expected);
         }
         if self.run.threads != Threads::default() {
@@ -119,13 +119,14 @@ impl SceneParts {
         ] {
             if is_given {
                 let expected =
-                    "none with [exchange], which writes only trajectories and a row for each attempt to swap";
+                    "to be absent with [exchange], which writes only trajectories and a row for each attempt to swap";
                 return refuse(at.key(key), "given", expected);
             }
         }
         if let Some(format) = output.formats.first().map(|format| Format::name(*format)) {
-            let expected =
-                format!("none with [exchange]: convert later with `carom convert DIR/trajectory-1.xyz --to {format}`");
+            let expected = format!(
+                "to be absent with [exchange]: convert later with `carom convert DIR/trajectory-1.xyz --to {format}`"
+            );
             return refuse(at.key("formats"), "given", expected);
         }
         if self.allow_invalid_start {
@@ -143,10 +144,11 @@ impl SceneParts {
         let others = others.into_iter().filter(|(_, is_empty)| !is_empty).map(|(key, _)| key);
         let mut all = asked(plan).map(|(key, ..)| key).chain(others);
         if self.exchange.as_ref().is_some_and(|plan| plan.ensemble != ExchangeEnsemble::Canonical) {
-            let expected = "none with an ensemble other than \"canonical\": measure it in the canonical ensemble";
+            let expected =
+                "to be absent with an ensemble other than \"canonical\": measure it in the canonical ensemble";
             return all.next().map(|key| (key, expected));
         }
-        let expected = "none with [exchange], whose replicas change their temperatures, so that it can measure only states at single times: radial_distribution, structure_factor, chains, \
+        let expected = "to be absent with [exchange], whose replicas change their temperatures, so that it can measure only states at single times: radial_distribution, structure_factor, chains, \
                         bond_order and profile; measure others with `carom run` at one temperature, with an Andersen thermostat in [run]";
         all.find(|key| !AT_ONE_TIME.contains(key)).map(|key| (key, expected))
     }
@@ -275,12 +277,12 @@ fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneEr
 
 fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneError> {
     if surface.moves() {
-        let expected = "none with [exchange]: a system that a surface drives has no equilibrium";
+        let expected = "to be absent with [exchange]: a system that a surface drives has no equilibrium";
         return refuse(at.key("motion"), "given", expected);
     }
     match surface.law {
         SurfaceLaw::Thermal { temperature } => {
-            let expected = "none with [exchange], whose replicas have their own temperatures";
+            let expected = "to be absent with [exchange], whose replicas have their own temperatures";
             refuse(at.key("temperature"), shortest(temperature), expected)
         }
         SurfaceLaw::Reflecting { restitution } if restitution < 1.0 => {
@@ -294,7 +296,7 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
 /// side's keys.
 fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
     if let Some(temperature) = temperature {
-        let expected = "none with [exchange], whose replicas have their own temperatures";
+        let expected = "to be absent with [exchange], whose replicas have their own temperatures";
         return refuse(wall.key("temperature"), shortest(temperature), expected);
     }
     match face {

@@ -108,7 +108,8 @@ impl SceneBuilder {
     }
 
     fn check_no_growth_or_shear(&self) -> Result<(), SceneError> {
-        let expected = "none with a [[surface]]: surfaces need particles of constant size in a box without shear";
+        let expected =
+            "to be absent with a [[surface]]: surfaces need particles of constant size in a box without shear";
         if self.parts.shear_rate.is_some() {
             return refuse(ConfigPath::root().key("space").key("shear_rate"), "given", expected);
         }
@@ -164,7 +165,7 @@ fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     }
     for (index, vertex) in mesh.vertices.iter().enumerate() {
         finite_vector(vertex, &at).map_err(|_| {
-            let value = format!("a mesh with vertex {} at {:?}", index + 1, vertex.as_slice());
+            let value = format!("a mesh with vertex {index} (from 0) at {:?}", vertex.as_slice());
             SceneError::new(at.clone(), crate::scene::SceneErrorKind::value(value, "coordinates from -1e50 to 1e50"))
         })?;
     }
@@ -173,7 +174,7 @@ fn check_mesh(mesh: &TriangleMesh, at: &ConfigPath) -> Result<(), SceneError> {
     match mesh.triangles.iter().enumerate().find_map(|(index, triangle)| Some((index, missing(triangle)?))) {
         Some((index, vertex)) => refuse(
             at,
-            format!("a mesh with vertex {vertex} in triangle {}", index + 1),
+            format!("a mesh with vertex {vertex} in triangle {index} (from 0)"),
             format!("a number below {count}"),
         ),
         None => Ok(()),

@@ -99,7 +99,7 @@ fn unwrapped_positions_match_the_followed_trajectories() {
             .collect();
         for (name, positions) in [("extended XYZ", unwrapped(&read)), ("CSV", table)] {
             for (k, (found, expected)) in squares(&positions).iter().zip(squares(&followed)).enumerate() {
-                // The expected positions are sums of about 600 steps, each of which is rounded.
+                // The expected positions are sums of about 600 rounded steps.
                 let allowed = 1e-11 * expected.amax().max(1.0);
                 assert!((found - expected).amax() <= allowed, "{name}, {rate:?}, frame {k}: {found} {expected}");
             }
