@@ -126,6 +126,8 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
             () if engine.images.slide() => Some(SingleThread::SlidingImages),
             () if reach_far => Some(SingleThread::LongInteractions),
             () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
+            // `Engine::part` leaves these out.
+            () if engine.sources.restraint.is_some() || engine.pairs.bias.is_some() => Some(SingleThread::WholeSystem),
             () => None,
         }
     }

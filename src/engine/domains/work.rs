@@ -14,6 +14,8 @@ pub enum SingleThread {
     SlidingImages,
     /// Some bonded pairs are not held together by their interaction, or may start further apart than its range.
     LongInteractions,
+    /// A window of a distance, or weights of the energy, act on the whole system.
+    WholeSystem,
 }
 
 impl SingleThread {
@@ -35,6 +37,7 @@ impl fmt::Display for SingleThread {
             Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
             Self::LongInteractions => "overlaps at the start are allowed, or bonds do not hold particles together",
+            Self::WholeSystem => "a window of a distance, or weights of the energy, act on the whole system",
         })
     }
 }

@@ -90,6 +90,21 @@ fn reflection_at_window_conserves_momentum_energy_and_inner_motion() {
 }
 
 #[test]
+fn system_with_a_restrained_distance_is_not_divided_into_domains() {
+    let scene = SceneBuilder::new("two")
+        .space(Space::periodic_cube(9.0))
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .particle("A", Vector::new(3.0, 1.0, 1.0), Vector::zeros());
+    let mut simulation = Simulation::without_plan(scene.build().unwrap());
+    let obstacle = |simulation: &Simulation| with_engine!(&simulation.engine, engine => Domains::obstacle(engine));
+    assert_eq!(obstacle(&simulation), None);
+    simulation.restrain_distance(&ids([&[0], &[1]]), [1.5, 3.0]);
+    assert_eq!(obstacle(&simulation), Some(SingleThread::WholeSystem));
+}
+
+#[test]
 fn restrained_distance_stays_in_its_window() {
     for (groups, half) in [([&[0, 1][..], &[9][..]], 0.4), ([&[2], &[5]], 0.02), ([&[0, 1], &[12, 13]], 1e-3)] {
         let mut simulation = Simulation::without_plan(molecules());
