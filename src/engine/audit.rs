@@ -50,8 +50,8 @@ pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 /// time to later epochs, contribute three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns whether an overlap is so shallow that round-off explains it at any discontinuity at this distance. No
-/// further check is needed then.
+/// Returns whether an overlap is certainly within round-off, judged by its depth and distance alone. Exact bounds
+/// are then not needed.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
@@ -152,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// Returns the magnitude of the time of an event, counted from the epoch in which the event was predicted. The
-    /// prediction was made `flown` ago.
+    /// Returns the time of an event, counted from the epoch in which it was predicted: its size determines the round-off
+    /// of the time. `flown` is the time since the prediction.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
@@ -311,7 +311,7 @@ mod tests {
         let overlap = |depth, round_off| Overlap { particle: ParticleId(0), partner: None, depth, round_off };
         assert!(!overlap(1e-13, 1e-12).is_real());
         assert!(!overlap(0.9e-6, 0.15).is_real());
-        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, where rounding explains anything");
+        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, round-off explains any overlap");
         assert!(overlap(1e-12, 1e-13).is_real());
     }
 }

@@ -30,7 +30,7 @@ const HENDERSON: Source = Source {
     full: "equation of state of hard disks by Henderson, Mol. Phys. 30, 971 (1975), with two further terms",
 };
 
-const YEH_HUMMER: &str = "finite-size correction if the fitted simulations had half or twice as many spheres: Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
+const YEH_HUMMER: &str = "uncertain number of spheres in the fitted simulations, by a factor of 2 in the finite-size correction of Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
 const CRYSTAL_MODES: &str =
     "first order in 1/N: the crystal as a whole moves freely, so only N - 1 of N particles vibrate";
 

@@ -58,7 +58,7 @@ pub struct DomainWork {
     pub cuts: u64,
     /// Number of times that a single engine took over from the domains for a while.
     pub serial: u64,
-    /// Number of steps, without and with the steps of copies.
+    /// Number of steps of all particles, first without copies (each particle counts in one domain), then with copies.
     pub steps: [u64; 2],
     /// Wall time spent on the steps of windows.
     pub simulating: Duration,

@@ -158,7 +158,7 @@ mod tests {
         assert!(inertial(&close, &Doubt { position: 0.09, velocity: 0.0 }, 1.0));
         assert!(
             !inertial(&close, &Doubt { position: 0.11, velocity: 0.0 }, 1.0),
-            "a contact is possible if the position has a larger error"
+            "if the error of the position is larger, a contact is possible"
         );
     }
 

@@ -110,8 +110,8 @@ impl Driver<'_> {
     /// If the pilot run needs too much work, as in a gas with hardly any events, the time in which a particle crosses
     /// the box is used instead. Intervals chosen from this time grow during the run.
     ///
-    /// If no output is due in the pilot run, it is the beginning of the stage itself. Then no event is simulated twice,
-    /// and memory holds only one simulation. Otherwise a copy is simulated.
+    /// If no output is due during the pilot run, the run itself is advanced, and the stage continues from there. Otherwise
+    /// a copy is advanced, which needs memory for a second simulation and repeats the events.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {

@@ -38,8 +38,8 @@ pub(super) struct Passages {
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
     /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or
-    /// ends at two walls. Then the passages are the net displacement minus the increase in the number of
-    /// particles beyond the plane.
+    /// ends at two walls. The number of passages then follows from the total displacement along
+    /// the axis and from the change in the number of particles beyond the plane.
     is_closed: bool,
 }
 
