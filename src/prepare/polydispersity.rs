@@ -62,8 +62,8 @@ pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: 
 }
 
 /// Returns the order in which classes of diameters get one more particle each, if the number of particles is not a
-/// multiple of `count`. However many classes do, they lie symmetrically around the middle class, so that the mean
-/// diameter hardly changes.
+/// multiple of `count`. Classes at equal distances from the middle class follow each other, so that the mean diameter
+/// hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =

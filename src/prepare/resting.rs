@@ -189,7 +189,8 @@ mod tests {
                 ([5.0, 5.0, 6.5], REST),
                 // This particle lies on another particle that can move, so it is not at rest on anything fixed.
                 ([2.0, 2.0, 1.5], REST),
-                // These particles touch the ceiling, and the static particle from below and from the side.
+                // The first of these particles touches the ceiling. The others touch the static particle, one from
+                // below and one from the side.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

@@ -17,8 +17,8 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Returns the time of the next contact with a point at the origin, from outside or inside the distance `s`. The
-/// argument `squared` is `s^2`.
+/// Returns the time at which a particle next comes into contact, at the distance `s`, with a point at the origin. The
+/// particle is outside or inside this distance, as given by `side`. The argument `squared` is `s^2`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {
