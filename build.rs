@@ -12,7 +12,7 @@ fn main() -> io::Result<()> {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=Cargo.lock");
-    // The engine for browsers, built by `web/build`, if the program carries it.
+    // The engine for browsers, built by `web/build`, if the program includes it.
     println!("cargo::rustc-check-cfg=cfg(carries_module)");
     println!("cargo::rerun-if-env-changed=CAROM_MODULE");
     if let Some(module) = std::env::var_os("CAROM_MODULE") {

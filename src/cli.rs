@@ -177,7 +177,7 @@ impl Changes {
     }
 }
 
-/// Refuses a scene with replica exchange in commands that would ignore the exchange.
+/// Rejects a scene with `[exchange]` in a command that would ignore the exchange.
 fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
     if scene.exchange().is_none() {
         return Ok(());
@@ -210,8 +210,8 @@ pub fn program(join: Join) -> ExitCode {
     ExitCode::from(main(&arguments, join))
 }
 
-/// Executes a command line. `arguments` begin with the name of the program. All messages go to the standard output and
-/// error. An interrupt ends the work in good order.
+/// Executes a command line. `arguments` begin with the name of the program. All messages go to standard output or
+/// standard error. An interrupt stops the command cleanly.
 ///
 /// Returns the exit code: 0 for success, 1 for a failure or an interruption, 2 for bad input.
 #[must_use]

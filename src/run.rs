@@ -62,7 +62,7 @@ pub trait Recorder {
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
     /// Records a frame of the present state of a simulation, without additional scalars. A recorder can override this
-    /// method to avoid the memory for a snapshot.
+    /// method, so that no snapshot is created.
     ///
     /// # Errors
     /// If the frame cannot be recorded.
@@ -298,7 +298,7 @@ pub struct Finished {
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each observable drifted or was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium or a steady state, and reasons against it.
+    /// Whether the system was in equilibrium or a steady state, and reasons to doubt it.
     pub equilibrium: Equilibrium,
     /// Results of the instruments in the scene and of the custom instruments: see [`Measured::number`] and
     /// [`Measured::curve`].

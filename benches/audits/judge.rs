@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use carom::model::Scene;
 use carom::run::{Ending, run};
 
-/// Number of checks after which a run is abandoned, about ten thousand steps apart.
+/// A run is abandoned after this many checks, which are a few hundredths of a second apart.
 const PATIENCE: u32 = 2_000;
 
 /// Result of building a scene, running it and auditing the run.

@@ -18,7 +18,7 @@ pub enum Kind {
     Chains,
     Walls,
     Shear,
-    /// Restitutions down to 0.
+    /// Inelastic contacts with coefficients of restitution down to 0.
     Inelastic,
     /// Balls that fall on a floor.
     Falling,

@@ -3,9 +3,9 @@
 //!     cargo bench --bench cores                          all systems, about forty minutes; writes benches/results/cores.md and cores.svg
 //!     cargo bench --bench cores -- 100000 0.49           a number of spheres at a packing fraction, for a quick look
 //!
-//! Domains for more cores than available run one after the other on one thread. A window takes as long as its
-//! slowest domain; comparison and exchange are shared by as many cores as there are domains. The estimate
-//! does not include contention for memory.
+//! For more cores, the domains run one after the other on one thread. In the estimate, a window takes as long as its
+//! slowest domain, and the time for comparison and exchange is divided by the number of domains. Contention for memory
+//! is not included.
 
 mod plot;
 
@@ -128,8 +128,9 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Number of events per second of wall time, measured over about `per_particle` events per particle. The length of the
-/// measurement follows from `before`, an earlier number of events per particle and unit of simulated time.
+/// Measures the number of events per second of wall time over about `per_particle` events per particle. The simulated
+/// time that this takes is estimated from `before`, the earlier number of events per particle and unit of simulated
+/// time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     // The limit is a time. With a limit on the number of events, the last window would run on a single engine.

@@ -203,7 +203,7 @@ fn chains(count: u32, depth: f64) -> String {
         + &format!("[[chain]]\nspecies = \"bead\"\nlength = 16\ncount = {count}\nbond = \"link\"\n")
 }
 
-/// Particles of a species; a density gives the size of the box.
+/// The table of a fill with particles of one species. `density` is a line that sets the size of the box, or empty.
 fn fill(species: &str, count: u32, arrangement: &str, density: &str, temperature: f64) -> String {
     format!(
         "[[fill]]\nspecies = \"{species}\"\narrangement = \"{arrangement}\"\ncount = {count}\n{density}\n\

@@ -45,7 +45,7 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
 struct Section {
     name: &'static str,
-    /// Measures and writes csv files.
+    /// Runs the measurements and writes csv files.
     measure: fn() -> Outcome,
     /// Appends tables and a few sentences to the report, and draws plots.
     describe: fn(&mut String) -> Outcome,

@@ -49,8 +49,8 @@ impl Periods {
     }
 }
 
-/// Rounds to an integer without a call or a branch. Adds and subtracts a number whose last bit has the value 1, which
-/// works for magnitudes below 2^51.
+/// Rounds to an integer without a call or a branch, by adding and subtracting 1.5 * 2^52. Floating-point numbers of
+/// this size are spaced by 1, so the sum is rounded to an integer. Works for magnitudes below 2^51.
 #[inline]
 fn nearest_integer(x: f64) -> f64 {
     const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;

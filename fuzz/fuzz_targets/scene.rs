@@ -10,7 +10,7 @@ use carom::model::{Limit, Scene};
 use carom::check::verify::{End, Fault, EventRange, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
-/// Largest number of particles of a scene that is run.
+/// Scenes with more particles are not run.
 const MOST: usize = 64;
 
 fuzz_target!(|text: &str| {

@@ -1,4 +1,4 @@
-//! Fuzzes axes of sweeps, and calls of several sweeps in one folder, with the code of `tests/random_runs`.
+//! Fuzzes the axes of sweeps, and several sweep calls in the same folder, with the code of `tests/random_runs`.
 #![no_main]
 #![allow(dead_code)]
 

@@ -69,7 +69,8 @@ pub fn scene(error: &SceneError) -> PyErr {
     )
 }
 
-/// Key of an error found by TOML or serde, from its position in the text; `None` if it belongs to no key.
+/// Returns the key in which TOML or serde found an error, from the position of the error in the text; `None` if the
+/// error belongs to no key.
 fn key_of(error: &SceneError) -> Option<String> {
     let label = error.labels()?.next()?;
     let code = error.source_code()?.read_span(label.inner(), usize::MAX, usize::MAX).ok()?;
@@ -115,7 +116,7 @@ pub fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// The error for observing functions that differ from the functions at the start of the run.
+/// The exception if the observing functions differ from the functions at the start of the run.
 fn instrument(error: &InstrumentError) -> PyErr {
     cured("SimulationError", &error.to_string(), Some("pass observe with the same names as at the start of the run"))
 }

@@ -51,8 +51,9 @@ pub fn exchange(
     })
 }
 
-/// Suggests temperatures for which all swaps have the same acceptance, at least the given one. Predicts the acceptance
-/// from the density of states of a complete exchange. `None` if this is unknown or there are no such temperatures.
+/// Suggests temperatures for an exchange, as few as possible. The acceptance of swaps is the same for all neighbours
+/// and not below the given one. It is predicted from the density of states of a complete exchange. `None` if the
+/// density of states is unknown or no such temperatures are found.
 #[pyfunction]
 pub fn exchange_temperatures(py: Python<'_>, folder: PathBuf, acceptance: f64) -> PyResult<Option<Vec<f64>>> {
     let summary = py.detach(|| ExchangeFolder::read(&folder)).map_err(|error| error::exchange_folder(&error))?;

@@ -152,8 +152,9 @@ pub fn write_page(py: Python<'_>, run: PathBuf, out: Option<PathBuf>, force: boo
 /// compared, with the reason.
 type Files = (Vec<String>, Vec<(String, String)>, Vec<(String, String)>);
 
-/// Proves events of a run. Returns the printed text, numbers of the certificate, the comparison of the files and, if
-/// the proof failed, the reason with a suggestion.
+/// Verifies events of a run. Returns the printed text, four values of the certificate (whether the events are proven,
+/// the first event, the number of events, the largest gap), the comparison of the files and, if the proof failed, the
+/// reason with a suggestion.
 #[pyfunction]
 #[allow(clippy::type_complexity, reason = "a tuple of Python")]
 pub fn verify(

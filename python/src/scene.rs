@@ -118,7 +118,7 @@ impl Scene {
         self.model.space().is_closed().then(|| self.model.packing_fraction())
     }
 
-    /// Lower corner, edges, and which axes are periodic and flat.
+    /// Lower corner, edges, which axes are periodic, and which axes are flat.
     fn space(&self) -> ([f64; 3], [f64; 3], [bool; 3], [bool; 3]) {
         use carom::model::space::Boundary;
         let space = self.model.space();

@@ -21,7 +21,7 @@ FLUID = {
     "run": {"until_events": 20_000},
 }
 
-#: A ball that comes to rest in infinitely many bounces, which ends a run as a failure.
+#: A ball that comes to rest after infinitely many bounces. A run of this scene ends as a failure.
 FALLING = {
     "name": "stack",
     "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
@@ -32,7 +32,7 @@ FALLING = {
 }
 
 #: A scene for which no column of the outputs is empty: two species of unequal masses and diameters, wells, walls along
-# one axis, gravity, restitution.
+#: one axis, gravity, restitution.
 MIXTURE = {
     "name": "mixture",
     "seed": 3,

@@ -250,7 +250,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
             errors += 1
         time.sleep(0.001)
     thread.join()
-    # This thread continued while the other one simulated: Python's lock was free.
+    # This thread ran at the same time as the simulation, so the simulation did not hold Python's lock.
     assert errors > 10
     assert simulation.event_counts["core"] == 3_000_000
 
@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With `force=True`, the size limit does not apply. The calls then fail because a file is in the way.
+    # `force=True` lifts the size limit. A file in place of the folder makes these calls fail instead.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

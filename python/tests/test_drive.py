@@ -139,7 +139,7 @@ def test_each_heat_bath_has_its_own_random_numbers(fluid: dict) -> None:
     first, second = heated(simulation), heated(simulation)
     assert not np.allclose(first, second)
     assert np.array_equal(heated(carom.Simulation(fluid)), first)
-    # A bath that a call sets uses other random numbers than the same bath in the plan of a scene.
+    # A heat bath that is set by a call uses different random numbers from the same heat bath in the plan of a scene.
     planned = {**fluid, "run": {"until_events": 1, "thermostat": {"kind": "andersen", "temperature": 1.0, "rate": 1.0}}}
     own, copied = carom.Simulation(planned), carom.Simulation(planned)
     copied.thermostat = own.thermostat

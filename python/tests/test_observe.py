@@ -75,7 +75,7 @@ def test_observed_values_are_ordinary_results(fluid: dict, tmp_path: Path) -> No
         assert abs(found.mean - 3.0 * 107 / 108) < 5.0 * found.error and found.error > 0.0
         assert read.observables["drift"].is_stationary is False
     assert (run.folder / "measurements" / "v2.csv").exists() and "v2" in run.page()
-    # A simulation continues from the end of the run. Another run in the folder replaces the measurements.
+    # A new simulation continues from the end of the run. A new run in the same folder removes the measurements.
     assert carom.Simulation(run).advance(events=100) == "events"
     again = carom.run(fluid, tmp_path / "run", seed=2, force=True)
     assert "v2" not in again.observables and not (run.folder / "measurements").exists()

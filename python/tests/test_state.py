@@ -78,8 +78,8 @@ def test_thermostat_is_saved(fluid: dict, tmp_path: Path) -> None:
     again = carom.Simulation.load("a")
     assert again.thermostat == simulation.thermostat
     same(simulation, again)
-    # The second heat bath uses other random numbers than the first. The saved state includes the number of
-    # heat baths used so far.
+    # The second heat bath uses different random numbers from the first, so the saved state includes the number of heat
+    # baths used so far.
     for it in (simulation, again):
         it.set_thermostat(2.0, rate=1.0)
     same(simulation, again)

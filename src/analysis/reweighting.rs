@@ -36,7 +36,7 @@ const RESAMPLES: usize = 200;
 /// Length of a block in correlation times (more exactly, statistical inefficiencies).
 const BLOCK_LENGTH: f64 = 5.0;
 
-/// Minimum number of blocks, unless the histograms have fewer. Eight independent values are required, so each of 16
+/// Minimum number of blocks, unless the histograms have fewer. Errors require eight independent values, so each of 16
 /// blocks is at least half a correlation time long.
 const FEWEST_BLOCKS: usize = 16;
 

@@ -13,8 +13,8 @@ use spectrum::Density;
 /// Number of bins at which neighbours are merged.
 const MOST_BINS: usize = 1024;
 
-/// Relative round-off error of a constant quantity in a long run. The value is that of the conserved
-/// temperature of two particles over `1e8` events.
+/// Relative round-off error of a constant quantity in a long run. The value is the error of the conserved temperature
+/// of two particles after `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
 const FEWEST_VALUES: usize = 8;
@@ -85,8 +85,8 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
-        // The bin weight may be that of the first value, and larger than all later weights together. A second bin would
-        // then never be filled.
+        // The current bin weight may come from the first value, and may exceed all later weights together. A second bin
+        // would then never be filled.
         if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
             self.bin_weight = weight;
         }
@@ -136,7 +136,8 @@ impl BlockAverage {
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 
-    /// Linear combination with another average over the same times, value by value; `None` if the times differ.
+    /// Combines this average with another average over the same times. `combine` must be linear, because it is applied
+    /// to sums and means of values. Returns `None` if the times differ.
     pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         is_together.then(|| Self {
@@ -293,12 +294,13 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// relaxations, and differences that cancel between neighbours, as in the virial of a crystal. No window has to be
 /// chosen, and slow motion under fast noise is resolved, as in a fluid with a heat bath.
 ///
-/// An error from few independent values is itself uncertain. It is enlarged by Student's distribution so that the mean
-/// is within it in 68.27 % of all cases.
+/// An error from few independent values is itself uncertain. Student's distribution enlarges it, so that the true mean
+/// is within one error of the mean in 68.27 % of all cases.
 ///
 /// `None` for fewer than eight values, for correlated values with fewer than eight independent values, or if most of
-/// the variance is slower than a twelfth of the series. Fast noise can increase the variance so much that slow motion
-/// contributes most of `S(0)`, but less of the variance. The error is then enlarged by a factor of up to `sqrt(3)`.
+/// the variance belongs to the slowest motion in the fit, which relaxes in a twelfth of the series. Fast noise can
+/// increase the variance so much that slow motion contributes most of `S(0)`, but less of the variance. The error is
+/// then enlarged by a factor of up to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let Spread { variance, density } = spread(series)?;

@@ -3,7 +3,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 pub use std::time::Instant;
 
-/// Stands in for the clock on a platform without one, such as WebAssembly in a browser. Its time never passes.
+/// Stands in for the clock on a platform without one, such as WebAssembly in a browser. It never advances.
 #[cfg(target_arch = "wasm32")]
 #[derive(Debug, Clone, Copy)]
 pub struct Instant;

@@ -13,7 +13,7 @@ thread_local! {
 
 /// Runs `work` without syncing the files that it writes on this thread.
 pub fn without_sync<T>(work: impl FnOnce() -> T) -> T {
-    /// Restores the previous setting when `work` ends, also by a panic.
+    /// Restores the previous setting when `work` ends, even if it panics.
     struct Before(bool);
     impl Drop for Before {
         fn drop(&mut self) {

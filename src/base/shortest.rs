@@ -7,8 +7,8 @@ use std::ops::Range;
 /// Numbers of these magnitudes are written without an exponent, and so is 0.
 const PLAIN: Range<f64> = 1e-4..1e16;
 
-/// A number that is displayed with the fewest digits that read back as the same number, and with an exponent instead of
-/// many zeros.
+/// A number that is displayed with the fewest digits from which the same number is read back. Very large and very small
+/// numbers have an exponent.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shortest(pub f64);
 

@@ -50,8 +50,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Formats a number with all digits that it needs to read back as the same number, with an exponent instead of many
-/// zeros.
+/// Formats a number with the fewest digits from which the same number is read back. Very large and very small numbers
+/// have an exponent.
 #[must_use]
 pub fn shortest(number: f64) -> String {
     if number == 0.0 || (1e-5..1e16).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }

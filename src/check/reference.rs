@@ -156,7 +156,7 @@ impl Reference {
     }
 
     /// Returns the initial state of a pair: the number of potential radii that are larger than the distance of the
-    /// pair. If the distance equals a radius within 32 roundings, the direction of motion decides on which side of the
+    /// pair. If the distance equals a radius within round-off, the direction of motion decides on which side of the
     /// radius the pair is.
     fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
         let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);

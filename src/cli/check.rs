@@ -52,8 +52,8 @@ impl Check {
     }
 }
 
-/// Measures the events per second in a short trial, so that the result differs from call to call. Returns `None` if the
-/// trial has no result within [`PATIENCE`], or too few events for an estimate.
+/// Measures the events per second in a short trial. The result differs from call to call. Returns `None` if the trial
+/// has no result within [`PATIENCE`], or too few events for an estimate.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();

@@ -60,7 +60,7 @@ pub struct ExchangeCommand {
     /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Allows output of more than 10 GB, or a tenth of the free disk space
+    /// Allows output of more than 10 GB or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -224,7 +224,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Columns that the table may show after the temperature or window and the acceptance of swaps, by name and heading.
+/// Averages that the table may show, by name, each with its heading.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),

@@ -36,7 +36,7 @@ impl Failure {
         Self::new(message, help, BAD_INPUT)
     }
 
-    /// Returns a failure because of faults found by the audit.
+    /// Returns the failure of a command whose audit found faults.
     pub fn of_audit(faults: &[String]) -> Self {
         let help = "the results cannot be trusted; carom should not do this: please report the scene";
         Self::failed(format!("the audit failed: {}", faults.join("; ")), Some(help))

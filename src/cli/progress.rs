@@ -130,8 +130,8 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // Only events are frequent enough to show a recent rate. For frames and other units, the rate is an average
-        // over the whole stage.
+        // Events are frequent enough to show their recent rate. For frames and other units, the rate is an average over
+        // the whole stage.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),

@@ -64,8 +64,8 @@ pub struct Run {
     /// core, but at most one per 250000 particles
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     threads: Option<Threads>,
-    /// Replaces the run in the folder once the new run is complete; also allows output of more than 10 GB, or a tenth
-    /// of the free disk space
+    /// Replaces the run in the folder once the new run is complete; also allows output of more than 10 GB or a tenth of
+    /// the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -224,7 +224,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// If there are other MPI processes, they take part.
+    /// Executes the run. If there are other MPI processes, they share the work.
     fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
@@ -242,7 +242,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
-                // The other processes do not know about the failure, so their part of the run is ended here.
+                // The other processes do not know about the failure. Aborting ends them, too.
                 Failure::from(error).report();
                 transport.abort("the run ends here")
             }

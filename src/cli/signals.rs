@@ -6,20 +6,21 @@ use std::time::Duration;
 
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the work has checked for signals. Each check sets this flag.
+/// Whether the work has checked for signals. Each check sets this flag, and [`watch_without_traces`] clears it after a
+/// signal.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// After a signal, work that leaves no files must check for it within this time. Otherwise the program ends.
+/// If work that leaves no files does not check for signals within this time after a signal, the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Installs the signal handler. The first signal lets the work end in good order, and the second signal ends the
-/// program immediately. Before the work has begun, the first signal also ends the program immediately.
+/// Installs the signal handler. The first signal lets the work end cleanly, and the second signal ends the program
+/// immediately. Before the work has begun, the first signal also ends the program immediately.
 pub fn watch() {
     listen(|| {});
 }
 
-/// Installs a signal handler for work that leaves no files. The first signal ends the program soon, even if the work
-/// does not check for signals.
+/// Installs a signal handler for work that leaves no files. After the first signal, the program ends soon, even if the
+/// work does not check for signals.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);

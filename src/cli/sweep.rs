@@ -59,7 +59,7 @@ pub struct SweepCommand {
     /// Wall time between two checkpoints of a run, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = CHECKPOINT_EVERY)]
     checkpoint_every: Duration,
-    /// Allows output of more than 10 GB, or a tenth of the free disk space
+    /// Allows output of more than 10 GB or a tenth of the free disk space
     #[arg(long)]
     force: bool,
     /// No progress, only the final table

@@ -14,11 +14,12 @@ use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
 
-/// Mean number of transitions of a particle, to another cell or list centre, after which the particles are reordered in
-/// memory.
+/// The particles are reordered in memory after this mean number of transitions per particle. Each transition leads to
+/// another cell, or to a new list centre.
 const WANDERED: u64 = 64;
 
-/// Number of particles in cells above which prefetching pays. Bodies and cells then take a few megabytes.
+/// If the particles are sorted into cells, prefetching pays above this number of particles. Bodies and cells then take
+/// a few megabytes.
 const LARGE_IN_CELLS: usize = 32_768;
 /// The same for particles with neighbour lists, which take more memory per particle.
 const LARGE_IN_LISTS: usize = 2_048;

@@ -50,8 +50,8 @@ pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 /// time to later epochs, contribute three units of the time.
 const ROUNDINGS: f64 = 32.0;
 
-/// Returns whether an overlap is so shallow that round-off explains it at any discontinuity at this distance. No
-/// further check is needed then.
+/// Returns whether an overlap is certainly within round-off, judged by its depth and distance alone. Exact bounds
+/// are then not needed.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
@@ -83,28 +83,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// error of the distance at the event has these parts:
     ///
     /// - units in the last place of the largest coordinates that were rounded on the way, see
-    ///   [`Self::largest_coordinate`]. The coordinates at the event are not enough: a pair close to
-    ///   coordinate 0 may have been predicted across the side of the box, with one particle at coordinate
-    ///   `L`. Finding the nearest image adds no more than a rounding of the separation itself. In a small
-    ///   box, or with several images at equal distance, the image that meets is a few periods farther away;
+    ///   [`Self::largest_coordinate`]. The coordinates at the event are not enough: a pair close to coordinate 0 may
+    ///   have been predicted across the side of the box, with one particle at coordinate `L`. Finding the nearest image
+    ///   adds no more than a rounding of the separation itself. In a small box, or if several images are equally near,
+    ///   the pair may meet in an image that is a few periods farther away;
     /// - in a sheared box, also units in the last place of the displacement of images across the sliding
     ///   sides, before whole periods are subtracted from it;
     /// - units in the last place of a time in the queue, see [`Self::clock`], multiplied by the relative speed
     ///   of the two images plus the speed of a growing diameter;
-    /// - units in the last place of the overlap function, divided by its slope in space. The slope is `2 s`,
-    ///   where `s` is the distance of the discontinuity. The terms of the function are as large as the squared
-    ///   distance from which the pair came. This distance is `s` plus the path of the pair and of the
-    ///   discontinuity since then. The path is limited to [`Self::farthest_image`].
+    /// - units in the last place of the overlap function, divided by its slope in space. The slope is `2 s`, where `s`
+    ///   is the distance of the discontinuity. The terms of the function are as large as the square of the distance at
+    ///   which the contact was predicted. This distance is `s` plus the path of the pair and of the discontinuity since
+    ///   then. The path is limited to [`Self::farthest_image`].
     ///
-    /// The deepest overlap that was accepted as round-off so far is added: an inelastic pair that hardly moves
+    /// The deepest overlap that was accepted as round-off so far is added, because an inelastic pair that hardly moves
     /// is still as deep as it was at an earlier event.
     #[cold]
     pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
         let &Meeting { pair: [i, j], ref velocity, flown, distance, opening_speed } = meeting;
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
-        // A prediction is as old as the last event of either particle. But a state is also written without an event, at
-        // the end of an epoch or when a particle crosses a sliding side. In these cases the older of the two states
-        // counts.
+        // A contact is usually predicted at the last event of either particle, so the younger state is as old as the
+        // prediction. But a state is also written without an event, at the end of an epoch or when a particle crosses a
+        // sliding side. In these cases, the age of the older state is used.
         let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
@@ -152,8 +152,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
     }
 
-    /// Returns the magnitude of the time of an event, counted from the epoch in which the event was predicted. The
-    /// prediction was made `flown` ago.
+    /// Returns the time of an event, counted from the epoch in which the event was predicted. The size of this time
+    /// determines its round-off. `flown` is the time since the prediction.
     fn clock(&self, flown: f64) -> f64 {
         if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
@@ -311,7 +311,7 @@ mod tests {
         let overlap = |depth, round_off| Overlap { particle: ParticleId(0), partner: None, depth, round_off };
         assert!(!overlap(1e-13, 1e-12).is_real());
         assert!(!overlap(0.9e-6, 0.15).is_real());
-        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, where rounding explains anything");
+        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, round-off explains any overlap");
         assert!(overlap(1e-12, 1e-13).is_real());
     }
 }

@@ -22,8 +22,8 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Time that the queue covered in the previous epoch, but at least half of this field's previous value. Earlier
-    /// epochs still count because predictions can be up to three epochs old.
+    /// Time that the queue covered in the previous epoch, or half of this field's previous value if that is longer.
+    /// Earlier epochs still matter, because predictions can be up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -68,16 +68,15 @@ impl Clock {
         Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
     }
 
-    /// Returns whether the neighbour search is reconsidered at the epoch with this number. Soon after the start, this
-    /// becomes rare, because densities then change slowly.
+    /// Returns whether the neighbour search is reconsidered at the epoch with this number. This is done often at the
+    /// start and rarely later, because densities then change slowly.
     pub fn is_looked_at(epochs: u64) -> bool {
         epochs.is_power_of_two() || epochs.is_multiple_of(16)
     }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns an arrest if events continue while time stands still, or if the speed of a contact was lost to rounding:
-    /// theory, section 6.
+    /// Returns an arrest if events continue while time stands still, or if the speed of a contact was lost to rounding.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
         let standstill = match self.clock.standstill.lost_speed {
             Some(approach) => Standstill::Speed { approach },
@@ -192,8 +191,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Brings a particle forward to the epoch if it has had no event since `oldest`. Returns whether it did.
     ///
-    /// Without this, each wrap would round the position at the scale of the whole distance flown since the state was
-    /// written, and contacts would be predicted from that far away.
+    /// Without this, a particle could fly a long way from its last written state. Each wrap would then round its
+    /// position at the scale of this distance, and contacts would be predicted from that far away.
     ///
     /// The order in which particles are brought forward does not matter. Other particles see the same bits of a
     /// particle at the epoch before and after it is brought forward.

@@ -49,7 +49,7 @@ pub(super) trait Column: Sized {
     /// Whether a contact can change the entries of its two particles in this column.
     const CHANGES_IN_CONTACTS: bool = true;
 
-    /// Particle numbers in the entries are translated.
+    /// Returns the column in a new order. Particle numbers in its entries are replaced by the new numbers.
     fn permuted(&self, order: &Order) -> Self;
 
     /// Shifts times to an epoch that is later by `shift`.

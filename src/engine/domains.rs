@@ -9,8 +9,9 @@
 //! *Proof.* Suppose that steps of owned particles differ from the steps of a single engine. Take the earliest such step
 //! in any domain. Then this step read a particle that was already different. The particle was not owned, because this
 //! step is the earliest. It was not a readable copy: readable copies agree with their owners, and the earlier steps of
-//! the owners are right. It was not a particle without a copy in this domain: the owner of such a particle, whose
-//! earlier steps are right, has checked that the particle did not enter the readable region. So there is no such step.
+//! the owners are right. Nor was it a particle without a copy in this domain. The owner of such a particle has checked
+//! that the particle did not enter the readable region, and the owner's earlier steps are right. So there is no such
+//! step.
 //!
 //! If any of these steps differ, the window is rolled back and repeated up to the first difference. Three cases cannot
 //! be decided in this way and are left to the single engine: simultaneous events of two domains in an observed run,
@@ -62,7 +63,7 @@ const FEWEST_STEPS: u64 = 8;
 
 /// Number of recent rollbacks above which the halo counts as too thin.
 const MOST_UNDONE: f64 = 4.0;
-/// The widths of a halo that is too thin increase by these amounts.
+/// If the halo is too thin, its widths increase by these amounts.
 const WIDER: Halo = Halo { slack: 0.1, margin: 0.3 };
 
 /// Initial widths of the halo.

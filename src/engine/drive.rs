@@ -20,7 +20,7 @@ impl Simulation {
     /// # Errors
     /// [`ThermostatError`] in the cases that a scene rejects too: a temperature or rate that is not positive,
     /// no axes, only flat axes, or no moving particle. [`ThermostatError::Rescaling`] for
-    /// [`Thermostat::Rescaling`], which is no heat bath: call [`Self::scale_velocities`] at the times of your
+    /// [`Thermostat::Rescaling`], which is not a heat bath: call [`Self::scale_velocities`] at the times of your
     /// choice instead. After an error, the simulation and its heat bath are unchanged.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) -> Result<(), ThermostatError> {
         if let Some(thermostat) = thermostat {
@@ -33,8 +33,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Replaces the heat bath by that of a thermostat, which was validated with its scene; `None` removes the
-    /// heat bath. Velocity rescaling has no heat bath: the driver of the run does it.
+    /// Replaces the heat bath by that of a thermostat, which was validated with its scene; `None` removes the heat
+    /// bath. For velocity rescaling, the heat bath is removed, because the driver of the run rescales the velocities
+    /// itself.
     ///
     /// `seed` is the value of [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {
@@ -87,8 +88,8 @@ impl Simulation {
         self.thermostat().is_some()
     }
 
-    /// The present heat bath, as a thermostat without flat axes; `None` if there is no heat bath. Velocity
-    /// rescaling is no heat bath.
+    /// The present heat bath, as a thermostat without flat axes; `None` if there is no heat bath. Velocity rescaling is
+    /// not a heat bath.
     #[must_use]
     pub fn thermostat(&self) -> Option<Thermostat> {
         let bath = with_engine!(&self.engine, engine => engine.sources.andersen.as_ref().map(Andersen::bath));

@@ -201,7 +201,7 @@ pub enum Invariant {
     VerletList,
     /// In a sheared box, the particles are sorted into cells and not into Verlet lists.
     Cells,
-    /// A global event, such as a collision with a heat bath, has a source.
+    /// The source of a global event exists. For a collision with a heat bath, this is the heat bath.
     GlobalEvent,
 }
 

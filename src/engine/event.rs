@@ -19,8 +19,8 @@ pub enum EventKind {
     Pair(Outcome),
     /// A contact of a particle with a surface, such as a wall of the box.
     Surface,
-    /// A thermostat gives a particle a new velocity. The velocity comes from outside, so that this is not counted
-    /// as a physical event.
+    /// A thermostat gives a particle a new velocity. The velocity comes from outside, so this is not counted as a
+    /// physical event.
     Thermostat,
 }
 
@@ -149,7 +149,8 @@ pub struct EventCounts {
     pub turning_point: u64,
     /// Physical events in an invalid state: the overlap was deeper than the round-off of the positions.
     pub in_invalid_state: u64,
-    /// Contacts to which the TC model was applied: while the model is on, all contacts at infinite barriers.
+    /// Contacts to which the TC model was applied. While the model is on, it is applied to all contacts at infinite
+    /// barriers.
     pub tc_contacts: u64,
     /// Contacts in which the TC model reduced the dissipation.
     pub tc_altered: u64,

@@ -109,8 +109,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Executes the predicted contact of a particle and predicts its particles again. If the contact is outdated,
-    /// the particle is only predicted again.
+    /// Executes the predicted contact of a particle, and predicts the particle and its partner again. If the contact is
+    /// outdated, only the particle is predicted again.
     #[inline]
     fn execute_contact(
         &mut self,

@@ -1,4 +1,4 @@
-//! Prefetching and large memory pages. Both change the speed, but no result.
+//! Prefetching and large memory pages. They affect the speed, but not the results.
 
 pub mod pages;
 pub mod prefetch;

@@ -22,8 +22,8 @@ const MOST_PAIRS: usize = 4_000_000;
 /// them takes a few seconds.
 const MOST_NEAR: usize = 400_000_000;
 
-/// Minimum number of cell transitions without an event before the first attempt at a proof. Together, they take longer
-/// than the attempt.
+/// Minimum number of cell transitions without an event before the first attempt at a proof. This number of transitions
+/// takes longer than the attempt.
 const FIRST_PROOF: u64 = 20_000;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -50,8 +50,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.acts_for_ever() || !self.sources.surfaces.rest_from(self.time()) {
             return false;
         }
-        // Captured pairs inside a step of their potential need no further test, because they always have a
-        // predicted contact.
+        // If a captured pair is inside a step of its potential and has relative motion, it always has a predicted
+        // contact. This check therefore covers such pairs.
         if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }

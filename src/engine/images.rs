@@ -51,7 +51,7 @@ pub(super) enum Way {
 }
 
 impl ImagePolicy {
-    /// The policy before particles are sorted into cells or lists.
+    /// Creates the policy of a scene. It is valid until particles are sorted into cells or lists.
     pub fn of(scene: &Scene) -> Self {
         Self { further: Vec::new(), tied: [false; 3], sliding: LeesEdwards::of(scene) }
     }

@@ -11,8 +11,8 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 
-/// How many queue entries ahead data are prefetched: first the particle and its partner, then the lists or cells
-/// with their neighbours, and finally the neighbours.
+/// Data for a queue entry are prefetched when this number of entries is still ahead of it: first the particle and its
+/// partner, then the lists or cells with their neighbours, and finally the neighbours.
 pub(super) const SELF: usize = 7;
 const WHERE: usize = 4;
 const NEIGHBOURS: usize = 2;

@@ -27,8 +27,8 @@ pub(super) struct Counts {
     pub by_species: EventCountsBySpecies,
     /// Number of physical events, the sum over their kinds.
     pub executed: u64,
-    /// Number of transitions at the last event. Only its difference from the present number of transitions has a
-    /// meaning: when the counts are reset to zero, this number can wrap below zero.
+    /// Number of transitions at the last event. Only its difference from the present number of transitions is
+    /// meaningful. When the counts are reset to zero, this number can wrap below zero.
     pub transitions_at_event: u64,
     /// Number of transitions at the last attempt to prove that no further event will happen.
     pub transitions_at_proof: u64,

@@ -151,8 +151,8 @@ fn size<F: Lanes>(x: F) -> F {
 }
 
 impl Batch<'_> {
-    /// Returns a bit mask of the [`MOST_LANES`] candidates. It selects candidates whose nearest image is at least
-    /// `least` away along any axis.
+    /// Returns a bit mask of the [`MOST_LANES`] candidates. A candidate is selected if its nearest image is at least
+    /// `least` away along one or more axes.
     #[inline]
     pub fn half_a_period_away<const FALLING: bool>(&self, me: &Streamed, others: &[u32], least: [f64; 3]) -> u32 {
         self.width.run(HalfAPeriodAway::<FALLING> { batch: self, me, others, least })

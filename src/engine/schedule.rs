@@ -86,7 +86,7 @@ pub struct EventQueue {
     /// Length of time that a bucket covers. It is a power of two, so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
-    /// Number of steps in this epoch. A step is the removal of an entry that was due.
+    /// Number of steps in this epoch. Each removal of an entry that was due is a step.
     steps: u64,
     /// Target number of steps per epoch. The length of epochs is tuned to it.
     target: u64,
@@ -96,8 +96,8 @@ impl EventQueue {
     /// Returns a queue for `particles`, of which `due` have a predicted event at present. Half of these events are due
     /// within the time `median` after the epoch.
     ///
-    /// The other particles may get predictions later. Because the cost of a new epoch is proportional to the number of
-    /// particles, epochs are made long enough for all particles.
+    /// The other particles may get predictions later. The cost of a new epoch is proportional to the number of all
+    /// particles. The target number of steps per epoch is therefore proportional to it, too.
     #[must_use]
     pub fn new(particles: usize, due: usize, median: f64) -> Self {
         // An epoch has at least eight steps per particle, even if there are few particles. Longer epochs would be less
@@ -146,7 +146,8 @@ impl EventQueue {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// An entry beyond the horizon is dropped, because all particles are entered again at the next epoch.
+    /// Adds an entry. An entry beyond the horizon is dropped, because all particles are entered again at the next
+    /// epoch.
     #[inline]
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
@@ -294,7 +295,7 @@ impl EventQueue {
         part * (trunc_to_usize(now / part) + 1) as f64
     }
 
-    /// Whether the epoch ends at `tick`, which is the end of one of its parts, if it has had `steps` steps by then.
+    /// Whether the epoch ends at the time `tick`, if it has had `steps` steps. `tick` is the end of one of its parts.
     pub fn ends_at(&self, tick: f64, steps: u64) -> bool {
         tick >= self.span() || steps > CROWDED * self.target
     }

@@ -68,8 +68,8 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. The run counts as finished if the folder also contains a run that is to
-/// replace it and can be resumed.
+/// Returns the state of the run in a folder. A folder may also contain an unfinished run that is to replace its run.
+/// If the unfinished run can be resumed, the old run counts as finished.
 ///
 /// # Errors
 /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or

@@ -2,9 +2,9 @@
 //!
 //! - `trajectory.pvd` lists the frames with their times. This is the file to open.
 //! - `frame_000000.vtp` and so on are the frames, numbered by their index in the trajectory.
-//! - `surfaces.pvd` and `surface_0_NAME.vtp` are the surfaces beside the trajectory as triangles. They include all
-//!   surfaces that are present at the time of a frame, in their positions at that time. A moving surface has a file for
-//!   each frame, such as `surface_0_NAME_000000.vtp`.
+//! - `surface_0_NAME.vtp` and so on are the surfaces as triangles. `surfaces.pvd` lists, for the time of each frame,
+//!   the surfaces that are present, in their positions at that time. A moving surface has a file for each frame, such
+//!   as `surface_0_NAME_000000.vtp`.
 //! - `box.vtp` has the edges of the first frame's box as lines. In a sheared box, it shows the region that contains all
 //!   positions.
 //!

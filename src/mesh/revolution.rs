@@ -23,7 +23,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // The cross product uses the coordinate axis that is least parallel to `up`.
+    // The cross product uses the coordinate axis that is closest to perpendicular to `up`.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();

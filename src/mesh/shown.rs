@@ -98,8 +98,8 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// Returns the sides of the region for which `is_wanted` is true. Its arguments are the axis, and 0 for the lower
-    /// or 1 for the upper side.
+    /// Returns the sides of the region for which `is_wanted` is true. The first argument of `is_wanted` is the axis.
+    /// The second argument is 0 for the lower side and 1 for the upper side.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {
@@ -176,7 +176,7 @@ impl Region {
         let length = span.norm();
         let axis = if length > 0.0 { span } else { Vector::z() };
         let tolerance = self.tolerance(radius);
-        // A step along a meridian is about as long as a side of the equator.
+        // The points along a meridian are about as far apart as the corners on the equator.
         let half = trunc_to_u32((0.25 * PI / (2.0 * tolerance / radius).sqrt()).ceil()).clamp(4, 100);
         let arc = |step: u32| {
             // The poles lie exactly on the axis.

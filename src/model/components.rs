@@ -81,7 +81,8 @@ pub(crate) fn components(particles: usize, bonds: &[[u32; 2]]) -> Vec<Component>
     components
 }
 
-/// Returns the index of each particle's first partner, and one array with the bonded partners of all particles.
+/// Returns two arrays. The second array has the bonded partners of all particles, in the order of the particles. The
+/// first array has, for each particle, the index of its first partner in the second array.
 fn adjacency(particles: usize, bonds: &[[u32; 2]]) -> (Vec<usize>, Vec<u32>) {
     let mut starts = vec![0; particles + 1];
     bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);

@@ -27,8 +27,8 @@ pub enum ExchangeEnsemble {
     /// A canonical ensemble at each temperature, with swaps of replicas.
     #[default]
     Canonical,
-    /// One multicanonical ensemble of all replicas. It visits all energies from the energy at the lowest temperature to
-    /// the energy at the highest temperature equally often.
+    /// One multicanonical ensemble of all replicas. It covers the energies between those at the lowest and at the
+    /// highest temperature, and visits all of them equally often.
     Multicanonical,
     /// Umbrella sampling: a canonical ensemble in each umbrella window, at one temperature, with swaps of
     /// replicas.
@@ -66,11 +66,11 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     [first.min(last), first.max(last)]
 }
 
-/// Relative round-off in the ratio of a duration and an interval that are decimal fractions.
+/// Relative round-off of the ratio of two decimal fractions, a duration and an interval.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts. No computer can reach it, and there are enough random streams for each replica to
-/// have its own at each attempt.
+/// Largest number of swap attempts. No computer can make this many. There are still enough random streams for one
+/// stream per replica and attempt.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

@@ -45,7 +45,7 @@ impl InputFile {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
 
-    /// Returns the checksum of the present content if the file has changed; `None` if it is the same.
+    /// Returns the checksum of the present contents if the file has changed; `None` otherwise.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -61,7 +61,7 @@ impl InputFile {
     }
 }
 
-/// Returns the checksum of a file content in the form used by scene files, such as `crc32:0123abcd`.
+/// Returns the checksum of the contents of a file in the form used by scene files, such as `crc32:0123abcd`.
 pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }

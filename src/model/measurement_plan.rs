@@ -69,7 +69,7 @@ impl MeasurementPlan {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureTensor {
-    /// Duration of the shortest block of averages `[time]`.
+    /// Length of the shortest time blocks over which averages are taken `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
@@ -81,7 +81,7 @@ pub(crate) const FORCE_BINS: u64 = 40;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceForces {
-    /// Duration of the shortest block of averages `[time]`.
+    /// Length of the shortest time blocks over which averages are taken `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Axis along which a curve of the normal force is measured; no curve if not given.
@@ -281,5 +281,5 @@ pub enum Outlet {
     Rectangular([f64; 2]),
 }
 
-/// Words for the direction in which passages count as positive.
+/// Permitted values of the direction in which passages count as positive.
 pub const DIRECTIONS: [&str; 2] = ["+", "-"];

@@ -5,7 +5,7 @@ use super::scene::{Bond, Scene};
 use super::space::{Space, minimum_image};
 use crate::Vector;
 
-/// A particle without bonds is a molecule too. Bonds that particles can leave are ignored.
+/// The molecules of a scene. A particle without bonds is a molecule too. Bonds with a finite outer barrier are ignored.
 #[derive(Debug, Clone)]
 pub(crate) struct Molecules {
     /// Molecules of two or more particles.
@@ -61,8 +61,8 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Number of periods from the particle to its image that is connected to the first particle of the
-                // molecule.
+                // Number of periods between the particle and its image in the molecule, when the molecule is unwrapped
+                // from its first particle.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }
                 });

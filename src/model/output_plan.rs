@@ -61,7 +61,7 @@ pub struct OutputPlan {
     /// Interval between frames in `trajectory.xyz`; `None` lets the run choose an interval for about 20 frames, or
     /// fewer if these would exceed 200 MB.
     pub frame_interval: Option<f64>,
-    /// Regions in which to count particles, each a column of `thermo.csv`.
+    /// Regions in which particles are counted. Each region has a column in `thermo.csv`.
     pub regions: Vec<CountRegion>,
     /// Whether every physical event is written to `contacts.csv`.
     pub has_contacts: bool,

@@ -160,7 +160,7 @@ impl Potential {
         &self.radii
     }
 
-    /// The energies `U_0 ... U_n` `[energy]`. There is one more energy than radii.
+    /// The energies `U_0 ... U_n` `[energy]`. There is one energy more than there are radii.
     #[must_use]
     pub fn energies(&self) -> &[f64] {
         &self.energies

@@ -41,7 +41,7 @@ pub struct RunPlan {
     pub stages: Vec<StagePlan>,
     /// Limit of the equilibration before the last measurement.
     pub equilibration: Limit,
-    /// Whether the equilibration ends as soon as no observable drifts, but at its limit at the latest.
+    /// Whether the equilibration ends as soon as no observable drifts. It never continues beyond its limit.
     pub until_stationary: bool,
     /// Limit of the final measurement.
     pub limit: Limit,
@@ -74,7 +74,8 @@ impl RunPlan {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }
 
-    /// Name of the stage in which a run starts, as surfaces refer to it: the first listed stage, or else `measurement`.
+    /// Name of the stage in which a run starts: the first listed stage, or `measurement` if no stage is listed.
+    /// Surfaces refer to stages by these names.
     pub(crate) fn first_stage(&self) -> &str {
         self.stages.first().map_or(MEASUREMENT, |stage| &stage.name)
     }

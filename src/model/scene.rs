@@ -106,8 +106,8 @@ macro_rules! scene {
             $($(#[$doc])* pub(crate) $field: $type,)*
         }
 
-        /// The parts of a scene, for changes: [`Scene::into_parts`] takes a scene apart, and [`Scene::new`]
-        /// validates the modified parts.
+        /// The parts of a scene, which can be modified. [`Scene::into_parts`] returns the parts of a scene, and
+        /// [`Scene::new`] creates a scene from parts after validation.
         #[derive(Debug, Clone, PartialEq, Default)]
         #[non_exhaustive]
         pub struct SceneParts {
@@ -192,7 +192,7 @@ scene! {
     live: LivePlan => lent &LivePlan,
     /// Files that were read to create the scene, besides the scene file.
     inputs: Vec<InputFile> => lent &[InputFile],
-    /// The run whose last state is the start; `None` if there is none.
+    /// The run from whose last state the scene starts; `None` if there is no such run.
     predecessor: Option<Predecessor> => optional Option<&Predecessor>,
 }
 
@@ -227,8 +227,8 @@ impl Scene {
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
     }
 
-    /// Whether anything except surfaces at rest acts from outside: a thermostat, growing diameters, gravity of the run
-    /// plan, a sheared box, a thermal or moving surface.
+    /// Whether the scene has a thermostat, growing diameters, gravity in the run plan, a sheared box, a thermal wall,
+    /// or a thermal or moving surface.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls() || self.has_moving_surfaces()

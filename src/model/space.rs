@@ -195,7 +195,7 @@ impl Space {
                     let (lower, size, upper) = (self.lower[k], self.size[k], self.upper()[k]);
                     if !(lower..upper).contains(&position[k]) {
                         let turned = lower + (position[k] - lower).rem_euclid(size);
-                        // Round-off can move a position from just below the lower side exactly to the upper side.
+                        // Wrapping can round a position just below the lower side to exactly the upper side.
                         position[k] = if turned < upper { turned } else { lower };
                     }
                 }

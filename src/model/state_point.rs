@@ -75,7 +75,7 @@ impl StatePoint {
     }
 }
 
-/// Combines the hashes of several parts, independent of their order.
+/// Combines the hashes of several parts, independently of their order.
 fn sum(parts: impl Iterator<Item = StatePoint>) -> u64 {
     parts.fold(0, |sum: u64, part| sum.wrapping_add(part.0))
 }

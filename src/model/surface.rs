@@ -14,12 +14,12 @@ pub struct SceneSurface {
     pub name: String,
     /// Its shape.
     pub shape: SurfaceShape,
-    /// Species that collide with the surface; empty for all species.
+    /// Species that collide with the surface. If the list is empty, all species do.
     pub species: Vec<SpeciesId>,
     /// Law of contact between particles and the surface.
     pub law: SurfaceLaw,
-    /// Names of the stages in which the surface is present; empty for all stages. `measurement` stands for everything
-    /// after the listed stages.
+    /// Names of the stages in which the surface is present. If the list is empty, it is present in all stages.
+    /// `measurement` stands for everything after the listed stages.
     pub stages: Vec<String>,
     /// Motions of the surface in order of time, which do not overlap. `shape` is the shape before the first motion.
     pub motions: Vec<SurfaceMotion>,

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 
-/// A motion of a surface from one time to another. Outside its motions a surface rests.
+/// A motion of a surface from one time to another. Between its motions, a surface is at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceMotion {
     /// Simulated time at which the motion begins `[time]`.
@@ -51,8 +51,8 @@ pub enum MotionKind {
 }
 
 impl MotionKind {
-    /// Whether the distances of a flying particle to planes and lines of the surface are polynomials of the time, as
-    /// for a surface at rest.
+    /// Whether the position of a particle in free flight, relative to the surface, is a polynomial in time, as for a
+    /// surface at rest.
     #[must_use]
     pub fn is_polynomial(&self) -> bool {
         matches!(self, Self::Translation { .. })

@@ -14,7 +14,8 @@ pub(crate) const PARTICLES_PER_THREAD: usize = 250_000;
 pub enum Threads {
     /// A fixed number from 1 to 64.
     Number(usize),
-    /// One thread for each core, but at most one per 250,000 particles. With fewer particles, more threads do not pay.
+    /// One thread for each core, but at most one per 250,000 particles. With fewer particles per thread, additional
+    /// threads bring little or no gain in speed.
     Auto,
 }
 

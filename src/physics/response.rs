@@ -1,8 +1,7 @@
 //! Response at a discontinuity: Core, Capture, Release or Bounce.
 //!
 //! A prediction only states that a pair reaches a discontinuity from one side. When the event is executed,
-//! the energy step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section
-//! 1).
+//! the energy step and the radial kinetic energy decide the outcome (Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};

@@ -22,7 +22,7 @@ pub(crate) struct RandomFill<'a> {
     pub region: FillRegion,
     /// Whether to insert as many particles as fit, instead of failing if not all fit.
     pub as_many_as_fit: bool,
-    /// Whether the fill has the whole box to itself.
+    /// Whether the region is the whole box, and the box has no other particles and no surfaces.
     pub has_box: bool,
     pub seed: u64,
     /// Index of the group of particles. Each group has its own random numbers.
@@ -30,9 +30,9 @@ pub(crate) struct RandomFill<'a> {
 }
 
 impl RandomFill<'_> {
-    /// Places particles one by one. If this fails, or if the fill is too dense to try, a fill with a periodic box to
-    /// itself is compressed instead. With `as_many_as_fit` there is no compression, and the result may be shorter than
-    /// `kinds`.
+    /// Places particles one by one. If this fails, or if the packing is too dense to try, small spheres are inserted
+    /// and grow to full size (compression). This requires moving particles that are alone in a periodic box. With
+    /// `as_many_as_fit` there is no compression, and there may be fewer positions than `kinds`.
     ///
     /// # Errors
     /// [`NoPlace`] if the particles do not fit. With `as_many_as_fit`, only if not a single particle fits.
@@ -62,8 +62,8 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// Compression as an alternative to insertion; `None` unless all particles can move and have a periodic box to
-    /// themselves.
+    /// Compression as an alternative to insertion; `None` unless all particles can move and are alone in a periodic
+    /// box.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

@@ -61,9 +61,9 @@ pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: 
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Iterates over the indices of `count` classes, in an order in which the first few are always spread evenly, in pairs
-/// around the middle. If the number of particles is not a multiple of `count`, the first classes in this order each get
-/// one more particle, and the mean diameter hardly changes.
+/// Returns the order in which classes of diameters get one more particle each, if the number of particles is not a
+/// multiple of `count`. Classes at equal distances from the middle class follow each other, so that the mean diameter
+/// hardly changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =

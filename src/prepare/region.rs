@@ -247,8 +247,8 @@ mod tests {
                     }
                 }
                 let (even, expected) = (even / f64::from(count), sum / inside);
-                // Four standard errors of the difference of two means of 4000 values. The standard deviation of x is at
-                // most 3.
+                // Four standard errors of the difference between two means, each of 4000 values of x. The standard
+                // deviation of x is at most 3.
                 assert!(
                     (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
                     "{shape:?}: {even} {expected} {middle}"

@@ -1,7 +1,7 @@
 //! Particles at rest in contact at the start of a scene, pushed by their weight against something immobile.
 //!
-//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a`
-//! (theory: free fall). For a sphere at rest this time is zero, so its events would never end. For a sphere almost at
+//! A sphere with the normal speed `v` that falls back with the acceleration `a` is in contact again after `2 v / a`.
+//! For a sphere at rest this time is zero, so its events would never end. For a sphere almost at
 //! rest, events are so frequent that time hardly advances, and the TC model makes all of them elastic.
 
 use crate::Vector;
@@ -189,7 +189,8 @@ mod tests {
                 ([5.0, 5.0, 6.5], REST),
                 // This particle lies on another particle that can move, so it is not at rest on anything fixed.
                 ([2.0, 2.0, 1.5], REST),
-                // These particles touch the ceiling, and the static particle from below and from the side.
+                // The first of these particles touches the ceiling. The others touch the static particle, one from
+                // below and one from the side.
                 ([9.0, 9.0, 19.5], REST),
                 ([5.0, 5.0, 3.5], REST),
                 ([6.5, 5.0, 5.0], REST),

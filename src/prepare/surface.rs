@@ -27,7 +27,7 @@ const HOLE_TO_CONTACT: f64 = 0.65;
 /// Default spacing of a square grid for a surface of this species `[length]`. The holes are then too small for any
 /// moving species to pass.
 pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
-    // The smallest species that collides with the surface decides, because it would leak first.
+    // The species with the shortest contact distance determines the spacing, because it would leak first.
     let moving = (0..species.len()).filter(|&other| !species[other].is_static());
     let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
@@ -154,8 +154,8 @@ impl Surface {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// Spacing at which this surface has the same holes as a square grid with the spacing `of_grid`. With the spacing
-    /// `d`, the holes have the radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
+    /// Spacing at which the holes of this surface are as large as those of a square grid with the spacing `of_grid`.
+    /// With the spacing `d`, the holes have the radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
     }

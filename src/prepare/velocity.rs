@@ -234,8 +234,8 @@ mod tests {
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
     }
 
-    /// Masses and velocities of particles with the equal speed 1.3. The numbers of particles are given for the masses
-    /// 0.7, 3 and 11.
+    /// Masses and velocities of particles that all have the speed 1.3. `numbers` are the numbers of particles with the
+    /// masses 0.7, 3 and 11.
     fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
         let species: Vec<Species> = [0.7, 3.0, 11.0]
             .iter()

@@ -57,7 +57,7 @@ impl Limits {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Initial {
-    /// Number of initial overlaps deeper than round-off.
+    /// Number of pairs that overlap at the start by more than round-off.
     pub overlaps: usize,
     /// Simulated time from the start until the last initial overlap was resolved `[time]`. `None` if some are left, or
     /// if there were none.
@@ -84,7 +84,7 @@ pub struct Audit {
     pub event_counts: EventCounts,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
-    /// Number of pairs that overlap at the end, deeper than round-off.
+    /// Number of pairs that overlap at the end by more than round-off.
     pub final_overlaps: usize,
     /// Overlaps at the start of the run.
     pub initial: Initial,
@@ -123,7 +123,7 @@ pub enum AuditFault {
         /// Largest allowed depth.
         limit: f64,
     },
-    /// Particles overlap deeper than round-off explains, although no particles overlapped at the start.
+    /// Particles overlap by more than round-off explains, although no particles overlapped at the start.
     #[error(
         "{events} events in invalid states and {pairs} overlaps at the end, deeper than round-off explains, the deepest \
          {depth:.1e} of the contact distance"

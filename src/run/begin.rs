@@ -101,15 +101,15 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), origin: Origin::Scene }
     }
 
-    /// Continues a run from a checkpoint. The results have the same bits as without the interruption.
+    /// Continues a run from a checkpoint. The results are the same, bit for bit, as without the interruption.
     pub fn resume(checkpoint: Checkpoint) -> Self {
         let Checkpoint { mut simulation, state, .. } = checkpoint;
         simulation.set_threads(simulation.scene().run().threads);
         Self { simulation, state, registry: Registry::default(), origin: Origin::Checkpoint }
     }
 
-    /// Sets the number of threads, instead of the number in the scene. The results have the same bits for any number of
-    /// threads: see [`Simulation::set_threads`].
+    /// Sets the number of threads, instead of the number in the scene. The results are the same, bit for bit, for any
+    /// number of threads: see [`Simulation::set_threads`].
     pub fn threads(mut self, threads: impl Into<Threads>) -> Self {
         self.simulation.set_threads(threads);
         self
@@ -186,10 +186,10 @@ impl Run {
         Ok(self)
     }
 
-    /// Runs to a simulated time or to a number of physical events since the start of the simulation,
-    /// whichever comes first, and pauses there. Returns the run, which continues with the same bits, and
-    /// `None`. If the run ends before, returns the run without its last row and frame, and why it ended;
-    /// [`Run::execute`] and [`Run::finish`] add the last row and frame.
+    /// Runs to a simulated time or to a number of physical events since the start of the simulation, whichever comes
+    /// first, and pauses there. Returns the run and `None`. If the run is continued, its trajectory is the same, bit
+    /// for bit, as without the pause. If the run ends earlier, returns the run without its last row and frame, and the
+    /// reason for its end; [`Run::execute`] and [`Run::finish`] add the last row and frame.
     ///
     /// ```
     /// # use carom::model::{Limit, Potential, RunPlan};
@@ -221,9 +221,9 @@ impl Run {
         drive_to(self.registered()?, Halt::At(until), recorder, watch).map_err(RunError::Recorder)
     }
 
-    /// Runs up to the point at which another run of the same scene was interrupted, and is interrupted there in the
-    /// same way. `events` is the number of physical events at that point, since the start of the simulation. `time` is
-    /// its simulated time, which may be the time of a cell transition after the last event.
+    /// Runs to the point at which another run of the same scene was interrupted, and interrupts this run at the same
+    /// point. `events` is the number of physical events at that point, since the start of the simulation. `time` is its
+    /// simulated time, which may be the time of a cell transition after the last event.
     ///
     /// `watch` is called as in [`Self::execute`]. When it returns `Break`, the run ends at once.
     pub(crate) fn execute_up_to<R: Recorder>(
@@ -240,9 +240,9 @@ impl Run {
     }
 
     /// Runs all stages before the last measurement, then pauses at its beginning, with the thermostat and the gravity
-    /// of the measurement set up. Returns the paused run and `None`. The paused run can be continued, with the same
-    /// bits as without the pause. If the run ends earlier, returns the run in its present state and the reason for its
-    /// end.
+    /// of the measurement set up. Returns the paused run and `None`. If the paused run is continued, its trajectory is
+    /// the same, bit for bit, as without the pause. If the run ends earlier, returns the run in its present state and
+    /// the reason for its end.
     ///
     /// `watch` is called as in [`Self::execute`]. Results of measured stages are not recorded.
     ///

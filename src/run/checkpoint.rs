@@ -1,4 +1,5 @@
-//! Checkpoints. A checkpoint is one file with everything that a run needs to continue with the same bits.
+//! Checkpoints. A checkpoint is one file with everything needed to continue a run as if it had not been interrupted,
+//! bit for bit.
 //!
 //! | bytes | content |
 //! |---|---|
@@ -10,9 +11,9 @@
 //! | 4 | CRC-32 of all previous bytes, little endian |
 //!
 //! A checkpoint can only be read by a program of the same sources and dependencies. Another program may store the state
-//! differently, or round differently, and would not continue with the same bits. The fingerprint is computed at build
-//! time from `Cargo.lock` and all sources, except sources that only report on runs. Checksums (CRC-32) of the output
-//! files show whether they belong to the checkpoint.
+//! differently, or round differently and obtain other results. The fingerprint is computed at build time from
+//! `Cargo.lock` and all sources, except sources that only report on runs. Checksums (CRC-32) of the output files show
+//! whether they belong to the checkpoint.
 
 mod checked;
 mod error;
@@ -39,7 +40,7 @@ use crate::run::RunState;
 /// Two times are equal within round-off if their relative difference is below this value.
 const NEAR: f64 = 1e-9;
 
-/// Checkpoint of a run: everything needed to continue it with the same bits.
+/// Checkpoint of a run: everything needed to continue it as if it had not been interrupted, bit for bit.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
     /// The simulation at the time of the checkpoint.

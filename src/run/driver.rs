@@ -276,8 +276,8 @@ impl Driver<'_> {
         !self.is_pilot && self.agreed(self.recorder.is_checkpoint_due())
     }
 
-    /// Returns the value of the first process. All processes must decide alike, but their clocks, disks and signals
-    /// differ.
+    /// Returns the value of the first process. All processes must make the same decisions, but their clocks, disks and
+    /// signals differ.
     fn agreed(&self, found: bool) -> bool {
         self.simulation.agreed(u64::from(found)) != 0
     }

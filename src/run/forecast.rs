@@ -13,14 +13,15 @@ const STEPS_PER_SECOND: f64 = 1e6;
 /// Number of neighbours that can be tested in the wall time of one step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Work besides events is reported before the run if it takes longer than this wall time `[seconds]`: 10 minutes.
+/// The work of a thermostat, a barostat, shear flow or a moving surface is reported before the run if it takes longer
+/// than this wall time `[seconds]`: 10 minutes.
 const LONG: f64 = 600.0;
 
 /// The events of a run limited by time are reported before the run if they take longer than this wall time `[seconds]`:
 /// 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Work of a thermostat, a barostat or shear flow is reported only if it has more than this many steps per event.
+/// The work of a thermostat, a barostat or shear flow is reported only if it takes more than this many steps per event.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Number of neighbours per particle above which events are so slow that they are reported.
@@ -112,8 +113,8 @@ const SEARCH_STEP: f64 = 1e-7;
 /// is then too inaccurate.
 const MOST_PERIODS: f64 = 1e-3 / f64::EPSILON;
 
-/// Returns a reason for each surface that oscillates or turns so fast that the run takes long, or that its phase is
-/// lost in round-off.
+/// Returns a reason for each surface that oscillates or turns so fast that the run takes a long time, or that the phase
+/// of the surface is lost in round-off.
 fn frequencies(scene: &Scene, moving: f64) -> Vec<Burden> {
     let plan = &scene.run;
     let duration: f64 = Stage::all(plan).filter_map(|stage| stage.settings(plan).limit.time).sum();
@@ -242,8 +243,9 @@ fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
     }
 }
 
-/// Number of particles in the cells around a particle; `None` if it is not very large. It is large if the longest range
-/// is much longer than the distance between particles, because cells are as large as this range.
+/// Number of particles in the cells around a particle; `None` if it is at most [`CROWD`]. It is large if the longest
+/// range of an interaction is much longer than the distance between particles, because cells are as large as this
+/// range.
 fn crowd(scene: &Scene) -> Option<f64> {
     let range = scene.longest_range();
     let part = |k: usize| {
@@ -294,7 +296,7 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has about"), "{found:?}");
-        // Work besides events is also reported if the scene limits the number of events instead of the time.
+        // The work of a thermostat is also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }

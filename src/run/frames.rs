@@ -19,7 +19,7 @@ pub(crate) const MOST_BYTES: f64 = 2e8;
 const REASON: &str = "limited to 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str = "only the last one: it alone exceeds 200 MB, the limit without output.frame_interval";
 
-/// Limit of the number of frames in each measured stage, which keeps their size on disk small.
+/// Limit on the number of frames in each measured stage, which keeps their size on disk small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
     /// Maximum number of frames; `None` if the scene gives the interval.
@@ -34,7 +34,7 @@ impl FrameLimit {
         Self::with(scene, frame_bytes(scene), measured)
     }
 
-    /// Returns the limit of the number of frames for each temperature of a replica exchange.
+    /// Returns the limit on the number of frames for each temperature of a replica exchange.
     pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
         Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
     }

@@ -26,11 +26,11 @@ pub struct MeasuredStage {
     /// Whether each observable drifted or was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// Whether the system was in equilibrium or a steady state, and reasons against it.
+    /// Whether the system was in equilibrium or a steady state, and reasons to doubt it.
     pub equilibrium: Equilibrium,
     /// Results of the instruments in this stage.
     pub measured: Measured,
-    /// Factor by which the diameters had grown since the start of the scene.
+    /// Factor by which the diameters grew between the start of the simulation and the end of this stage.
     pub diameter_factor: f64,
     /// Volume moves of the barostat; `None` without a barostat.
     pub volume_moves: Option<VolumeMoves>,
@@ -65,8 +65,8 @@ mod by_place {
     }
 }
 
-/// Stores the stationarity of each observable for a checkpoint. The enum `Verdict` has the same variants, and is stored
-/// as an index.
+/// Stores the stationarity of each observable in a checkpoint. The enum `Verdict` has the same variants as
+/// [`Stationarity`](crate::analysis::statistics::Stationarity). A checkpoint contains the index of the variant.
 mod verdicts {
     use serde::de::Deserializer;
     use serde::ser::Serializer;

@@ -1,4 +1,4 @@
-//! Event rate of a run, estimated in advance even if the rate changes during the run.
+//! Estimates the event rate of a run in advance, even if the rate changes during the run.
 
 use thiserror::Error;
 
@@ -15,8 +15,8 @@ const STEPS_OF_PART: u64 = 10_000;
 /// Number of engine steps after which a trial is given up if it advances too slowly.
 const PATIENCE: u64 = 120_000;
 
-/// A trial is too slow if it would not cover enough of the run even at this multiple of its present speed. The speed
-/// may increase, because systems that cool have fewer events.
+/// A trial is too slow if it would not cover enough of the run even at this multiple of its present speed. The margin
+/// is needed because the speed may increase: a system that cools has fewer and fewer events.
 const MARGIN: f64 = 4.0;
 
 /// The rates in two intervals count as equal if they differ by less than this factor.
@@ -32,7 +32,7 @@ const FEWEST: f64 = 30.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NoRate {
-    /// Particles fall and lose energy in contacts, so that they come to rest in more and more contacts.
+    /// Particles fall and lose energy in contacts. While they come to rest, contacts become more and more frequent.
     #[error("particles that fall and lose energy come to rest, in more and more contacts")]
     Collects,
     /// Open sides.
@@ -93,7 +93,7 @@ fn duration(scene: &Scene) -> Option<f64> {
         _ => None,
     };
     let stages = Stage::all(plan).map(|stage| stage.settings(plan));
-    // A run without an equilibration still has an equilibration stage. This stage has no end and is skipped.
+    // A run without an equilibration still has an equilibration stage. This stage has no end condition and is skipped.
     stages.filter(|settings| settings.has_end()).map(of_stage).sum()
 }
 
@@ -125,7 +125,8 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
     let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
-    // A system that falls without dissipation soon converts its potential energy, and then has a steady rate.
+    // Particles that fall without dissipation soon convert their potential energy to kinetic energy. The rate is then
+    // steady.
     let is_far = passed >= FAR * duration || why == NoRate::Falls;
     (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
 }
@@ -170,7 +171,7 @@ mod tests {
         }
         assert_eq!(foreseen_rate(&rain(1000, 100.0)), Err(NoRate::Collects));
         let hopper = Scene::from_file("configs/hopper.toml").unwrap();
-        // The hopper has 1.45e6 events in its duration of 80 units of time.
+        // The run of the hopper has 1.45e6 events in 80 units of time.
         let told = 80.0 * foreseen_rate(&hopper).unwrap();
         assert!((0.5e6..4.3e6).contains(&told), "{told}");
     }

@@ -14,9 +14,9 @@ impl Run {
     /// Shares the run between processes. Every process must have set up the same run with the same number of threads:
     /// see [`Simulation::set_transport`].
     ///
-    /// All processes obtain the same results, with the same bits as a single process. Only the first process decides
-    /// when to write a checkpoint and when to stop, by its recorder and its `watch`. Recorders of other processes need
-    /// not record anything.
+    /// All processes obtain the same results as a single process, bit for bit. Only the first process decides when to
+    /// write a checkpoint and when to stop, by its recorder and its `watch`. Recorders of other processes need not
+    /// record anything.
     pub fn transport(mut self, transport: Arc<dyn Transport>) -> Self {
         self.simulation.set_transport(transport);
         self
@@ -135,7 +135,7 @@ mod tests {
             .unwrap()
     }
 
-    /// The first process interrupts the run in call number `asked` of `watch`.
+    /// The first process interrupts the run at the `asked`-th call of `watch`.
     fn run_in(processes: usize, asked: usize) -> (All, Vec<(Ending, Snapshot)>) {
         let mut results = in_processes(processes, |transport| {
             let (mut all, mut left) = (All::default(), asked);

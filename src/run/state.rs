@@ -79,7 +79,7 @@ impl Aim {
     }
 }
 
-/// An unfinished pilot run that is the beginning of its stage.
+/// An unfinished pilot run that simulates the first part of its stage.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Pilot {
     /// Number of physical events that the pilot run needs for its estimate.

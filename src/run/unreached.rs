@@ -21,7 +21,7 @@ pub enum Unreached {
     },
     /// There are too few volume moves to tune their amplitude.
     Amplitude {
-        /// Number of volume moves before the first measurement with a barostat that tunes its amplitude.
+        /// Number of volume moves that tune the amplitude before the first measurement that uses it.
         moves: f64,
         /// Minimum number of volume moves needed to tune the amplitude.
         fewest: f64,

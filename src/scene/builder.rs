@@ -47,8 +47,8 @@ pub struct SceneBuilder {
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
-    /// Number of groups so far for each table of a scene file, such as `particle` or `fill`. It numbers the entries in
-    /// config paths.
+    /// Number of groups added so far to each table of a scene file, such as `particle` or `fill`. It is the index of
+    /// the next group of this table in config paths.
     pub(crate) entries: BTreeMap<&'static str, usize>,
     /// Id of the next particle; `None` after a group whose number of particles is not known yet.
     pub(crate) next_id: Option<u64>,
@@ -264,7 +264,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Returns the temperature and speed of each fill and chain in which neither is set.
+    /// Iterates over the fills and chains that have neither a temperature nor a speed, and gives access to both fields.
     fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
         self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
             Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })

@@ -192,7 +192,8 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// Index in the scene file of each species and interaction of a builder; empty if nothing was expanded.
+/// For each species and interaction of a builder, its index in the scene file. Empty if no species was replaced by
+/// classes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
     species: Vec<usize>,

@@ -45,7 +45,7 @@ impl ConfigPath {
         Self::root().key(table).index(index)
     }
 
-    /// Replaces an index in the top-level array `table` by the entry of `indices` at this index.
+    /// In a path into the top-level array `table`, replaces the index `k` by `indices[k]`.
     #[must_use]
     pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
         let mut steps = self.0.clone();

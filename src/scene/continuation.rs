@@ -296,8 +296,8 @@ fn are_alike(a: &Potential, b: &Potential) -> bool {
     a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
 }
 
-/// For each interaction, whether all its pairs of particles had the same discontinuities in the run. If so, these pairs
-/// stay captured or free as in the run.
+/// For each interaction, whether every pair with this interaction had the same discontinuities in the earlier run. If
+/// so, captured pairs stay captured, and free pairs stay free.
 fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
     let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
     let mut is_kept = vec![true; interactions.len()];

@@ -28,7 +28,7 @@ struct Start<'f> {
     has_box: bool,
     has_radii: bool,
     beside: Beside,
-    /// Number of the comment line of the frame in its file. This line contains the box and the bonds.
+    /// Line number of the frame's comment line in the file. The comment line contains the box and the bonds.
     comment: usize,
 }
 
@@ -123,8 +123,8 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the box from a frame, and the sides that the scene does not specify. A frame cannot distinguish walls from
-/// open sides, so the scene must specify an axis that is neither periodic nor flat.
+/// Takes the size of the box from a frame, and the sides of each axis for which the scene gives none. A frame cannot
+/// distinguish walls from open sides, so the scene must give the sides of an axis that is neither periodic nor flat.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));

@@ -54,7 +54,7 @@ pub(crate) struct SceneFile {
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
-    /// Whether particles may overlap at the start. No overlap then grows deeper, and overlaps disappear unless gravity
+    /// Whether particles may overlap at the start. If they do, overlaps never grow deeper, and disappear unless gravity
     /// or wells hold the particles together.
     pub allow_invalid_start: bool,
     /// The run whose last state is the start of this run, instead of particles in the scene.

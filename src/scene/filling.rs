@@ -46,7 +46,7 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles of a fill. If as many as fit are requested, it is an upper bound.
+    /// Number of particles of a fill. It is an upper bound if the fill has the key `as_many_as_fit`.
     pub(crate) fn count(fill: &Fill, placing: &Placing<'_>, at: &ConfigPath) -> Result<u64, SceneError> {
         let (species, space) = (placing.species, placing.space);
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {

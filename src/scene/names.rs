@@ -8,8 +8,8 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// Regular expressions of names for the JSON Schema, in syntax that all validators support. They accept every non-ASCII
-/// character, because it may be a letter.
+/// Regular expressions for names in the JSON Schema, in a syntax that all validators support. They accept every
+/// non-ASCII character, because it may be a letter.
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";

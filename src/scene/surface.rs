@@ -27,7 +27,7 @@ impl Surface {
                 finite_vector(&edges[0], &at.key("edge_1"))?;
                 finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
-                // With round-off, even parallel edges have a nonzero area.
+                // Because of round-off, the area may be nonzero even if the edges are parallel.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }

@@ -51,10 +51,10 @@ pub struct Fill {
     pub count: Option<u64>,
     /// Density; follows from `count` if it is not given.
     pub amount: Option<Amount>,
-    /// Whether to place particles one by one until no more fit, at most the number that `count` or `amount` gives.
-    /// Valid only for a random arrangement.
+    /// Whether to place particles one by one until no more fit or the number from `count` or `amount` is reached. Valid
+    /// only for a random arrangement.
     pub as_many_as_fit: bool,
-    /// Region of the fill; the whole box if `None`. Particles stay inside it with their whole volume.
+    /// Region of the fill; the whole box if `None`. Particles are placed entirely inside it.
     pub region: Option<FillRegion>,
     /// Temperature of the Maxwell velocities of the particles `[energy]`. The particles are at rest if neither it nor
     /// `speed` is given.
@@ -94,7 +94,7 @@ impl Fill {
         Self { amount: Some(amount), ..self }
     }
 
-    /// Places particles one by one at random until no more fit, at most the number that `count` or `amount` gives.
+    /// Places particles one by one at random, until no more fit or the number from `count` or `amount` is reached.
     #[must_use]
     pub fn as_many_as_fit(self) -> Self {
         Self { as_many_as_fit: true, ..self }
@@ -124,7 +124,7 @@ pub struct Chain {
     pub count: u64,
     /// The name of the interaction that bonds each particle to the next.
     pub bond: String,
-    /// Distance of neighbours at the start `[length]`; if `None`, the middle of the bond's range.
+    /// Distance between neighbours at the start `[length]`; if `None`, the middle of the bond's range.
     pub spacing: Option<f64>,
     /// Position of the first particle and direction of a straight chain; `None` for chains that grow at random without
     /// overlaps.

@@ -1,4 +1,5 @@
-//! Numbers that vary inside lists and tables. They have their own columns in tables, and are variables of plots.
+//! Numbers that vary inside lists and tables of the scene. Each of them has its own column in the tables of the sweep,
+//! and is a variable of plots.
 
 use std::collections::BTreeMap;
 

@@ -35,7 +35,7 @@ pub enum SweepError {
     SamePlace {
         /// The earlier key, which has no effect.
         first: String,
-        /// The later key, which replaces the value of the first.
+        /// The later key. It replaces the value of the earlier key.
         second: String,
     },
     /// Runs with different seeds would be identical, because nothing in them is random.

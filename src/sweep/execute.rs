@@ -21,7 +21,7 @@ use crate::run::{Ending, Finished, Progress, Run, RunError};
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
-    /// The run had ended before.
+    /// The run had already ended.
     Kept,
     /// The run was executed to its end.
     Done,

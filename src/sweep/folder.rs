@@ -229,7 +229,7 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// An interrupted run counts as unfinished, even if it ended in good order.
+    /// An interrupted run counts as unfinished, even if it has written its summary.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;

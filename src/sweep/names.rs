@@ -40,7 +40,7 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
 }
 
 /// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table is written as in
-/// `size-12x12x9.5`. Of a path, only the last part is used. Characters that some file systems or shells reject are
+/// `size-12x12x9.5`. A path is shortened to its last part. Characters that some file systems or shells reject are
 /// replaced. If anything is replaced or left out, or the name is taken, a checksum of the settings is appended.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);

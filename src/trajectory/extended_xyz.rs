@@ -64,7 +64,7 @@ const LONGEST_LINE: u64 = 1 << 26;
 pub struct Pick {
     /// The frame.
     pub frame: Frame,
-    /// Whether the file ends within a later frame, as after a killed run.
+    /// Whether the file ends in the middle of a later frame, for example because the run was killed.
     pub is_truncated: bool,
 }
 

@@ -10,7 +10,7 @@ pub(super) struct Row {
     pub what: &'static str,
     pub how: &'static str,
     pub value: String,
-    /// Whether `value` is a ratio; `how` names the reference value.
+    /// Whether `value` is a ratio. In this case, `how` names the quantity by which it is divided.
     pub is_relative: bool,
     /// Reason for a missing verdict, if it is not obvious.
     pub why: Option<String>,
@@ -74,8 +74,9 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // Without a limit in the scene, the run compared each overlap with the round-off of its own coordinates. The run is
-    // sound if no overlap exceeded this round-off. There is no verdict if the run started with overlaps.
+    // Without a limit in the scene, the run has compared each overlap with the round-off of the coordinates from which
+    // it was computed. The run is sound if no overlap exceeded its round-off. There is no verdict if particles
+    // overlapped at the start.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

@@ -86,7 +86,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Lists the columns and bytes in the scene's files that are not used.
+/// Lists the parts of the scene's files that are not used: columns, and bytes at the end of a mesh file.
 #[must_use]
 pub fn unused_input(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -190,7 +190,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
-/// Lists reasons why the run takes far longer than its events need, with the wall time for each.
+/// Lists reasons why the run takes far longer than its events alone would take, with the wall time for each.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(told).collect()
@@ -255,8 +255,8 @@ fn temperature(scene: &Scene) -> Option<f64> {
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
-/// Warns if large coordinates or pair energies leave so few digits that round-off may cause overlaps. The audit accepts
-/// overlaps of at most a millionth of a diameter as round-off.
+/// Warns if large coordinates or pair energies leave so few accurate digits that round-off may cause overlaps. The
+/// audit accepts overlaps of at most a millionth of a diameter as round-off.
 fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;

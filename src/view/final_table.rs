@@ -152,7 +152,7 @@ impl Lines {
         }
     }
 
-    /// Results with too few data get a line too.
+    /// Results with too few data are also listed.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {

@@ -25,7 +25,7 @@ pub use engine::Engine;
 pub use head::Shown;
 pub use source::Source;
 
-/// The scripts of the page in their order, after the renderer of the player.
+/// Scripts of the page, in the order of loading. They are loaded after the scripts in `RENDERER`.
 const PROGRAM: [&str; 24] = [
     include_str!("report/save.js"),
     include_str!("live/plots_axis.js"),

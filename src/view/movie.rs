@@ -64,8 +64,8 @@ use track::{Codec, Track};
 /// Largest memory for images drawn at the same time `[bytes]`, unless a single image needs more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory per particle while its frame is drawn `[bytes]`: its line in the frame, its position and rectangle
-/// in the image, and the shading of other particles.
+/// Memory per particle while its frame is drawn `[bytes]`. It covers the line of the particle in the frame, its
+/// position and rectangle in the image, and its entries in the lists that are used for shading.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
 const MOST_PER_SECOND: u32 = 120;
@@ -77,11 +77,11 @@ const LARGEST_TURN: f64 = 3600.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MovieFormat {
-    /// Graphics Interchange Format: opens everywhere, 256 colours, at most 50 images per second.
+    /// Graphics Interchange Format: opens everywhere, but has only 256 colours and at most 50 images per second.
     Gif,
-    /// Animated PNG: opens in browsers, all colours, large.
+    /// Animated PNG: opens in browsers and has all colours, but the files are large.
     Apng,
-    /// MPEG-4 with H.264: opens in players, browsers and slides, small; needs ffmpeg.
+    /// MPEG-4 with H.264: small files that open in players, browsers and slides. Needs ffmpeg.
     Mp4,
 }
 
@@ -135,7 +135,8 @@ pub struct WrittenMovie {
     pub frames: u64,
     /// Size of the file `[bytes]`.
     pub bytes: u64,
-    /// Whether the trajectory ends within a frame, as after a killed run. The frames before are complete.
+    /// Whether the trajectory ends in the middle of a frame, for example because the run was killed. All earlier frames
+    /// are complete.
     pub is_truncated: bool,
 }
 
@@ -157,7 +158,7 @@ pub struct MovieProgress {
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
 /// Writes a movie of a trajectory in extended XYZ; the extension of `path` determines the format. The file
-/// appears when it is complete. If a killed run has cut off the trajectory, the complete frames are used.
+/// appears when it is complete. An incomplete last frame, as left by a killed run, is ignored.
 ///
 /// # Errors
 /// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`] or [`ViewError::OddSize`] if the

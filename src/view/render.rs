@@ -76,7 +76,7 @@ const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
 /// Draws one frame of a trajectory file: the frame nearest to a time `[time]`, or the last frame. Surfaces and gravity
-/// are those of the scene beside the file. If a killed run has cut off the file, only complete frames are used.
+/// are those of the scene beside the file. An incomplete last frame, as left by a killed run, is ignored.
 ///
 /// # Errors
 /// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`]

@@ -1,4 +1,4 @@
-//! Proofs of scenes with extreme numbers: deep wells, mass ratios, long waits.
+//! Proofs of runs with extreme numbers: very deep wells, large mass ratios, long times without events.
 
 use carom::model::Scene;
 

@@ -23,7 +23,7 @@ pub struct SpringDashpot {
     start: Start,
     periods: Periods,
     stiffness: f64,
-    /// Damping force per approach speed, of a pair and at the floor.
+    /// Damping force divided by the speed of approach: between two grains, and between a grain and the floor.
     damping: [f64; 2],
     dt: f64,
     forces: Vec<Vector>,

@@ -1,8 +1,8 @@
 //! Algorithms 4 to 6 of the paper as printed. The roots of `f'` are found in closed form, and brackets are bisected to
 //! a chosen width.
 //!
-//! Only corrections without which the printed version does not run are made: the upper limit in Algorithm 6, and the
-//! use of the simple root if `f'` has a double root.
+//! The only changes are corrections without which the printed version does not run: the upper limit in Algorithm 6, and
+//! the use of the simple root if `f'` has a double root.
 
 use super::problem::Pair;
 use carom::physics::overlap::Side;

@@ -1,5 +1,4 @@
-//! Textbook methods. None of them handles invalid states: the next event is the next fall of `f` through zero
-//! after now.
+//! Textbook methods. None of them handles invalid states: each returns the next time at which `f` falls through zero.
 
 use super::paper::bisect;
 use super::problem::Pair;

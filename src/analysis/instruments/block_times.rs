@@ -13,9 +13,9 @@ pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// Returns an interval close to `interval` that is neither a multiple nor a simple fraction of the time
-/// between two scalings of the velocities. The samples then fall evenly on all times since the last scaling.
-/// From one sample to the next, this time advances by the golden section.
+/// Returns an interval close to `interval` that is neither a multiple nor a simple fraction of the time between two
+/// scalings of the velocities. The samples are then spread evenly over the time between two scalings. The ratio of the
+/// two times, or its inverse, is a whole number plus or minus the golden section, 0.618.
 pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let Some(scaling) = scaling else { return interval };
@@ -30,7 +30,7 @@ pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
     found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
 }
 
-/// Without a given interval, the expected duration has `aim` blocks.
+/// If no interval is given, the expected duration is divided into `aim` blocks.
 pub(super) fn block_times(setup: &Setup<'_>, given: Option<f64>, aim: u32) -> SamplingTimes {
     let (start, duration) = (setup.sample.time, setup.duration);
     match given {
@@ -54,9 +54,9 @@ mod tests {
             let mut phases = [0_u32; 10];
             let count = 20_000;
             (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
-            // With the golden section, the counts differ by an amount that grows as the logarithm of the number of
-            // samples. If the interval is much shorter than the time between two scalings, they differ by up to the
-            // number of samples in this time.
+            // With the golden section, the numbers of samples in the ten bins differ by an amount that grows as the
+            // logarithm of the total number. If the interval is much shorter than the time between two scalings, the
+            // difference is up to the number of samples in this time.
             assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
         }
         assert_eq!(incommensurate(0.3, None), 0.3);

@@ -24,8 +24,8 @@ const BUDGET: usize = 64 << 20;
 /// there are more, every second origin is dropped.
 const MOST_LONG: usize = 16;
 
-/// Largest number of origins younger than the span. Four overlap; in addition, one may just end and one may
-/// just begin.
+/// Largest number of origins younger than the span: four that overlap, one that has just ended, and one that has just
+/// begun.
 const MOST_YOUNG: usize = 6;
 
 /// Indices of the three linear curves of each group: mean squared displacement, velocity autocorrelation, and
@@ -37,11 +37,11 @@ const CURVES: usize = 3;
 
 /// Follows particles from several time origins.
 ///
-/// Each origin is compared with the samples at linear lags, `k interval` up to the span, and at logarithmic
-/// lags from 1/32 of an interval to the whole run. Samples closer than an interval are taken after some
-/// origins only. At most 16 origins older than the span are kept, evenly spaced in the elapsed time, so
-/// memory and work stay bounded. The mean over all particles from one origin counts as one value. Errors come
-/// from blocks of origins; the error of the slope also uses the scatter of particles and of axes.
+/// Each origin is compared with the samples at linear lags, `k interval` up to the span, and at logarithmic lags from
+/// 1/32 of an interval to the whole run. Samples less than an interval apart are taken only in the first two intervals
+/// after an origin. At most 16 origins older than the span are kept, evenly spaced in the elapsed time, so memory and
+/// work stay bounded. The mean over all particles from one origin counts as one value. Errors come from blocks of
+/// origins; the error of the slope also uses the scatter of particles and of axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,

@@ -21,8 +21,8 @@ const INFINITE: &str = "diffusion_coefficient_infinite";
 /// square of its relative error, so by at most a ninth.
 const LARGEST_ERROR: f64 = 1.0 / 3.0;
 
-/// Largest fraction of a coefficient that may be added from times beyond the span. The theory of this
-/// contribution neglects terms of the next order.
+/// Largest correction for times beyond the span, as a fraction of the coefficient. The theory of this correction is of
+/// leading order only, so the correction must be small.
 const LARGEST_TAIL: f64 = 0.1;
 
 /// Corrects each diffusion coefficient of a fluid that conserves momentum in a periodic box.

@@ -99,8 +99,8 @@ impl Flow {
     fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (at, period) = (self.at, self.period(system));
         let [start, end] = [from, to].map(|position| self.along(position));
-        // The plane and its periodic images are numbered upwards. These are the numbers of the last image at
-        // or below the start and the end of the path.
+        // The plane and its periodic images are numbered in ascending order. Each end of the path gets the number
+        // of the last image at or below it.
         let planes = [start, end]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
         let crossings = planes[1] - planes[0];

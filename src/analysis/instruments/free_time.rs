@@ -25,9 +25,9 @@ fn temperature(system: &SystemDescription, sample: &Sample<'_>) -> f64 {
     twice_kinetic / (system.moving.len() as f64 * system.space.dimensions() as f64)
 }
 
-/// Estimates the fluid as if all particles were hard spheres of their diameters that fill the box evenly, in
-/// as many dimensions as the box has. The estimate is good enough for the choice of times. `None` if nothing
-/// moves or everything falls.
+/// Treats the moving particles as hard spheres that fill the box evenly, in as many dimensions as the box has. The
+/// spheres have the mean diameter and the mean mass. The estimate is good enough for the choice of times. `None` if
+/// particles accelerate or all axes are flat.
 fn guess(system: &SystemDescription, temperature: f64) -> Option<HardSphereFluid> {
     let dimensions = system.space.dimensions();
     let moving = system.moving.len() as f64;

@@ -34,7 +34,7 @@ pub struct Setup<'a> {
     pub duration: f64,
 }
 
-/// An instrument: measures one kind of quantity while the scene runs, like a *compute* of other programs.
+/// An instrument measures one kind of quantity during a run, like a *compute* in other programs.
 ///
 /// An instrument sees the particles at times that it chooses, and all events if it asks for them. It only
 /// reads: the trajectory of a run is the same, bit for bit, whatever is measured. Its report is written with
@@ -80,8 +80,8 @@ pub trait Instrument {
     /// Takes an event.
     fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
 
-    /// Takes the particles just before and just after a thermostat has scaled all velocities. No event
-    /// reports this.
+    /// Called after a thermostat has scaled all velocities, with the particles just before and just after the scaling.
+    /// A scaling is not reported as an event.
     fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
 
     /// Whether the run should end now. The run asks after every sample and event.

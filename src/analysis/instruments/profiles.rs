@@ -69,7 +69,7 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // Round-off may put a position outside the box, and the grid may start elsewhere than the
+                    // Round-off may put a position outside the box, and the grid need not start at the corner of the
                     // box.
                     if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
                         // The result of `rem_euclid` may round up to the period itself.
@@ -93,7 +93,7 @@ impl Profile {
     }
 }
 
-/// Numbers of bins, at most [`MOST_CELLS`] in all. The last axes become coarser if necessary.
+/// Reduces the numbers of bins so that there are at most [`MOST_CELLS`] cells. The last axes lose bins first.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {

@@ -80,7 +80,7 @@ impl Number {
     /// Creates a number from an estimate; `None` stands for insufficient data.
     #[must_use]
     pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
-        // Infinite and undefined means count as insufficient data.
+        // A mean that is infinite or undefined counts as insufficient data.
         let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
         Self {
             name: name.to_owned(),
@@ -208,7 +208,7 @@ pub struct Variable {
     pub values: Vec<f64>,
 }
 
-/// A measured quantity along the variables of its curve.
+/// A measured quantity of a curve or grid, with one value in each row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Series {

@@ -6,7 +6,7 @@ use crate::analysis::statistics::Estimate;
 /// fraction of the whole slope, or by less than three standard errors.
 const STRAIGHT: f64 = 0.1;
 
-/// Minimum number of points for a slope whose two halves are compared.
+/// Minimum number of points in the part whose slope is measured. The slopes of its two halves are also compared.
 const FEWEST: usize = 6;
 
 /// Points of the part that should be straight: from a quarter of the longest lag to the longest lag.

@@ -36,7 +36,8 @@ struct OnSurface {
     /// normal, and the number of contacts.
     sums: [f64; 5],
     averages: Vec<BlockAverage>,
-    /// Sum in the current block, and average, of the normal force in each bin of the profile.
+    /// For each bin of the profile, the sum of the normal impulses in the current block, and the average of the normal
+    /// force over the finished blocks.
     bins: Vec<(f64, BlockAverage)>,
 }
 

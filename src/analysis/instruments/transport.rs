@@ -29,13 +29,13 @@ const LONGEST_FREE_TIMES: f64 = 40.0;
 /// Smallest and largest default number of moments per span, and the largest number that can be requested.
 const FEWEST: f64 = 20.0;
 const MOST_CHOSEN: f64 = 80.0;
-/// Smallest ratio of the duration to a default span.
+/// The default span is at most the duration divided by this number.
 const SPANS: f64 = 20.0;
 
 /// Indices of the curves. Each curve has one element per lag, from lag 1 on.
 const SHEAR: usize = 0;
 const BULK: usize = 1;
-/// Index of the curve of means that belongs to the mean squares of [`BULK`].
+/// Index of the curve of the mean `<x>`. The curve [`BULK`] is the mean square `<x^2>` of the same quantity.
 const BULK_MEAN: usize = 2;
 const HEAT: usize = 3;
 const CURVES: usize = 4;

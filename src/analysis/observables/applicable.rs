@@ -148,8 +148,8 @@ impl ApplicableObservables {
         applicable
     }
 
-    /// Starts a stage with a thermostat. It may change the momentum, and so the number of free velocity
-    /// components.
+    /// Starts a stage with a thermostat. The thermostat may end the conservation of momentum, which changes the number
+    /// of free velocity components.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
         self.scaling_interval = match thermostat {
             Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),

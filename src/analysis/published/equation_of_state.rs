@@ -98,8 +98,8 @@ mod tests {
         let sixth = std::f64::consts::PI / 6.0;
         let (melting, freezing) = (1.0376, 0.9392);
         assert_near(melting * face_centred_cubic(melting * sixth), 11.566, 3);
-        // The published freezing density has four digits. With dP/drho of about 50, it determines the pressure
-        // to 0.5e-4 * 50.
+        // The published freezing density is rounded to four digits, so its error is up to 0.5e-4. The slope dP/drho is
+        // about 50.
         let fluid = freezing * hard_spheres(freezing * sixth);
         assert!((fluid - 11.566).abs() < 0.5e-4 * 50.0, "{fluid}");
     }

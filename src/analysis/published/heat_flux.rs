@@ -25,7 +25,7 @@ const JUMP: f64 = 2.4001 * 0.886_226_925_452_758;
 /// the order of a diameter times the gradient at each plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GasBetweenPlates {
-    /// Distance between the planes that centres can reach: the distance of the plates minus a diameter
+    /// Distance between the planes that sphere centres can reach: the distance between the plates minus a diameter
     /// `[length]`.
     pub distance: f64,
     /// Particles per area of a plate `[length^-2]`.

@@ -258,9 +258,9 @@ mod tests {
         let gas = HardSphereFluid::reduced(0.0);
         assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
         assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
-        // In the first Sonine approximation, the coefficients of `y` are `4/25 (1 + 12 / pi)` for the viscosity
-        // and `9/25 (1 + 32 / (9 pi))` for the conductivity. They are divided by the ratios of the full series
-        // to this approximation, and compared with 0.7615 and 0.7575.
+        // In the first Sonine approximation, the coefficients of `y` are `4/25 (1 + 12 / pi)` for the viscosity and
+        // `9/25 (1 + 32 / (9 pi))` for the conductivity. Divided by the ratios of the full series to this
+        // approximation, they should give 0.7615 and 0.7575.
         assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
         assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
         // The bulk viscosity is `1.0025 eta_0 b rho y`, with the shear viscosity `eta_0` of the dilute gas, `b

@@ -39,7 +39,8 @@ pub fn third_virial_of_square_well(well_ratio: f64, depth: f64, temperature: f64
     let mut sum = 0.0;
     for piece in ends.windows(2) {
         let (middle, half) = (0.5 * (piece[0] + piece[1]), 0.5 * (piece[1] - piece[0]));
-        // Gauss's rule with three points is exact here, because the polynomial has at most the fifth power.
+        // Gauss-Legendre quadrature with three points is exact here, because the degree of the polynomial is at most
+        // five.
         for (node, weight) in [(-0.6_f64.sqrt(), 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.6_f64.sqrt(), 5.0 / 9.0)] {
             let r = middle + half * node;
             let mayer = if middle < 1.0 { -1.0 } else { x };

@@ -194,7 +194,7 @@ impl DensityOfStates {
         self
     }
 
-    /// Sets the means in each level of the quantities measured along with the energies.
+    /// Sets, for each quantity measured along with the energies, its mean in each level.
     #[must_use]
     pub fn with_means(mut self, means: Vec<Vec<f64>>) -> Self {
         self.means = means;
@@ -266,7 +266,7 @@ fn log_sum(terms: &[f64]) -> f64 {
     most + libm::log(terms.iter().map(|term| libm::exp(term - most)).sum())
 }
 
-/// Solves for the Newton step by Cholesky's decomposition of `matrix`, given by its lower triangle. Also
+/// Solves for the Newton step by Cholesky decomposition of `matrix`, of which only the lower triangle is given. Also
 /// returns whether the samples determine the step. If they do not, the step still goes downhill.
 fn downhill(mut matrix: Vec<Vec<f64>>, gradient: &[f64]) -> (Vec<f64>, bool) {
     let count = gradient.len();

@@ -26,7 +26,8 @@ pub struct EnergyLevels {
 }
 
 impl EnergyLevels {
-    /// Bins, from their lower edges in ascending order. Lower values go into the first bin.
+    /// Creates bins with these lower edges, which must be in ascending order. Energies below the first edge go into the
+    /// first bin.
     #[must_use]
     pub fn of_bins(lower_edges: &[f64]) -> Self {
         Self { levels: lower_edges.to_vec(), are_bins: true, ..Self::default() }

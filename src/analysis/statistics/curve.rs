@@ -177,8 +177,8 @@ mod tests {
             curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap().standard_error.unwrap() / exact
         };
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
-        // With 32 to 64 bins, a single error is known to a quarter, and the mean of forty errors to 4 %. The bounds are
-        // three times that, and include the bias of the estimate.
+        // With 32 to 64 bins, a single error is uncertain by a quarter, and the mean of forty errors by 4 %. The bounds
+        // are three times that, and include the bias of the estimate.
         assert!((0.88..1.25).contains(&mean), "{mean}");
     }
 

@@ -12,13 +12,13 @@ const SLOWEST: f64 = 1.0 / 12.0;
 /// eight angular frequencies are below the inverse of this time.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// The fit includes changes of a quantity with longer correlations only if they increase the logarithm of the
-/// likelihood by this much. With a lower threshold, these components would fit low powers that are due to chance. One
-/// error in a few hundred would then be several times too small.
+/// Components for the changes of a correlated quantity are included in the fit only if they increase the logarithm of
+/// the likelihood by this much. With a lower threshold, they would fit powers that are low by chance. One error in a
+/// few hundred would then be several times too small.
 const LEAST_GAIN: f64 = 6.0;
 
-/// Fastest relaxation time in the fit, in values of the series. The density of such a relaxation falls by only a
-/// quarter over the fitted frequencies, so faster relaxations count as white noise.
+/// Fastest relaxation time in the fit, as a number of values of the series. The density of such a relaxation falls by
+/// only a quarter over the fitted frequencies, so faster relaxations count as white noise.
 const FASTEST: f64 = 0.5;
 
 /// Ratio of successive relaxation times in the fit.
@@ -71,7 +71,7 @@ thread_local! {
 /// The spectral density at frequency zero, in units of the variance of the series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Density {
-    /// The most likely value. It is one for a series of independent values.
+    /// The most likely density. It is 1 if the values of the series are independent.
     pub at_zero: f64,
     /// Ratio of a safe upper estimate to `at_zero`. It rises from 1 to [`MOST_DOUBT`] if more than half of the density
     /// belongs to the slowest relaxation of the fit.
@@ -81,7 +81,7 @@ pub(super) struct Density {
 /// A component that a series may contain.
 #[derive(Clone)]
 struct Part {
-    /// Mean spectral density of the component in each group of frequencies, for a weight of 1.
+    /// Spectral density of the component with a weight of 1, averaged over each group of frequencies.
     density: Vec<f64>,
     at_zero: f64,
     weight: f64,
@@ -233,7 +233,8 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// Components that a series of `n` values may contain: white noise, then relaxations from the slowest on.
+/// Components that a series of `n` values may contain: white noise, relaxations from slow to fast, and, if there are
+/// enough frequencies, changes of a quantity without correlations.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;

@@ -26,7 +26,7 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // A single error is known to a sixth, and the mean of forty errors to 2.6 %. The bounds include three times
+        // A single error is uncertain by a sixth, and the mean of forty errors by 2.6 %. The bounds include three times
         // that, a bias of up to 12 % on the safe side, and Student's factor.
         assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
@@ -43,8 +43,8 @@ fn anticorrelated_noise_reduces_the_error() {
     };
     let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
     let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
-    // A single error is known to a quarter, and the mean of sixty errors to 3 %. The bounds include three times that,
-    // and a bias of up to 15 % on the safe side.
+    // A single error is uncertain by a quarter, and the mean of sixty errors by 3 %. The bounds include three times
+    // that, and a bias of up to 15 % on the safe side.
     assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
 }
 
@@ -75,8 +75,8 @@ fn bounded_quantity_adds_no_error_to_its_rate() {
         let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
         let errors = all.iter().map(|series| standard_error(series).unwrap());
         let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
-        // 100 seeds determine the scatter to 7 %. The bounds allow three times that on both sides of the target range,
-        // 0.8 to 1.25.
+        // With 100 seeds, the scatter is known to 7 %. The target range is 0.8 to 1.25. The bounds add three times 7 %
+        // on both sides.
         assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
     }
 }
@@ -158,7 +158,8 @@ fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
         let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
         let ratio = (scatter / claimed).sqrt();
         println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
-        // Without the allowance for motion that may be slower than it seems, the ratio would be up to 1.85.
+        // Motion may be slower than it seems, and `standard_error` allows for this. Without the allowance, the ratio
+        // would be up to 1.85.
         assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
     }
 }
@@ -218,7 +219,8 @@ fn a_ratio_of_means_is_no_mean_of_ratios() {
         b.add(1.0 + x, 1.0);
     }
     let ratio = a.ratio(&b).unwrap();
-    // The ratio is 2, so its error is that of the mean of a - 2 b = -x, which is sqrt(1 / 12 / 4000).
+    // `a` and `b` contain the same noise `x`, and their ratio is 2. The error of the ratio is therefore the error of
+    // the mean of `a - 2 b = -x`, which is sqrt(1 / 12 / 4000).
     let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
     assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
     assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");
@@ -342,9 +344,9 @@ fn a_variance_is_that_about_the_true_mean() {
 
 #[test]
 fn the_error_of_a_variance_is_honest_where_noise_hides_slow_motion() {
-    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. If the
-    // error of the variance had no lower bound from the error of the mean, the rms deviation in the second case would
-    // be 1.16 errors.
+    // The series contain 21, 32 or 63 independent values of the slow motion, and noise of the same variance. The error
+    // of the variance has a lower bound, which follows from the error of the mean. Without it, the rms deviation of the
+    // series with 32 values would be 1.16 errors.
     let (rho, count) = (0.9_f64, 200);
     let exact = 2.0 / 12.0 / (1.0 - rho * rho);
     let noise = (1.0 - rho * rho).sqrt().recip();

@@ -69,7 +69,7 @@ const SHOWN: [usize; 2] = [24, 40];
 const FREE_KEYS: [&str; 6] =
     ["version", "engine", "wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes"];
 
-/// First words of report lines that may differ between a run and its replay.
+/// Report lines that begin with these words may differ between a run and its replay.
 const FREE_LINES: [&str; 3] = ["engine ", "threads ", "measured "];
 
 /// Every report written by the program starts with these bytes.

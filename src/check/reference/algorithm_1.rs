@@ -10,7 +10,7 @@ use crate::Vector;
 pub struct Polynomial(Vec<f64>);
 
 impl Polynomial {
-    /// Creates a polynomial. Coefficients of zero at the highest powers are dropped.
+    /// Creates a polynomial. Zero coefficients of the highest powers are dropped.
     #[must_use]
     pub fn new(coefficients: &[f64]) -> Self {
         let degree = coefficients.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
@@ -144,7 +144,7 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // The condition can change only where one of these polynomials changes sign.
+    // Between two successive sign changes of these polynomials, either all times meet the condition or none does.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();

@@ -6,7 +6,7 @@ use super::rules::Side;
 use crate::Vector;
 use crate::model::{SceneSurface, SurfaceShape};
 
-/// A point, line or plane of a surface, from which the centre of a sphere keeps a distance.
+/// A point, line or plane of a surface. It limits where the centre of a sphere can be.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Feature {
     /// Index of the surface in the scene.
@@ -122,7 +122,8 @@ fn face(corners: [Vector; 3]) -> Option<[Shape; 2]> {
     Some([normal, -normal].map(|normal| Shape::Plane { point: a, normal, corners: Some(corners) }))
 }
 
-/// Longest side of a triangle divided by its height. This is the error of the normal in units of round-off.
+/// Longest side of a triangle, divided by the height above this side. This is the error of the normal in units of
+/// round-off.
 fn slenderness([a, b, c]: &[Vector; 3]) -> f64 {
     let longest = [b - a, c - b, a - c].iter().map(Vector::norm_squared).fold(0.0, f64::max);
     longest / (b - a).cross(&(c - a)).norm()

@@ -85,7 +85,8 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
     let place = |(k, x)| exact(k + 2, end.get(k).map(|position: &Vector| position.x), x);
     compared.extend([-10.0, 11.5, 20.99].into_iter().enumerate().map(place));
     compared.push(exact(5, Some(energy), 3.0));
-    // Two events and one free flight are each rounded to the spacing of floating-point numbers below 32.
+    // Two events and one free flight each cause a rounding error. The spacing of floating-point numbers below 32 is at
+    // most 16 epsilon.
     let rounding = 3.0 * 16.0 * f64::EPSILON;
     Ok(compared.into_iter().map(|comparison| comparison.allow(rounding, "round-off")).collect())
 }
@@ -93,7 +94,8 @@ pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared
 /// Relative slack of the pendulum's string.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
-/// Contacts with the ends of the string between two calls of `watch`.
+/// Number of contacts between two calls of `watch`. The bob has contacts at the shortest and at the greatest length of
+/// the string.
 const CHUNK: u64 = 1000;
 /// Ten swings need far fewer chunks than this limit, because a swing has about a thousand contacts.
 const MOST_CHUNKS: usize = 10_000;

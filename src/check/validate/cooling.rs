@@ -39,7 +39,8 @@ pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) 
     ])
 }
 
-/// Returns the decrease of the logarithm of the temperature for each contact per particle.
+/// Returns the decrease of the logarithm of the temperature in each block. In a block, each particle has one contact on
+/// average.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))

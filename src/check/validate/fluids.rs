@@ -30,7 +30,7 @@ const HENDERSON: Source = Source {
     full: "equation of state of hard disks by Henderson, Mol. Phys. 30, 971 (1975), with two further terms",
 };
 
-const YEH_HUMMER: &str = "finite-size correction if the fitted simulations had half or twice as many spheres: Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
+const YEH_HUMMER: &str = "uncertain number of spheres in the fitted simulations, by a factor of 2 in the finite-size correction of Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
 const CRYSTAL_MODES: &str =
     "first order in 1/N: the crystal as a whole moves freely, so only N - 1 of N particles vibrate";
 
@@ -159,8 +159,8 @@ mod tests {
             let (here, allowance) = diffusion_in_box(packing_fraction, FITTED_SPHERES);
             assert!((here / fit - 1.0).abs() < 4.0 * f64::EPSILON, "{here} {fit}");
             assert!(allowance < 0.04 * fit, "{packing_fraction}: {allowance} of {fit}");
-            // Edges twice as long halve the finite-size term. In units of the allowance, the coefficient then changes
-            // by `1 / (2 (2^(1/3) - 1)) = 1.924`.
+            // Doubling the edges of the box halves the finite-size term. In units of the allowance, the coefficient
+            // then changes by `1 / (2 (2^(1/3) - 1)) = 1.924`.
             let (large, _) = diffusion_in_box(packing_fraction, 8.0 * FITTED_SPHERES);
             assert!(((large - fit) / allowance - 1.923_661).abs() < 1e-6, "{large} {fit} {allowance}");
         }

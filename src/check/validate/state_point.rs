@@ -103,8 +103,8 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
 
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
-/// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per
-/// particle, and a dense lattice needs about a hundred to melt.
+/// Number of contacts before the measurement: 150 per particle. Velocities need about ten contacts per particle to
+/// reach equilibrium, and a dense lattice needs about a hundred to melt.
 pub(super) fn equilibration(effort: Effort) -> u64 {
     150 * effort.particles()
 }

@@ -51,7 +51,7 @@ impl Approach {
         Self { since, position, velocity, acceleration, boundary, foot: None, swing: None }
     }
 
-    /// Time in the window of the next event by Algorithm 1, if it is no later than `until`.
+    /// Returns the time in the window of the next event; `None` if there is none up to `until`.
     pub fn next_event(&self, until: f64) -> Option<f64> {
         if let Some(swing) = &self.swing {
             return swing.next_event(self.since, until);

@@ -74,10 +74,11 @@ impl ContactMemory {
 
     /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
     ///
-    /// A contact is elastic if either particle had its previous contact less than `t_c` ago. Otherwise, a particle that
-    /// arrives fast enough keeps at least the speed `closing t_c / 2`, so that the next contact does not follow within
-    /// `t_c`. If the arrival speed is less than this speed divided by [`SLIDING`], the contact slides: the particle
-    /// leaves with the divided speed. The energy for this comes from its motion along the barrier.
+    /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle that arrives
+    /// at less than `v` divided by [`SLIDING`] slides: it leaves at this limit, and the energy for this comes from its
+    /// motion along the barrier. A faster contact is elastic if either particle had its previous contact less than
+    /// `t_c` ago. Otherwise, the particle leaves at no less than `v`, or at no less than its arrival speed if that is
+    /// lower.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);

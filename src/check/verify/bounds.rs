@@ -6,9 +6,9 @@ use crate::Vector;
 use crate::engine::{Elapsed, States};
 
 /// Number of roundings in a bound. Each is at most one unit in the last place of the largest numbers, which [`Flight`]
-/// holds. Between a prediction and its event, the six coordinates of a pair are each rounded by a free flight (three
-/// operations), by the time of the event and by a wrap, in the engine and again in the verifier. The sum in the overlap
-/// function has eight terms.
+/// holds. Between a prediction and its event, each of the six coordinates of a pair collects rounding errors from the
+/// free flight (three operations), from the event time, and from a wrap. They occur in the engine and again in the
+/// verifier. The sum in the overlap function has eight terms.
 const ROUNDINGS: f64 = 32.0;
 
 /// Square root of the smallest normal floating-point number. The squares of lower speeds underflow, so norms and

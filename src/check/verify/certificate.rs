@@ -111,10 +111,10 @@ pub struct Certificate {
     pub duration: f64,
     /// Counts of the verified events.
     pub counts: Counts,
-    /// Margins of the proof.
+    /// Largest deviations in the proof, each divided by its round-off bound.
     pub margins: Margins,
-    /// Largest distance from the discontinuity at an event in a valid state. It is relative to the distance of the
-    /// discontinuity or, at walls and surfaces, to the particle radius.
+    /// Largest gap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
+    /// particle radius. A gap is a distance on the valid side of the discontinuity.
     pub largest_gap: f64,
     /// Deepest overlap at an event, relative to the distance of the discontinuity or, at walls and surfaces, to the
     /// particle radius.

@@ -46,7 +46,7 @@ impl Contact {
         }
     }
 
-    /// Returns the contact of two particles in any order.
+    /// Returns the contact of two particles, given in any order.
     #[must_use]
     pub fn pair(a: ParticleId, b: ParticleId) -> Self {
         Self::Pair([a.min(b), a.max(b)])

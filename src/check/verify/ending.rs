@@ -17,7 +17,7 @@ const MOST_IMAGES: f64 = 1e6;
 /// Result of a search for an event at any future time.
 enum Search {
     Never,
-    /// The next event is due after this time from now `[time]`.
+    /// Time from now to the next event `[time]`.
     Due(f64),
     /// The search found no event but cannot exclude one.
     Open,
@@ -46,7 +46,8 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Returns a contact for which no event is found but an event cannot be excluded.
+    /// Searches for a future contact of a particle with a wall, which would be an error. Returns a contact if the
+    /// search neither finds nor excludes it.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -63,7 +64,8 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Returns a contact for which no event is found but an event cannot be excluded.
+    /// Searches for a future contact of a particle with a surface, which would be an error. Returns a contact if the
+    /// search neither finds nor excludes it.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -112,7 +114,8 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Returns true if no event is found but an event cannot be excluded.
+    /// Searches for a future event of a pair, which would be an error. Returns true if the search neither finds nor
+    /// excludes an event.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);
@@ -158,7 +161,8 @@ impl Verifier {
         soonest.map_or(none, Search::Due)
     }
 
-    /// Returns the time that the search of a pair's images must cover, and the conclusion if the search finds no event.
+    /// Returns the time that the search of a pair's images must cover, and the result of the search if it finds no
+    /// event: [`Search::Never`] or [`Search::Open`].
     fn long_enough(&self, flight: &Approach, distance: f64, most_images: f64) -> (f64, Search) {
         let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
         let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();

@@ -93,7 +93,7 @@ impl Facet {
         self.bounds[0][axis] == f64::NEG_INFINITY
     }
 
-    /// Returns the flight of a particle towards the facet, from the time `since` in the window on.
+    /// Returns the flight of a particle towards the facet. The flight begins at the time `since` in the window.
     pub fn approach(&self, world: &World, states: &States, i: u32, since: f64) -> Approach {
         let (motion, now) = (world.motion(states, i), world.motions.now(&states.elapsed));
         self.approach_in(world.motions.piece(self.surface, &states.elapsed), &motion, now, since)
@@ -148,8 +148,8 @@ impl Facet {
     }
 }
 
-/// Returns the flight of a particle towards a feature, in the frame of the surface, from the time `since` in the window
-/// on.
+/// Returns the flight of a particle towards a feature, in the frame of the surface. The flight begins at the time
+/// `since` in the window.
 pub(super) fn approach_of(feature: &Feature, slenderness: f64, motion: &Motion, since: f64) -> Approach {
     let Across { position, velocity, acceleration, barrier } = feature.across(motion);
     let boundary = match barrier {

@@ -260,8 +260,8 @@ impl Verifier {
         }
         self.proof.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
         self.proof.counts.in_invalid_state += u64::from(gap < -bound);
-        // A larger overlap already existed when the event was due. `settle` has checked that it did not grow since
-        // then.
+        // An overlap larger than the bound already existed when the event was due. `settle` has checked that it did not
+        // grow since then.
         if gap.abs() <= bound {
             if is_without_digits(gap, unit) {
                 return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });

@@ -19,8 +19,8 @@ const MOST_TURNS: f64 = 0.25;
 /// Longest time interval of an oscillation or rotation in the proof that nothing will ever happen, in units of the
 /// longest window.
 const MOST_SEARCHED: f64 = 1e3;
-/// In the search for a contact with an oscillating or rotating surface, the smallest time step is the round-off of a
-/// time that includes this fraction of a period.
+/// The engine searches for a contact with an oscillating or rotating surface in time steps. The smallest step is the
+/// round-off of a time that includes this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
@@ -67,9 +67,9 @@ pub(super) struct Sway {
     pub length: f64,
     /// Bound on the speed of the surface at the particle `[length / time]`.
     pub speed: f64,
-    /// Scale of the error of velocities due to the rounding of times `[length / time]`.
+    /// Scale of the velocity error caused by rounded times `[length / time]`.
     pub falling: f64,
-    /// Scale of the error of directions due to the rounding of times, for a surface that turns `[1]`.
+    /// Scale of the direction error caused by rounded times, for a surface that turns `[1]`.
     pub turning: f64,
     /// Scale of the acceleration of the surface, including its change due to the rounding of times `[length / time^2]`.
     pub push: f64,
@@ -136,8 +136,8 @@ impl Motions {
         self.beside(surface, motion, elapsed).iter().fold(Sway::default(), |sway, beside| sway.max(&beside.sway))
     }
 
-    /// Returns the time from now in which all surfaces stay in the present pieces of their motions. It is at most the
-    /// longest window.
+    /// Returns the time from now until a surface begins the next piece of its motions, or the longest window if that is
+    /// shorter.
     pub fn steady_for(&self, elapsed: &Elapsed) -> f64 {
         let now = self.now(elapsed);
         let pieces = self.timelines.iter().flatten().map(|timeline| timeline.piece_at(now + self.rounding(now)));

@@ -136,7 +136,7 @@ struct Replay<'w> {
     watch: Watch<'w>,
     /// Remaining intervals of the run in reverse order.
     stretches: Vec<Stretch>,
-    /// An interval that has begun. The field is cleared when the verifier is told about the interval.
+    /// The interval that the replay has begun, until the verifier is told about it; `None` afterwards.
     begun: Option<Stretch>,
     /// Simulated time and number of events at which the current interval ends; `None` between intervals.
     ends: Option<Until>,
@@ -259,7 +259,8 @@ impl Replay<'_> {
         if self.range.from == 0 && scene.predecessor().is_none() {
             return Verifier::new(scene, states);
         }
-        // If the run continues another run, elapsed times count from the start of the first of these runs.
+        // A run may continue another run, which may itself continue a run. Elapsed times count from the start of the
+        // first run.
         let start_time = match scene.predecessor() {
             Some(_) => self.simulation.time() - states.elapsed.total(),
             None => scene.start_time,

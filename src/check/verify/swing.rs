@@ -1,7 +1,8 @@
 //! The motion of a particle beside a surface that oscillates or turns. Distances are then not polynomials of the time.
 //!
 //! All results are computed from positions at given times. Contacts and the smallest gap are found by bisection. Time
-//! intervals are skipped if bounds on speed and acceleration show that they contain neither.
+//! intervals are skipped if bounds on speed and acceleration show that they contain neither a contact nor the smallest
+//! gap.
 
 use super::approach::Approach;
 use super::facet::approach_of;

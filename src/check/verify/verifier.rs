@@ -51,7 +51,7 @@ impl Verifier {
         Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
-    /// Starts from states during a run. `captured` lists the pairs that are not in state 0.
+    /// Starts a proof in the middle of a run, from the states at that time. `captured` lists the pairs that are not in state 0.
     ///
     /// # Errors
     /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`] if a pair

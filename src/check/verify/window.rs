@@ -16,11 +16,11 @@ use crate::model::ParticleId;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Safety factor in the test that skips distant pairs. It exceeds the rounding errors of the compared lengths many
-/// times.
+/// Safety factor in the test that skips distant pairs. It increases the lengths by much more than their rounding
+/// errors.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
 /// Largest number of images of one pair that are searched. There are usually at most six along each axis, because no
-/// particle travels around the box within a window, and a range is at most half a period.
+/// particle travels around the box within a window, and interactions reach at most half a period.
 const MOST_IMAGES: f64 = 4096.0;
 
 /// A predicted event.

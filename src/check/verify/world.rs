@@ -179,8 +179,7 @@ impl World {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                // The nearest image is nearly always one period away. Only particles far outside the box need a
-                // division.
+                // Subtracting one period is nearly always enough. Only particles far outside the box need a division.
                 let is_next = apart[k].abs() <= 1.5 * period;
                 apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
@@ -191,8 +190,8 @@ impl World {
     /// Returns the images of a separation vector that are within `reach` along each axis, or `None` if there are more
     /// than `most`.
     ///
-    /// The number of images is counted before memory is allocated, because a very long flight passes more images than
-    /// fit into memory.
+    /// The images are counted before memory is allocated, because a very long flight passes more images than fit into
+    /// memory.
     pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
         let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
         let ends = |k: usize| {

@@ -36,16 +36,17 @@ pub(in crate::engine) struct Frame {
 /// factor would bring the squared length close to a power of two, for example for spheres of diameter 4/3.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
-    // The mantissa of `9/16 |r|^2`, shifted by a constant, so that numbers close to a power of two, on either side,
-    // have the smallest values.
+    // The mantissa of `9/16 |r|^2`, plus a constant. The sum wraps around, so that it is smallest for numbers close to
+    // a power of two, on either side.
     let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
     if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
 }
 
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// Number of floats on either side of a power of two that are treated as close to it. A contact is within a few tens of
-/// floats of its distance. The bias of a division decreases with the divisor's distance from the power of two.
+/// If a number differs from a power of two by fewer floats than this, it is treated as close to it. At a contact, the
+/// distance of a pair is within a few tens of floats of its exact value. The farther the divisor is from a power of
+/// two, the smaller is the bias of a division.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -67,8 +68,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Frame { i, j, side, apart, line, stretch, velocity, opening_speed, approach }
     }
 
-    /// Records an overlap or a turning point of a pair, if there is one. `flown` is the time since the state of each
-    /// particle was written.
+    /// Records an overlap or a turning point of a pair, if there is one. `flown` is the time since the state was
+    /// written, for each of the two particles.
     #[inline]
     pub(in crate::engine) fn note_state(&mut self, pair: &Frame, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();

@@ -116,12 +116,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         after
     }
 
-    /// Records an inelastic contact whose speed is lost in the rounding of the velocities.
+    /// Records an inelastic contact that is so slow that its speed is lost in the round-off of the velocities.
     ///
     /// In an inelastic collapse, each contact keeps only a fraction of the speed. In exact arithmetic, infinitely many
-    /// contacts follow within a finite time. With rounding, contacts follow until the relative speed is below the
-    /// round-off of the velocities. The probability that an ordinary contact is as slow as this is the square of
-    /// [`LOST`].
+    /// contacts follow within a finite time. In floating-point numbers, the series ends when the relative speed falls
+    /// below the round-off of the velocities. The probability that an ordinary contact is as slow as this is the square
+    /// of [`LOST`].
     #[inline]
     fn note_lost_speed(&mut self, pair: &Frame, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;

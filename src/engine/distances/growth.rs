@@ -58,9 +58,9 @@ impl GrowingDiameters {
 ///
 /// With the relative position `r`, the relative velocity `v`, the contact distance `s` and its growth rate `u`, the
 /// overlap function is `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`. As in
-/// [`crate::physics::detection`], the contact is the first time at which `f <= 0` and `f` falls. If the spheres grow
-/// faster than they move, every pair meets in the end, and the quadratic opens downwards. The function has the same
-/// form as the height of a ball above a floor, with an acceleration of either sign.
+/// [`crate::physics::detection`], the contact is the first time at which `f <= 0` and `f` falls. If the contact
+/// distance grows faster than the particles can recede, every pair meets in the end, and the quadratic opens downwards.
+/// The function has the same form as the height of a ball above a floor, with an acceleration of either sign.
 #[inline]
 pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);

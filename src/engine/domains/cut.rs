@@ -1,4 +1,4 @@
-//! A system that is cut into domains, and a single window of its run. Each process runs its own share of the domains.
+//! A system that is cut into domains, and the execution of a window. Each process runs its own share of the domains.
 
 use super::domain::Domain;
 use super::exchange::{Compared, Published, Transfer};

@@ -64,7 +64,7 @@ pub struct Domain<const FALLING: bool, const TABLE: bool> {
     pub log: Log,
     /// Whether contacts change only motions and predictions, so that the log can be compact.
     pub is_plain: bool,
-    /// Steps in this window of particles that several domains hold.
+    /// Steps in this window. Only steps of particles that several domains hold are recorded.
     pub steps: Vec<Step>,
     /// The particles of these steps, each listed once.
     pub touched: Vec<u32>,
@@ -164,8 +164,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     }
 
     /// Starts the next epoch of this domain, after the whole system has started it. Owned particles without recent
-    /// events are brought forward to the epoch. Returns the local numbers of those that other domains hold, with the
-    /// sets of these domains.
+    /// events are brought forward to the epoch. For each such particle that other domains also hold, returns its
+    /// local number and the set of these domains.
     pub fn follow(&mut self, whole: &Engine<FALLING, TABLE>, moved: Moved) -> Vec<(u32, u64)> {
         self.engine.clock = whole.clock.clone();
         self.engine.shift_columns(moved.shift);
@@ -191,7 +191,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         record
     }
 
-    /// Whether so many copies have arrived that it pays to remove the stale copies.
+    /// Whether so many copies have arrived since the cut that the system should be cut again. A new cut removes stale
+    /// copies.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)
     }

@@ -60,7 +60,7 @@ pub struct Transfer {
     pub owner: u8,
 }
 
-/// Result of comparing the owned particles of a domain with their copies.
+/// Result of comparing the owned particles of a domain with their copies in other domains.
 #[derive(Debug, Clone, Default)]
 pub struct Compared {
     /// Time of the first step in which an owned particle and a copy differ. Copies that no particle of their domain can
@@ -147,9 +147,9 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             }
             if new != 0 {
                 compared.to_publish.push((particle, new));
-                // Some domains get a new copy of the particle. They may already hold copies of particles that are
-                // predicted to meet it. The predicted partner is marked there as absent, so the current
-                // predictions are sent, too.
+                // Some domains get a new copy of this particle. Such a domain may already hold a copy of a neighbour
+                // that is predicted to meet this particle. The copy of the neighbour still marks its partner as absent.
+                // The current prediction of the neighbour is therefore sent, too.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);

@@ -53,8 +53,8 @@ struct Axis {
     slabs: Slabs,
 }
 
-/// Sets of domains, as bits, for each column of an axis. They consider this axis only. For a place in the box, the sets
-/// of its columns along all axes are intersected.
+/// For each column of an axis, sets of domains as bits. The sets consider this axis only. The domains of a place in the
+/// box are the intersection of the sets of its columns along all axes that are cut.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// Domains whose regions contain the column.
@@ -143,7 +143,8 @@ impl Regions {
         self.common(columns, |slabs| &slabs.holders)
     }
 
-    /// Returns the intersection of the sets of all axes, or only the first domain if the box is not cut.
+    /// Returns the domains that are in the set of the column along every axis that is cut. If the box is not cut,
+    /// returns only the first domain.
     #[inline(always)]
     fn common(&self, columns: Columns, sets: impl Fn(&Slabs) -> &[u64]) -> u64 {
         if self.axes.is_empty() {
@@ -261,13 +262,14 @@ fn columns_and_reach<const FALLING: bool, const TABLE: bool>(
             let range = verlet.reaches.iter().copied().fold(f64::MIN_POSITIVE, f64::max) + further;
             let most = MOST_COLUMNS.min(MOST_COLUMNS_PER_PARTICLE * engine.particles().len() as f64).max(1.0);
             let columns = (extent / range * COLUMNS_PER_REACH).clamp(1.0, most).floor();
-            // One column more, because the centre of a list may be anywhere in its column.
+            // One column is added, because the centre of a list may be anywhere in its column.
             (trunc_to_usize(columns), (range * columns / extent).ceil() + 1.0)
         }
     }
 }
 
-/// Returns all ordered triples of numbers with the given product. Triples with more ones come first.
+/// Returns all ordered triples of numbers with the given product. The more ones a triple contains, the earlier it
+/// comes.
 fn factors(product: usize) -> Vec<[usize; 3]> {
     let divisors = |of: usize| (1..=of).filter(move |divisor| of.is_multiple_of(*divisor));
     let with = |x: usize| divisors(product / x).map(move |y| [x, y, product / x / y]);

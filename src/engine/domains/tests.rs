@@ -318,8 +318,8 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
         let Some(cut) = &domains.cut else { continue };
         let time = one.clock.start + (whole.clock.epoch + cut.now);
         one.advance(Until { time, ..end }, &mut None).unwrap();
-        // The states cannot be compared if the single engine does not stop at exactly the same time, because of
-        // rounding, or if the two engines are in different epochs.
+        // Because of rounding, the single engine may stop at a slightly different time. The two engines may also be in
+        // different epochs. The states cannot be compared then.
         if one.clock.epoch != whole.clock.epoch || one.since_epoch(time) != cut.now {
             continue;
         }
@@ -336,8 +336,7 @@ fn barriers<const FALLING: bool, const TABLE: bool>(scene: &Scene, name: &str, c
                 let owner = &cut.domains[usize::from(held.owner)];
                 let there = owner.here[held.whole as usize];
                 assert!(owner.owned.has(there) && owner.held[there as usize].known_to & domain.bit != 0, "{name}");
-                // A domain lacks the pairs of a copy with particles that the domain does not hold. Copies with such
-                // pairs are not compared.
+                // A copy lacks its pairs with particles that the domain does not hold. Such copies are not compared.
                 let captured = owner.engine.record(there).captured.unwrap_or_default();
                 let here = |other: u32| domain.here[owner.held[other as usize].whole as usize];
                 if captured.iter().all(|pair| here(pair.partner) != NO_PARTICLE) {

@@ -12,9 +12,10 @@ pub enum SingleThread {
     ChangingDistances,
     /// The box is sheared, so that its sides slide past each other.
     SlidingImages,
-    /// Some bonded pairs are not held together by their interaction, or may start further apart than its range.
+    /// Some bonds use an interaction that does not hold their pairs together, or the scene allows bonded pairs to start
+    /// beyond the range of their interaction.
     LongInteractions,
-    /// A window of a distance, or weights of the energy, act on the whole system.
+    /// The scene has a window of a distance, or weights of the energy. Both act on the whole system.
     WholeSystem,
 }
 
@@ -58,7 +59,8 @@ pub struct DomainWork {
     pub cuts: u64,
     /// Number of times that a single engine took over from the domains for a while.
     pub serial: u64,
-    /// Number of steps, without and with the steps of copies.
+    /// Two numbers of steps. The first leaves out the steps of copies, so that each particle counts in one domain only.
+    /// The second includes them.
     pub steps: [u64; 2],
     /// Wall time spent on the steps of windows.
     pub simulating: Duration,

@@ -94,7 +94,7 @@ impl EventCountsBySpecies {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Creates the counts of a scene with one species of hard spheres from the total counts.
+    /// Creates the counts of a scene in which all particles are hard spheres of one species, from the total counts.
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
@@ -188,7 +188,7 @@ impl EventCountsBySpecies {
         part.singles.iter().for_each(|(species, some)| more(self.singles.entry(*species).or_default(), some));
     }
 
-    /// Returns the counts since the `earlier` counts, as differences.
+    /// Returns the counts since `earlier`.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         let mut since = self.clone();
@@ -197,7 +197,8 @@ impl EventCountsBySpecies {
             (Pairs::Sparse(now), Pairs::Sparse(before)) => {
                 before.iter().for_each(|(pair, b)| less(now.entry(*pair).or_default(), b));
             }
-            // A dense table and a sparse table are compared only if the earlier counts are empty.
+            // The tables can have different forms only if the earlier counts are empty. Then there is nothing to
+            // subtract.
             _ => {}
         }
         for (species, before) in &earlier.singles {

@@ -119,8 +119,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
-    /// Returns the displacement and the speed of the images across the sliding sides. `None` if the box is not
-    /// sheared, or if a neighbour there could be met in several images.
+    /// Returns the displacement and the speed of the images across the sliding sides. `None` if the box is not sheared,
+    /// or if a pair across these sides could meet in several images.
     pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
         let shear = self.images.sliding.as_ref()?;
         let is_in_one_image = self.images.further.is_empty() && !self.images.tied.contains(&true);

@@ -34,7 +34,7 @@ impl Candidates {
         self.length = 0;
     }
 
-    /// Clears the candidate list. The result gives access to its first entries, for the first particles of up to 27
+    /// Clears the candidate list. Returns a writer for its first entries, which hold the first particles of up to 27
     /// cells.
     #[inline(always)]
     #[cfg_attr(not(test), expect(clippy::unreachable, reason = "it has grown where it was too short"))]

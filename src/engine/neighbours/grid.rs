@@ -241,8 +241,8 @@ impl Grid {
         images
     }
 
-    /// Returns which axes have exactly four cells in a period. Two particles at the outer faces of adjacent cells
-    /// are half a period apart there. They can meet in either of two images, which are equally near.
+    /// Returns which periodic axes have exactly four cells. Two particles at the outer faces of adjacent cells are half
+    /// a period apart along such an axis. Two images are then equally near, and the pair can meet in either.
     #[must_use]
     pub fn tied_axes(&self) -> [bool; 3] {
         std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)

@@ -1,9 +1,9 @@
 //! Verlet lists: for each particle, the particles that it could meet before it leaves its skin.
 //!
 //! Each moving particle has a centre, which is its position when its list was built. Its skin is a ball of radius
-//! `delta` around the centre. When it leaves the ball, its list is rebuilt. Two particles in their skins cannot
-//! meet if the distance of their centres exceeds their range plus `2 delta`, so that lists only hold particles
-//! with nearer centres. Two moving particles are in the lists of each other. Static particles have no lists.
+//! `delta` around the centre. When it leaves the ball, its list is rebuilt. Two particles in their skins cannot meet if
+//! the distance of their centres exceeds their range plus `2 delta`, so lists hold only particles with nearer centres.
+//! Two moving particles are in the lists of each other. Static particles have no lists.
 
 use super::cells::NO_PARTICLE;
 use crate::base::numbers::id;

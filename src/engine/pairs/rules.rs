@@ -217,12 +217,12 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// Returns the squared distances `[length^2]` at which uncaptured particles of each species meet a particle of a
-    /// given species, for pairs with a relative acceleration.
+    /// Returns, for a given species, the squared distances `[length^2]` at which its particles meet uncaptured
+    /// particles of each species. Only pairs with a relative acceleration are included.
     ///
-    /// The distances are negative infinity for species that never meet the particle, or meet it only without a relative
-    /// acceleration. For all other species that accelerate, the distances are infinite. `None` if all distances are
-    /// negative infinity.
+    /// A distance is negative infinity if the two species never meet, or have no relative acceleration. Otherwise it is
+    /// infinite if the other species accelerates, and the squared range of the pair if it does not. `None` if all
+    /// distances are negative infinity.
     #[inline]
     #[must_use]
     pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {

@@ -46,8 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        // If states are sampled with weights of the energy, the energy step is replaced by its cost under these
-        // weights.
+        // In a multicanonical simulation, the weights of the potential energy determine the energy that the step costs.
         let felt = self.weighted(seen);
         let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;

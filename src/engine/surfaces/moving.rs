@@ -3,8 +3,7 @@
 //! Everything is computed in the frame of the surface. If the surface accelerates uniformly, distances are polynomials
 //! in time, as for surfaces at rest. If it oscillates or turns, distances are not polynomials, and contacts are found
 //! by conservative advancement. With a bound `|f''| <= M`, the overlap function `f` has no root within the time
-//! `h = (f' + sqrt(f'^2 + 2 M f)) / M`. Steps by `h` approach the first root from the valid side and never pass a root
-//! (theory, section 7).
+//! `h = (f' + sqrt(f'^2 + 2 M f)) / M`. Steps by `h` approach the first root from the valid side and never pass a root.
 
 use super::tree::Tree;
 use super::{Flight, Placed, Surface};

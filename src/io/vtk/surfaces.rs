@@ -1,4 +1,4 @@
-//! Writes the surfaces beside a trajectory as triangles in VTK PolyData files.
+//! Writes the surface files of a trajectory as triangles in VTK PolyData files.
 
 use std::fs;
 use std::io::Write as _;
@@ -24,7 +24,7 @@ struct Placed {
     is_written: bool,
 }
 
-/// All surfaces beside a trajectory, and the list of the files that are written for them.
+/// All surface files of a trajectory, and the list of the VTK files that are written for them.
 #[derive(Debug, Default)]
 pub(in crate::io) struct Surfaces {
     all: Vec<Placed>,

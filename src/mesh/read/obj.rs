@@ -9,8 +9,8 @@ use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Vertices and faces up to the present line. Faces may refer to later vertices, so that the references are checked at
-/// the end.
+/// Vertices and faces up to the present line. A face may refer to later vertices, so references are checked at the end
+/// of the file.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,

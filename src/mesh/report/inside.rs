@@ -33,7 +33,7 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
 /// The winding number is the number of triangles through which an upward ray leaves, minus the number through which it
 /// enters. A ray through an edge or a vertex is shifted by infinitesimal amounts, first along x and then, by a smaller
 /// one, along y, so that it passes through one of the adjacent triangles. The time is proportional to the number of
-/// triangles above and below the point. The memory holds a tree over all triangles.
+/// triangles above and below the point. A tree over all triangles is kept in memory.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,

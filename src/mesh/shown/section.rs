@@ -43,7 +43,8 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     if (foot - region.centre()).norm() <= region.diagonal() {
         larger.hold(&foot, 0.0);
     }
-    // The strip lies behind the line, even if the line lies in a side of the box.
+    // The strip lies behind the line. The region is extended by the width of the strip, so that no part of the strip is
+    // cut off if the line lies in a side of the box.
     (larger.lower, larger.upper) = (larger.lower.add_scalar(-width), larger.upper.add_scalar(width));
     let reach = larger.diagonal();
     let corners = [(-reach, 0.0), (reach, 0.0), (reach, -width), (-reach, -width)];
@@ -52,7 +53,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     TriangleMesh::welded(fan(&polygon))
 }
 
-/// Strip between two distances from the segment that connects two points.
+/// Strip around the segment that connects two points. Its two edges are at the given distances from the segment.
 fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     let [x, y] = [(flat + 1) % 3, (flat + 2) % 3];
     let direction = |angle: f64| {

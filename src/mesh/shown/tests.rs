@@ -91,7 +91,7 @@ fn shape_across_a_periodic_side_continues_on_the_opposite_side() {
         (triangles(&region([0.0; 3], [10.0; 3], Boundary::OPEN), sphere(5.0)), triangles(&cube, sphere(0.5)));
     assert!((whole.area() - parts.area()).abs() < 1e-9 * whole.area());
     assert!(parts.vertices.iter().flatten().all(|x| (-1e-6..=10.0 + 1e-6).contains(x)));
-    // A mesh with faces in the sides of the box is unchanged.
+    // Wrapping leaves a mesh unchanged if its faces lie in the sides of the box.
     let mesh = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(10.0));
     let surface = SceneSurface::new("box", SurfaceShape::Mesh(mesh), SurfaceLaw::Reflecting { restitution: 1.0 });
     assert!(matches!(cube.triangles(&surface), Cow::Borrowed(_)));

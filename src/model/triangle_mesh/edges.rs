@@ -35,8 +35,8 @@ impl Edges {
         Self { uses }
     }
 
-    /// Iterates over the edges, each with its sides: one side at the rim of the surface, two sides elsewhere. A surface
-    /// is consistently oriented if exactly one of the two sides runs forward at each edge.
+    /// Iterates over the edges. Each item lists the triangle sides on an edge: one side at the rim of a surface, two
+    /// sides elsewhere. A surface is consistently oriented if exactly one of the two sides runs forward at each edge.
     pub fn iter(&self) -> impl Iterator<Item = &[EdgeUse]> {
         self.uses.chunk_by(|one, other| one.ends == other.ends)
     }

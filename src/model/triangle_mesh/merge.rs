@@ -86,7 +86,7 @@ mod tests {
         assert!(alike < 28 && soup(1e-7).merged(1e-9).1 == alike, "{alike}");
         assert_eq!(soup(0.0).merged(0.0), (soup(0.0), 0));
         assert_eq!(TriangleMesh::default().merged(1.0), (TriangleMesh::default(), 0));
-        // Vertices on both sides of the first vertex are merged with it, even from adjacent cells.
+        // Vertices on both sides of the first vertex are merged with it, even if they are in adjacent cells.
         let line = |places: &[f64]| TriangleMesh {
             vertices: places.iter().map(|x| Vector::new(*x, 0.0, 0.0)).collect(),
             triangles: Vec::new(),

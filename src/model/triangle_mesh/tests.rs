@@ -51,7 +51,8 @@ fn measures_of_a_tetrahedron_are_exact() {
     assert_eq!(mesh.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(mesh.area(), 1.5 + 3.0_f64.sqrt() / 2.0);
     assert_eq!(mesh.bounds(), [Vector::zeros(), Vector::repeat(1.0)]);
-    // So far from the origin, products of absolute coordinates would lose all digits of the volume.
+    // At this distance from the origin, products of coordinates have errors much larger than the volume. The volume is
+    // therefore computed relative to a vertex.
     let far = mesh.transformed(1.0, &Rotation3::identity(), &Vector::repeat(1e9));
     assert_eq!(far.enclosed_volume(), 1.0 / 6.0);
     assert_eq!(far.bounds(), [Vector::repeat(1e9), Vector::repeat(1e9 + 1.0)]);

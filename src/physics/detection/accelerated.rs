@@ -5,8 +5,8 @@
 //! falling piece holds at most one event and one bracketed root. The paper's two regions of interaction are
 //! the falling pieces: `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and the
 //! paper's `max(0, t)` selects the part of the piece in the future. Only future turning points are ever
-//! solved for. The behaviour of the derivative just after now is read from its coefficients, so that a
-//! contact just left is never mistaken for an imminent contact.
+//! solved for. The coefficients of the derivative show whether `f` falls just after now. A contact that the
+//! pair has just left is therefore never mistaken for an imminent contact.
 
 use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;

@@ -9,7 +9,7 @@
 //!
 //! If two features share an end, either of them may report a contact there. If rounding moves the foot off a face, the
 //! line along the edge of this face still reports the contact. The foot moves along a parabola, so the extents are
-//! `b(t) = b0 + b1 t + b2 t^2` (theory: the stable rule, feature by feature).
+//! `b(t) = b0 + b1 t + b2 t^2`.
 
 use super::stretch::Parabola;
 use super::{accelerated, inertial, plane};
@@ -17,8 +17,8 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
-/// Returns the time of the next contact with a point at the origin, from outside or inside the distance `s`. The
-/// argument `squared` is `s^2`.
+/// Returns the time at which a particle next comes into contact, at the distance `s`, with a point at the origin. The
+/// particle is outside or inside this distance, as given by `side`. The argument `squared` is `s^2`.
 #[inline]
 #[must_use]
 pub fn point(state: &RelativeState, acceleration: &Vector, squared: f64, side: Side) -> Option<f64> {

@@ -51,7 +51,7 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        // The later root, in the form without cancellation. If both roots are in the past, the result is 0 in any case.
+        // The later root, in the form without cancellation. If both roots are in the past, the result is 0.
         let root = discriminant.sqrt();
         if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {

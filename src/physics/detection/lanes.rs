@@ -56,7 +56,7 @@ impl Simd {
         self.0 != Instructions::Any
     }
 
-    /// Returns the same instructions, limited to four lanes, which are cheaper for a few numbers.
+    /// Returns the same instructions, limited to four lanes. For a few numbers, four lanes are cheaper than eight.
     #[inline]
     #[must_use]
     pub fn at_most_four(self) -> Self {

@@ -114,8 +114,8 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         if piece[0] <= least || piece[4] <= least {
             return false;
         }
-        // De Casteljau's algorithm halves the interval. The first coefficients of all rounds belong to the left half,
-        // the last coefficients to the right half.
+        // De Casteljau's algorithm halves the interval. The first coefficients of its rounds are the coefficients of
+        // the left half. The last coefficients are those of the right half.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {
@@ -158,7 +158,7 @@ mod tests {
         assert!(inertial(&close, &Doubt { position: 0.09, velocity: 0.0 }, 1.0));
         assert!(
             !inertial(&close, &Doubt { position: 0.11, velocity: 0.0 }, 1.0),
-            "a contact is possible if the position has a larger error"
+            "if the error of the position is larger, a contact is possible"
         );
     }
 

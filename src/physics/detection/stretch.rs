@@ -24,10 +24,10 @@ impl Stretch {
         if extents.iter().all(|extent| extent.value(self.from) >= 0.0) {
             return Some(self.from);
         }
-        // The foot reaches the feature later in the interval. This happens only if rounding errors, including those of
-        // the curvature of the path, hid an earlier contact with an edge. At a corner, rounding may leave one extent
-        // negative at the time when the other becomes positive. The code therefore compares these times, not the values
-        // of the extents.
+        // The foot reaches the feature later in the interval. This happens only if an earlier contact with an edge was
+        // missed due to rounding errors. At a corner, the two extents may become positive at the same time. Rounding
+        // may then leave one of them negative at this time. The code therefore compares these times, not the values of
+        // the extents.
         let mut at = self.from;
         // Each extent becomes positive at most once. If one extent leads to a later time, the others have to be tested
         // again at that time.

@@ -10,8 +10,8 @@ use crate::prepare::region::FillRegion;
 /// Factor by which the number of sites in the bounding box grows with each attempt.
 const STEP: f64 = 1.02;
 
-/// Largest number of lattice sites to try, relative to the number expected from the volume of the region. At this
-/// number, any region that has room for a particle contains some sites.
+/// Largest number of lattice sites to try, relative to the number expected from the volume of the region. With this
+/// many sites, some lie in any region that has room for a particle.
 const MOST_SITES: f64 = 20.0;
 
 /// Number of lattice sites over the box around a region such that about `count` sites are inside the region.
@@ -20,7 +20,7 @@ pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> 
 }
 
 /// Returns the sites of a lattice over the bounding box that lie inside a region, one site for each particle. The
-/// widest lattice with enough inside sites is used.
+/// lattice is the widest one with enough sites inside the region.
 ///
 /// # Errors
 /// [`NoPlace::TooTight`] if sites would have to be closer together than the contact distance.

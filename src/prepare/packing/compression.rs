@@ -38,7 +38,7 @@ const RANDOM_CLOSE: f64 = 0.66;
 /// higher packing fraction, with diminishing returns. At still lower speeds, equal spheres would crystallize.
 const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
 
-/// Fraction of the target packing fraction up to which spheres may grow faster, because a fluid relaxes quickly.
+/// Fraction of the target packing fraction up to which spheres grow faster. Below it the fluid relaxes quickly.
 const FLUID: f64 = 0.8;
 
 /// Growth speed up to the fraction [`FLUID`] of the target, in thermal speeds.
@@ -51,8 +51,8 @@ const JAMMED: f64 = 1000.0;
 /// From this compressibility factor on, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// Uncertainty, as a factor, of the limit `phi_J` that is estimated from the compressibility factor over a short time
-/// of growth.
+/// Factor by which an estimate of the limit `phi_J` may be wrong. The estimate comes from the compressibility factor
+/// over a short time of growth.
 const TOLERANCE: f64 = 1.01;
 
 /// Slower growth raises the jamming fraction by less than this relative amount.
@@ -72,7 +72,7 @@ const BEYOND: f64 = 1.0 + 1e-10;
 /// may be needed if unlike spheres keep a larger distance than like spheres.
 const LOOSER: i32 = 6;
 
-/// Compression of a fill that has a periodic box to itself.
+/// Compression of particles that are alone in a periodic box.
 pub(crate) struct Compression<'a> {
     pub fill: &'a RandomFill<'a>,
     /// Packing fraction of the particles, from the diameters of their species.

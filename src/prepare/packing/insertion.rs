@@ -11,7 +11,7 @@ use crate::prepare::region::FillRegion;
 /// At 90 % of the jamming density of random insertion in three dimensions, one in about 10^4 attempts succeeds.
 const ATTEMPTS: usize = 200_000;
 
-/// Draws a uniformly distributed position in a box, with the particle's surface inside.
+/// Draws a uniformly distributed position in a box such that the whole particle is inside.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {

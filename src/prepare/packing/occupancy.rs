@@ -1,4 +1,4 @@
-//! Search for overlaps, while particles are inserted or in a complete initial state. Placed particles are stored in
+//! Search for overlaps, during insertion of particles or in a complete initial state. Placed particles are stored in
 //! hashed grids of cells.
 
 mod contacts;
@@ -21,8 +21,9 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
-/// Particles share a grid if their shortest contacts differ by less than this factor. A coarser grid would
-/// give a small particle too many candidates. A finer grid would give a large particle too many cells.
+/// Particles are in the same grid only if their shortest contact distances differ by less than this factor. In a
+/// coarser grid, small particles would have too many candidates. In a finer grid, large particles would have to search
+/// too many cells.
 const COARSER: f64 = 8.0;
 
 /// Initial capacity of each grid if there are several grids.
@@ -60,8 +61,8 @@ fn rounding(positions: [&Vector; 2], side: f64, contact: f64) -> f64 {
 impl<'a> Occupancy<'a> {
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact of a species measures its size. The longest contact does not, because it may be with a
-        // large particle.
+        // The shortest contact distance of a species measures its size. The longest one does not, because it may be the
+        // distance to a large particle.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);
@@ -204,12 +205,12 @@ pub(crate) fn first_overlap(
     None
 }
 
-/// If contact distances differ by more than this factor, cells as large as the longest contact hold too many small
-/// particles.
+/// If contact distances differ by more than this factor, cells as large as the longest contact distance hold too
+/// many small particles.
 const ALIKE: f64 = 2.0;
 
-/// Creates a cell list of all particles with contacts, with cells as large as the longest contact. `None` if sizes
-/// differ too much, or if a pair could meet through several images in a small box.
+/// Creates a cell list of all particles with contacts, with cells as large as the longest contact distance. `None`
+/// if sizes differ too much, or if a pair could meet through several images in a small box.
 fn cell_list(particles: &[Particle], contacts: &Contacts, space: &Space, displacement: f64) -> Option<CellList> {
     let largest = contacts.largest();
     let mut touches = vec![false; contacts.iter().map(|([a, b], _)| a.max(b) + 1).max()?];

@@ -71,7 +71,7 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                // A species that does not collide with the surface need not be held by it.
+                // The surface need not hold a species that does not collide with it.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }

@@ -52,9 +52,9 @@ impl Simulation {
     /// [`Thermostat::Rescaling`].
     ///
     /// # Errors
-    /// [`ThermostatError::Number`] for a temperature that is not positive, and
-    /// [`ThermostatError::NoTemperature`], also if all particles are at rest. The simulation is unchanged
-    /// then.
+    /// [`ThermostatError::Number`] for a temperature that is not positive, and [`ThermostatError::NoTemperature`] if
+    /// fewer than two particles can move, if particles are accelerated, or if all are at rest. The simulation is then
+    /// unchanged.
     pub fn rescale(&mut self, temperature: f64) -> Result<(), ThermostatError> {
         let applicable = ApplicableObservables::of_simulation(self);
         let is_accelerated = !applicable.has_temperature;

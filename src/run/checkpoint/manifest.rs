@@ -15,7 +15,7 @@ pub struct ManifestEntry {
     pub name: String,
     /// Length at the time of the checkpoint `[bytes]`. Bytes after it are not part of the checkpoint.
     pub length: u64,
-    /// Number of bytes at the start of the file that the run replaces at its end. The checksum excludes them.
+    /// Number of bytes at the start of the file that are overwritten when the run ends. The checksum excludes them.
     pub head: u64,
     /// CRC-32 of the first `length` bytes of the file, except the first `head` bytes.
     pub checksum: u32,

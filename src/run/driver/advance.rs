@@ -17,9 +17,9 @@ const CHUNK: u64 = 10_000;
 /// occur. There are at least [`CHUNK`] events between two checks.
 const IN_DOMAINS: u64 = 64;
 
-/// A run without a time limit gives up after this simulated time without events and cell transitions, in units of the
-/// crossing time of the box. Rounding then hides whether any event will occur. A run that can prove that no event is
-/// left ends earlier.
+/// A run without a time limit gives up if nothing has happened for this many crossing times of the box: no event and no
+/// cell transition. Rounding then hides whether any event will occur. A run that can prove that no event is left ends
+/// earlier.
 const LONGEST_WAIT: f64 = 1e12;
 
 /// Desired wall time between two calls of `watch`.
@@ -149,8 +149,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Records whether the run has reached the pause that the caller requested. Returns [`Ending::Interrupted`], also
-    /// for the pause of a pilot run.
+    /// Records whether the run has reached the pause that the caller requested. A pilot run may pause earlier. Returns
+    /// [`Ending::Interrupted`] in both cases.
     fn paused(&mut self, at: Until) -> Ending {
         let halt = self.halt();
         self.is_halted = !self.is_pilot && (halt.time <= at.time || halt.events <= at.events);

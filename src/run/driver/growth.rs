@@ -170,7 +170,8 @@ mod tests {
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Amount, Arrangement, SceneBuilder};
 
-    /// Returns the factor by which 32 spheres grow up to a target pressure, in advances of at most `step` events.
+    /// Returns the factor by which the diameters of 32 spheres grow until the target pressure is reached. Each call of
+    /// `advance` simulates at most `step` events.
     fn grown(step: u64) -> f64 {
         let stage = StagePlan {
             name: "compress".into(),

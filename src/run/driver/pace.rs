@@ -20,7 +20,7 @@ const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
 /// A pilot run can become the beginning of its stage if it has at most `1 / MOST_OF_STAGE` of the events of this stage.
-/// The stage has about [`ROWS`] rows, so the first row is due only after the end of such a pilot run.
+/// The stage has about [`ROWS`] rows, so such a pilot run ends well before the first row is due.
 const MOST_OF_STAGE: u64 = 400;
 
 /// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
@@ -110,8 +110,8 @@ impl Driver<'_> {
     /// If the pilot run needs too much work, as in a gas with hardly any events, the time in which a particle crosses
     /// the box is used instead. Intervals chosen from this time grow during the run.
     ///
-    /// If no output is due in the pilot run, it is the beginning of the stage itself. Then no event is simulated twice,
-    /// and memory holds only one simulation. Otherwise a copy is simulated.
+    /// If no output is due during the pilot run, the run itself is advanced, and the stage continues from there.
+    /// Otherwise, a copy is advanced, which needs memory for a second simulation and repeats the events.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
@@ -146,7 +146,8 @@ impl Driver<'_> {
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
-    /// Returns a time just before the first row or frame at an interval that the scene specifies `[time]`.
+    /// If the scene specifies the interval of rows or frames, returns a time just before the first of them `[time]`.
+    /// Otherwise returns infinity.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
         let is_measured = self.state.stage.stage.is_measured();
@@ -154,8 +155,8 @@ impl Driver<'_> {
         self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
-    /// Simulates the pilot run as the beginning of its stage, and stops before the first row. The stage then continues
-    /// with the same bits.
+    /// Simulates the first part of the stage as the pilot run, and stops before the first row. The stage continues from
+    /// there. Its trajectory is the same, bit for bit, as without a pilot run.
     fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, Failed> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
@@ -213,8 +214,8 @@ impl Driver<'_> {
     /// Simulates the pilot run on a copy, which is then discarded. The run itself continues from the state before the
     /// copy was made, so that it has all its rows, frames and samples.
     ///
-    /// No checkpoint is written during the pilot run. A run that is killed during the pilot run and later continued
-    /// repeats the pilot run from the same state, with the same bits.
+    /// No checkpoint is written during the pilot run. If the run is killed during the pilot run and continued later, it
+    /// repeats the pilot run from the same state, bit for bit.
     fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);

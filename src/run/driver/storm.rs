@@ -1,5 +1,5 @@
 //! Detects event storms. Spheres that rest in contact under gravity make tiny bounces, and the TC model makes all these
-//! contacts elastic. There can then be so many events per time that time hardly advances.
+//! contacts elastic. There can then be so many events per unit of time that simulated time hardly advances.
 //!
 //! Dissipative particles at rest under gravity normally have a few contacts per particle within one contact time. A
 //! storm has thousands of times as many.
@@ -35,8 +35,8 @@ impl StormWatch {
             (!species.is_static() && acceleration > 0.0).then(|| (species.diameter / acceleration).sqrt())
         };
         let fall = scene.species.iter().filter_map(fall).reduce(f64::min)?;
-        // If the contact time is longer than the time to fall one diameter, the TC model makes all contacts elastic.
-        // Events are then counted over the fall time instead.
+        // Events are counted over the contact time, but at most over the time to fall one diameter. With a longer
+        // contact time, the TC model makes all contacts elastic.
         let within = scene.contact_time?.min(fall);
         let most = FEWEST + MOST * moving;
         let events = simulation.event_counts().physical();

@@ -16,7 +16,7 @@ const ACCEPTANCE: f64 = 0.4;
 /// amplitude to a fifth. A tuned amplitude fluctuates by about a tenth.
 const STEP: f64 = 0.1;
 
-/// Minimum number of volume moves that can tune the amplitude.
+/// Minimum number of volume moves needed to tune the amplitude.
 pub(in crate::run) const FEWEST_MOVES: u32 = 40;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -18,7 +18,7 @@ const ROUNDED: usize = 3;
 #[derive(Debug)]
 pub(in crate::scene) struct RadiiAndMasses {
     origin: Origin,
-    /// Number of the comment line of the frame, which lists the masses of the species.
+    /// Line number of the frame's comment line, which lists the masses of the species.
     comment: usize,
     species: Vec<FrameSpecies>,
     /// Species, radius and line number of each distinct radius; empty if the frame has no radii.

@@ -6,8 +6,8 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 
-/// Deserializer of a value with several notations. Each notation has a conversion to the value, and notations without a
-/// conversion are rejected.
+/// Deserializer of a value that may be written as a boolean, a number, a word or a table. A notation is rejected if
+/// there is no function that converts it to the value.
 pub(super) struct Either<T, V> {
     /// Permitted notations of the value, as named in error messages.
     pub expected: &'static str,

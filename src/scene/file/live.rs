@@ -35,7 +35,8 @@ pub(crate) struct SliderFile {
     pub from: f64,
     /// Value at the upper end of the slider.
     pub to: f64,
-    /// Whether equal steps of the slider are equal differences or equal factors.
+    /// Scale of the slider: `linear` (equal steps are equal differences of the value) or `log` (equal steps are equal
+    /// factors).
     #[schemars(extend("enum" = words(&SCALES), "default" = "linear"))]
     pub scale: Option<String>,
 }

@@ -154,7 +154,7 @@ impl SceneParts {
     }
 }
 
-/// Instruments that use only states at single times, not events.
+/// Instruments that use the state at single times, and no events.
 const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {

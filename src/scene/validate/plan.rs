@@ -31,8 +31,8 @@ pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let given = [run.limit.time, run.equilibration.time, output.thermo_interval, output.frame_interval];
     let fastest = particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let smallest = species.iter().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    // The engine counts event times from the start of the run, so the start time does not spoil them. Only the times in
-    // the output lose digits.
+    // The engine counts event times from the start of the run, so the start time does not affect their accuracy. Only
+    // the times in the output lose digits.
     let crossing = if fastest > 0.0 { smallest / fastest / ROUNDED } else { f64::INFINITY };
     let times = stages.chain(given.into_iter().flatten());
     let shortest = times.fold(crossing, f64::min);
@@ -174,8 +174,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// If any stage sets the gravity, all other stages get the gravity of the species. The species then get the gravity of
-/// the first stage.
+/// If any stage sets the gravity, all moving species must have the same acceleration. It becomes the gravity of the
+/// other stages. The moving species then get the gravity of the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());

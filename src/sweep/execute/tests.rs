@@ -22,8 +22,8 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    // The report is made before the conversion. The callback creates a folder with the name of the converted file, so
-    // only the conversion fails.
+    // This callback makes the report, just before the conversion. It creates a folder with the name of the converted
+    // file, so only the conversion fails.
     let blocks = |_: &Finished| {
         fs::create_dir(&converted).unwrap();
         fs::write(converted.join("mine"), "").unwrap();
@@ -34,7 +34,7 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     let once_more = |_: &Finished| -> String { panic!("the run was there already") };
     assert!(matches!(execute(&once_more), Fate::Failed(_)));
     fs::remove_dir_all(&converted).unwrap();
-    // Deletes the record of the failure. On a full disk, this record could not have been written.
+    // Deletes the record of the failure, as if a full disk had prevented writing it.
     folder.keep_failure(point, None).unwrap();
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);

@@ -84,7 +84,7 @@ fn ambiguous_sweeps_are_rejected() {
     }
     let set = Sweep::new(SCENE, &[("species.0.mass", "1")], vec!["species.sphere.mass=1,2".parse().unwrap()]);
     assert!(matches!(set, Err(SweepError::SamePlace { .. })));
-    // An axis may vary a part of a value that the overrides set.
+    // An override sets the whole table, and an axis varies a number inside it.
     let within = Sweep::new(SCENE, &[("space", "{ size = [9, 9, 9] }")], vec!["space.size.0=8,9".parse().unwrap()]);
     assert_eq!(within.unwrap().points().len(), 2);
     assert!(matches!(sweep(&["a=1..1000", "b=1..1000"]), Err(SweepError::TooMany(1_000_000))));
@@ -142,8 +142,8 @@ fn numeric_list_entries_can_be_plotted_against() {
         [of("thermostat_temperature", &[1.0, 2.0])]
     );
     assert_eq!(named(&["surface.a.profile=[[0, 1]],[[0, 2]]"]), [of("profile_0_1", &[1.0, 2.0])]);
-    // None of these is a new variable: plain numbers already have a column, lists of different lengths have no common
-    // entry that varies, and words are not numbers.
+    // None of these gives a new variable: plain numbers already have a column, the lists differ only in their length,
+    // and words are not numbers.
     assert_eq!(
         named(&["fill.0.count=1,2", "space.size=[1, 1],[1]", "fill.0.arrangement=fcc,bcc", "start.from=[a],[b]"]),
         []

@@ -189,12 +189,13 @@ impl<'a> Value<'a> {
         Ok(std::array::from_fn(|k| numbers[k]))
     }
 
-    /// Reads the edges of a box that is aligned with the axes, and the displacement of the next image along y.
+    /// Reads the edges of an axis-aligned box, and the displacement along x of its next image along y.
     fn lattice(&self) -> Result<(Vector, f64), ReadError> {
         let mut vectors = self.numbers::<9>("nine finite numbers")?;
         let longest = [0, 4, 8].map(|entry| vectors[entry].abs()).into_iter().fold(0.0, f64::max);
         for entry in (0..9).filter(|entry| entry % 4 != 0) {
-            // Entry 3 is the displacement of images along y. Its period is the edge along x.
+            // Entry 3 is the displacement along x of the next image along y. Its tolerance follows from its period, the
+            // edge along x.
             let edge = if entry == 3 { vectors[0] } else { longest };
             if vectors[entry].abs() <= ALIGNED * edge {
                 vectors[entry] = 0.0;

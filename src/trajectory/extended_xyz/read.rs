@@ -171,7 +171,7 @@ impl<R: BufRead> FrameReader<R> {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<u32>() {
-                    // Ids of particles are `u32`, so their number must be as well.
+                    // Ids are `u32`, so the number of particles must fit into a `u32` too.
                     Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let found = shorten(text);

@@ -10,7 +10,7 @@ const DIGITS: usize = 20;
 const HEADING: usize = 300;
 /// Approximate size of a bond `[bytes]`.
 const BOND: usize = 16;
-/// Approximate size of the periods that a particle has travelled `[bytes]`.
+/// Approximate size of the columns for the periods that a particle has travelled `[bytes]`.
 const PERIODS: usize = 7;
 
 /// Estimated size of the text of a frame of a scene `[bytes]`. It is too large if particles are at rest, because

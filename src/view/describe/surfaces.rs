@@ -8,8 +8,8 @@ use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
-/// A mesh is probably in other units if its size differs from that of the particles or the box by more than this
-/// factor.
+/// A mesh whose size differs from that of the particles or the box by more than this factor is probably in the wrong
+/// units.
 const OTHER_UNITS: f64 = 100.0;
 
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {

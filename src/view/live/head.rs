@@ -13,7 +13,7 @@ use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// A simulation in the form that its page shows.
+/// Description of a simulation for the page that shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
     /// Everything that does not change during the simulation, as JSON: species, box, bonds, surfaces, stages,
@@ -64,7 +64,7 @@ struct Head {
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
-    /// Planes perpendicular to an axis, through which the scene counts passing particles.
+    /// Planes perpendicular to an axis. The scene counts the particles that pass through them.
     flows: Vec<FlowHead>,
     /// Whether a surface without an opening contains the particles, so that nothing flows out.
     is_contained: bool,

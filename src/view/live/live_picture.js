@@ -96,8 +96,8 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // In a small system, the two particles of one collision are a large share of all particles, but only briefly. The
-    // share is therefore averaged over time.
+    // In a small system, a single collision makes a large share of the particles flash, but only briefly. This share is
+    // therefore averaged over time.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];

@@ -28,7 +28,7 @@ class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
     this.at = at + 5;
-    // The range and the code of the decoder have 32 bits, which a typed array stores without conversion.
+    // The range and the code of the decoder. A typed array keeps them unsigned and limits them to 32 bits.
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 

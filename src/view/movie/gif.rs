@@ -11,8 +11,8 @@ use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
-/// Largest number of images per second. Each image then lasts 0.02 s. Players show images with a delay of 0.01 s for
-/// 0.1 s instead.
+/// Largest number of images per second. At this rate, each image lasts 0.02 s. Players lengthen the next shorter
+/// duration, 0.01 s, to 0.1 s.
 pub(super) const MOST_PER_SECOND: u32 = 50;
 
 pub(super) struct GifCodec<'a> {

@@ -34,8 +34,8 @@ pub(super) struct Pipeline<'a, P> {
     pub is_stopped: &'a AtomicBool,
 }
 
-/// An image to be drawn and compressed. Tasks are taken in the order of the movie, so the previous image is drawn
-/// already or in progress.
+/// An image to be drawn and compressed. Tasks are taken in the order of the movie, so the previous image is already
+/// drawn or being drawn.
 struct Task {
     place: usize,
     /// Receives the previous image.

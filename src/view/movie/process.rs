@@ -230,7 +230,7 @@ mod tests {
     fn slow_but_active_process_is_not_killed() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // The number of read pieces changes every 8 ticks, the file every 4 ticks.
+            // The number of pieces read changes every 8 ticks, and the file changes every 4 ticks.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

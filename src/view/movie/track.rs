@@ -1,5 +1,6 @@
-//! Conversion of images to a movie file in two steps. An image is compressed on any core, and only the previous image
-//! is needed for that. The compressed images are then added to the file in order.
+//! Conversion of images to a movie file in two steps. First, each image is compressed. Only the previous image is
+//! needed for that, so several cores can compress images at the same time. Then the compressed images are added to the
+//! file in order.
 
 use std::io;
 use std::ops::ControlFlow;

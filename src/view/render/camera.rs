@@ -19,9 +19,9 @@ const HALF_VIEW: f32 = 0.267_949_2;
 /// Free margin around the framed region, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
-/// For a moving camera, the framed region is fitted into the image in directions at most this angle apart `[degrees]`.
-/// Between two of these directions, the region extends further by at most a thousandth of its distance from the axis of
-/// rotation, far less than the margin.
+/// Largest angle between neighbouring directions in which a moving camera must see the whole framed region `[degrees]`.
+/// Between these directions, the region extends further by at most a thousandth of its distance from the axis of
+/// rotation. This is far less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
 /// Smallest distance from the camera at which anything is drawn, in half diagonals of the framed region. The region
@@ -94,7 +94,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Returns the same view, enlarged around the middle of the image above the footer.
+    /// Returns the same view, enlarged by `zoom`. The middle of the image above the footer stays where it is.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -159,7 +159,7 @@ impl Camera {
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // Size of the usable area in pixels, and half this size in window coordinates.
+        // `room` is the size of the usable area in pixels. `border` is half this size in window coordinates.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;

@@ -67,8 +67,8 @@ pub(super) fn encode(colour: &Colour) -> [u8; 4] {
 }
 
 /// Lookup table from linear light to sRGB bytes. `least` holds the smallest intensity of each byte value. `begins`
-/// holds the byte value at the start of each of many equal steps of intensity. Without the table, the conversion of a
-/// pixel would take as long as its shadows.
+/// divides the range of intensity into many equal steps, and holds the byte value at the start of each step. Without
+/// the table, converting a pixel would take as long as computing its shadows.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,

@@ -77,7 +77,7 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // Along gravity, only the top is cropped, so a heap is shown with its floor. Across gravity, a box that is
+        // Along gravity, only the top is cropped, so a heap is shown with its floor. Along other axes, a box that is
         // drawn is not cropped.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;

@@ -1,4 +1,4 @@
-//! A ground below the scene that shows only shadows.
+//! The ground below the scene. It has the colour of the background, except where shadows fall on it.
 
 use super::Style;
 use super::bodies::Bodies;
@@ -9,7 +9,7 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Fractions of the ground's light that come from the sun and from the sky. The rest of the light has no shadows.
+/// Fractions of the ground's light that come from the sun and from the sky. The rest of the light casts no shadows.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 

@@ -1,7 +1,7 @@
 //! Text in an image: filled outlines of a font.
 //!
 //! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. All its digits have the
-//! same width, so numbers do not move while they count.
+//! same width, so a number does not shift when its digits change.
 
 use std::sync::LazyLock;
 

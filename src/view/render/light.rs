@@ -25,8 +25,8 @@ const WIDEST_EDGE: f32 = 1.3;
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface, and how much more a surface that faces up receives. A surface that
-/// faces down receives as much less.
+/// Brightness of the sky on a vertical surface. On a surface that faces up, the brightness is larger by `SLOPE`. On a
+/// surface that faces down, it is smaller by `SLOPE`.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
@@ -137,7 +137,7 @@ struct Shadows {
     centre: Point,
     /// Tangent of half the angular width of the light.
     width: f32,
-    /// Half the width of the sharpest shadow edge. The edge is one pixel wide.
+    /// Half the width of the sharpest shadow edge, which is one pixel wide.
     narrowest: f32,
     discs: Vec<Disc>,
     /// Spheres by their position in the plane perpendicular to the light. Spheres nearest to the light come first.

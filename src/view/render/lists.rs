@@ -23,7 +23,8 @@ pub(super) struct Lists<const D: usize> {
 }
 
 impl<const D: usize> Lists<D> {
-    /// Cells have about the given width. They are wider if there would be too many entries.
+    /// Creates the lists, with cells of about the given width. The cells are wider if there would otherwise be too many
+    /// entries.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);

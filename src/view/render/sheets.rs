@@ -41,13 +41,14 @@ pub(super) struct Fragment {
     pub triangle: u32,
 }
 
-/// A triangle, prepared for hits by rays. A ray has window coordinates `w = (x, y, 1)`. It hits the triangle if the
-/// three products `edges[k] . w` are not negative. These products are also the weights of the corners. The depth of the
-/// hit is `(depth . w) / (total . w)`.
+/// A triangle, prepared for intersections with rays. A ray has window coordinates `w = (x, y, 1)`. It hits the triangle
+/// if the three products `edges[k] . w` are not negative. These products are also the weights of the corners. The depth
+/// of the hit is `(depth . w) / (total . w)`.
 ///
-/// In perspective, the ray `t w` hits the corners `a, b, c` where `t w = (e_a a + e_b b + e_c c) / (a . (b x c))`. Here
-/// `e_a = w . (b x c)`, and `e_b` and `e_c` follow by cyclic permutation (Olano and Greer, Triangle scan conversion
-/// using 2D homogeneous coordinates, 1997). No corner needs to be in front of the camera.
+/// In perspective, the ray `t w` meets the plane of a triangle with corners `a, b, c` where
+/// `t = a . (b x c) / (e_a + e_b + e_c)`. Here `e_a = w . (b x c)`, and `e_b` and `e_c` follow by cyclic permutation
+/// (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997). No corner needs to be in front
+/// of the camera.
 struct Plane {
     edges: [[f64; 3]; 3],
     depth: [f64; 3],

@@ -64,7 +64,8 @@ pub(super) struct Pen {
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether the edge is hidden by all bodies, even by bodies behind it.
+    /// Whether the edge is behind everything: any body at the same place in the image hides it, even a body that is
+    /// farther away.
     pub is_behind: bool,
 }
 

@@ -26,9 +26,9 @@ pub enum ColourBy {
 #[non_exhaustive]
 pub enum Framing {
     /// The box without some of its empty parts. An axis is cropped only if it is not periodic and the particles and
-    /// surfaces extend over at least a third of it. Along gravity, only the empty part at the top is cropped. Along
-    /// other axes, the empty parts at both ends are cropped if the box is not drawn. A flat box is never cropped if it
-    /// is drawn.
+    /// surfaces extend over at least a third of it. Along gravity, only the top of the box is cropped. Along other
+    /// axes, a box that is drawn is not cropped, and a box that is not drawn is cropped at both ends. A flat box that
+    /// is drawn is not cropped along any axis.
     #[default]
     Fitted,
     /// The box, and the spheres with centres in it.

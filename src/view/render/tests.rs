@@ -71,7 +71,7 @@ fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is that of a disc, up to the circumference of the disc in pixels.
+/// Checks that an area is the area of a disc. The tolerance is the circumference of the disc in pixels.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
@@ -327,7 +327,7 @@ fn image_is_cropped_to_the_particles_under_gravity() {
     assert_eq!(size(&scene, &falls), size(&scene, &boxed), "periodic");
     scene.periodic = [false; 3];
     assert!(size(&scene, &falls).1 < size(&scene, &boxed).1 * 6 / 10);
-    // A single ball fills too little of the box to crop the image.
+    // A single ball fills too little of the box, so the image is not cropped.
     scene.particles.truncate(1);
     assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }

@@ -21,8 +21,8 @@ pub(super) struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name shown when the pointer is on a curve of the member, such as the name of a stage. If the name is empty, only
-    /// the value is shown.
+    /// Name shown when the pointer is on a curve of this member, such as the name of a stage. If the name is empty,
+    /// only the value is shown.
     pub name: String,
     pub curves: Vec<Curve>,
 }
@@ -135,8 +135,8 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by its mean with other series. If one of the series has no value at a point, the mean has no value
-/// there.
+/// Replaces a series by the mean of this series and others. If one of the series has no value at a point, the mean has
+/// no value there.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {

@@ -133,7 +133,8 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
-    // Either each series has its own published curve, or all series are compared with the first one.
+    // If there are as many published curves as series, each series is compared with its own published curve. Otherwise,
+    // all series are compared with the first published curve.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });
@@ -199,7 +200,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is constant within round-off. Such a series is not drawn on its own.
+/// Whether a time series is constant within round-off. A plot in which all series are constant is left out.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))

@@ -33,7 +33,7 @@ pub(super) struct Inputs {
     pub notes: Vec<String>,
 }
 
-/// Results of a measured stage that its summary does not contain.
+/// Results of a measured stage that are not in `summary.json`.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,

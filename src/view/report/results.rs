@@ -35,7 +35,7 @@ fn method_of(observable: &str) -> &'static str {
 
 const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of \
     <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach";
-const ON_WALL: &str = "momentum that the wall transfers, per time and per area that centres can reach";
+const ON_WALL: &str = "momentum that the wall transfers to particles per unit time and unit area; the area is the part that their centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies minus what it removes, per time and area";
 
 const MOST_RATES: usize = 50;

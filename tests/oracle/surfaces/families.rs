@@ -34,7 +34,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
         "20 decades of length and time" => {
-            // A state of any other family, in other units.
+            // A state of a random other family, in units that make its numbers very large or very small.
             FAMILIES[random.below(18)].1(random, &mut approach);
             let state = approach.state(random);
             rescaled(random, state)

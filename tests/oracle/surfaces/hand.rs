@@ -72,8 +72,8 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // The overlap function is negative and falls from 3 to its turning point at 3.62. At 3.75 it already rises, so a
-    // foot that reaches the feature then causes no event.
+    // Between the times 3 and 3.62 the overlap function is negative and decreases. From then on it increases. A foot that
+    // reaches the feature at time 3.75 therefore causes no event.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }

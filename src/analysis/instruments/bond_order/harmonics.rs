@@ -1,4 +1,4 @@
-//! Projects the directions to neighbours on the functions of one angular momentum.
+//! Projects the directions to neighbours onto the functions of one angular momentum.
 
 use crate::Vector;
 

@@ -21,9 +21,9 @@ const FREE_TIMES: [f64; 2] = [100.0, 1000.0];
 /// the span then misses less than a thousandth of the slope.
 const FLOW_DECAYS: f64 = 10.0;
 
-/// Smallest default number of linear steps. The second constant is the largest number of steps if only the
-/// interval is given.
+/// Smallest default number of linear steps.
 const FEWEST_STEPS: f64 = 50.0;
+/// Largest number of linear steps if the plan gives an interval but no span.
 const MOST_OF_INTERVAL: f64 = 500.0;
 /// Shortest tick, in units of the spacing of floating-point numbers at the end of the run.
 const SPACINGS_PER_TICK: f64 = 8.0;

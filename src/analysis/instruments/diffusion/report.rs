@@ -8,8 +8,8 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// Smallest ratio of two successive values of the autocorrelation. If it decays exponentially at this rate,
-/// the cubics are off by 0.1 %.
+/// The autocorrelation is integrated only if its second value is more than this fraction of its first value. For an
+/// exponential decay at this rate, the integration by cubics has an error of 0.1 %.
 const SMOOTH: f64 = 0.6;
 
 /// Particles are localised, as in a crystal, if their mean square displacement grows by no more than this
@@ -54,7 +54,7 @@ fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usiz
     Some(system.species_names.get(id as usize)?)
 }
 
-/// Index of the first element of a linear curve of a group in the averages.
+/// Position of a group's linear curve in the averages: the index of its first element.
 fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }

@@ -96,8 +96,8 @@ impl Spread {
         self.sums[tracer][kind]
     }
 
-    /// Standard error of the mean over origins of the slope (0) or bend (1) of a group, from the scatter of
-    /// origins along each axis; `None` if there are too few.
+    /// Standard error of the slope (0) or bend (1) of a group. The slope or bend is the mean over all origins, and its
+    /// error follows from the scatter of origins along each axis. `None` if there are too few independent origins.
     pub fn error_by_axes(&self, group: usize, kind: usize) -> Option<f64> {
         let origins = self.origins as f64;
         let together = self.variance_of_mean_of_origins(kind);

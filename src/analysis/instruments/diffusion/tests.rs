@@ -145,7 +145,7 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
             }
         }
     }
-    // The integral of the constant autocorrelation 12.5, divided by two axes, is 12.5 / 2 t.
+    // The autocorrelation has the constant value 12.5. Its integral is 12.5 t; divided by the number of axes, 6.25 t.
     let integral = &measured.curves[3];
     assert!((integral.series[0].values[16].unwrap() - 6.25 * 8.0).abs() < 1e-9);
     assert!(measured.numbers[0].method.contains("across the flow"), "{}", measured.numbers[0].method);

@@ -10,8 +10,8 @@ use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::components::components;
 
-/// Number of the random stream for the choice of tracers. The random streams that create the initial state
-/// count from 0.
+/// Number of the random stream that chooses the tracers. The random streams that create the initial state are numbered
+/// from 0.
 const STREAM: u64 = u64::MAX;
 
 /// Minimum number of cells with particles. The scatter between cells gives the standard error. With eight
@@ -98,10 +98,10 @@ impl Tracers {
         self.ids.len()
     }
 
-    /// Estimates the variance of the mean of `value(k)` over a group. `value(k)` is a squared quantity of
-    /// tracer `k`, and its deviations are from the mean of its species. Neighbours move together, and so do
-    /// the beads of a chain, so the sums over the particles of a cell are taken as independent. `None` for
-    /// fewer than [`FEWEST`] cells.
+    /// Estimates the variance of the mean of `value(k)` over a group. `value(k)` is a squared quantity of tracer `k`.
+    /// Its deviations from the mean of its species are summed over the particles of each cell. Neighbours move
+    /// together, and so do the beads of a chain. So the sums of different cells, not the single values, count as
+    /// independent. `None` for fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
         let chosen = || {
             let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();
@@ -182,7 +182,7 @@ pub(super) fn followed(system: &SystemDescription) -> Followed {
 }
 
 impl Followed {
-    /// Sets the components along all other axes to zero.
+    /// Keeps the components along the followed axes, and sets all others to zero.
     fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }

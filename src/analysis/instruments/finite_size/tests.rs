@@ -11,9 +11,9 @@ fn number(name: &str, mean: f64, error: Option<f64>) -> Number {
     Number::estimated(name, "Title", "1", estimate, "")
 }
 
-/// Makes the two curves from which the corrections of a diffusion coefficient are calculated. These use the
-/// times of the mean squared displacement, and the first value of the velocity autocorrelation: the mean square
-/// velocity at a temperature of 1.5.
+/// Makes the two curves that the corrections of a diffusion coefficient need. The corrections use the times of the mean
+/// squared displacement, and the first value of the velocity autocorrelation. This value is the mean square velocity,
+/// here at a temperature of 1.5.
 fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     let inverse_mass: f64 = system.masses.iter().map(|mass| 1.0 / mass).sum::<f64>() / system.masses.len() as f64;
     let squares = [Estimate { mean: system.space.dimensions() as f64 * 1.5 * inverse_mass, standard_error: None }; 9];
@@ -24,7 +24,8 @@ fn curves(system: &SystemDescription, interval: f64) -> [Curve; 2] {
     [curve(DISPLACEMENT), curve(CORRELATION)]
 }
 
-/// Completes a measurement of point particles. Their diffusion coefficient is 0.1 ± 0.003, by both methods.
+/// Applies the corrections to a measurement of point particles. By both methods, their diffusion coefficient is
+/// 0.1 ± 0.003.
 fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     let mut measured = Measured::default();
     measured.numbers.extend([number(COEFFICIENT, 0.1, Some(0.003)), number(GREEN_KUBO, 0.1, Some(0.003))]);
@@ -35,7 +36,7 @@ fn extended_over(interval: f64, system: &SystemDescription, viscosity: Option<Nu
     measured
 }
 
-/// Completes a measurement whose time span is so long that all flows have decayed.
+/// Applies the corrections to a measurement with a span so long that all flows have decayed.
 fn extended(system: &SystemDescription, viscosity: Option<Number>) -> Measured {
     extended_over(100.0, system, viscosity)
 }

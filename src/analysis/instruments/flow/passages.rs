@@ -13,8 +13,8 @@ pub(super) struct Row {
     pub time: f64,
     /// Net number and mass of the particles that have passed the plane.
     pub passed: [f64; 2],
-    /// Net displacement of all particles along the axis in periods, by number and by mass; 0 without a
-    /// period.
+    /// Net displacement of all particles in the counted direction, in periods: the sum over the particles, and the sum
+    /// weighted by mass. Both are 0 if the plane has no periodic image.
     pub gone: [f64; 2],
 }
 
@@ -38,8 +38,8 @@ pub(super) struct Passages {
     window: Option<[f64; 2]>,
     in_window: [f64; 2],
     /// Whether particles cannot bypass the plane: it covers a whole cross-section, and its axis is periodic or
-    /// ends at two walls. Then the passages are the net displacement minus the increase in the number of
-    /// particles beyond the plane.
+    /// ends at two walls. The number of passages then follows from the total displacement along
+    /// the axis and from the change in the number of particles beyond the plane.
     is_closed: bool,
 }
 
@@ -66,8 +66,7 @@ impl Passages {
         self.now.gone[1] += periods * mass;
     }
 
-    /// Counts one passage. Its time is not before the last sample, but passages between two samples may come
-    /// in any order.
+    /// Counts one passage since the last sample. Passages between two samples may be counted in any order.
     pub fn count(&mut self, sign: i64, mass: f64, time: f64) {
         let share = [sign as f64, sign as f64 * mass];
         (0..2).for_each(|of| self.now.passed[of] += share[of]);

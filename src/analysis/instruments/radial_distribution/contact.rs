@@ -10,7 +10,7 @@ pub(super) const CONTACT_BINS: usize = 20;
 /// Width of the shell divided by the contact distance, if the potential has no step within the shell.
 const WIDTH: f64 = 0.1;
 
-/// Fewer bins near contact do not determine a parabola well.
+/// With fewer bins near contact, a parabola is poorly determined.
 const FEWEST_BINS: usize = 8;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

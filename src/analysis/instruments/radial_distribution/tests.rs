@@ -14,7 +14,7 @@ fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: 
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// `displacement` is the shift of the next image along y.
+/// `displacement` is the shift along x of the next periodic image along y.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,

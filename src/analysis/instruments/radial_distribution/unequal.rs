@@ -35,8 +35,7 @@ impl Rooms {
                     |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
-                    // If a particle is too large for the box, its centre gets the whole edge. No such particle
-                    // exists, so this has no effect.
+                    // A species that is too large for the box has no particles, so any positive length will do for it.
                     if ends[1] > ends[0] { ends } else { [0.0, space.size[k]] }
                 })))
             }

@@ -47,7 +47,7 @@ fn mean_force_of_bouncing_balls_is_their_weight() {
     let measured = report(&forces, &system);
     for (name, weight) in [("slope", 1.4), ("wall_z_lower", 6.2)] {
         let mean = |key: &str| estimate(&measured, &format!("force_{name}_{key}")).0;
-        // At most two bounces are incomplete at the ends of the run.
+        // The run starts and ends between two bounces, so the mean force is only approximately the weight.
         assert!((mean("z") / -weight - 1.0).abs() < 5e-3, "{name} {}", mean("z"));
         assert!((mean("normal") / weight - 1.0).abs() < 5e-3);
         assert!(mean("x").abs() < 1e-12);
@@ -123,8 +123,9 @@ fn the_mean_chord_of_a_cavity_is_four_volumes_by_its_surface() {
     // Particles that do not interact start at uniformly distributed positions. Each meets the wall at the rate
     // `v S / 4 V`, for any shape of the cavity (Cauchy). `v` is its speed, `S` the surface and `V` the volume
     // that centres can reach. By the virial theorem, the normal force is `m v^2 S / 3 V` per particle.
-    /// Largest initial distance of a particle from the centre line of the cavity, whose radius is 2. A particle
-    /// has a radius of 0.15, and the triangles of the ring reach up to 0.0024 into the cavity.
+
+    /// Largest initial distance of a particle from the centre line of the cavity. The cavity has a radius of 2, and a
+    /// particle has a radius of 0.15. The triangles of the ring reach up to 0.0024 into the cavity.
     const START: f64 = 1.8475;
     let middle = Vector::repeat(10.0);
     let ring = |place: &Vector| (place.x - 10.0).hypot(place.y - 10.0) - 5.0;

@@ -62,8 +62,8 @@ fn finite_size_reduces_values_to_first_order() {
         let rate = of(&rods, bath, 2, "collision_rate");
         assert!((rate.at_size() / rate.value - part).abs() < 1e-5, "{rate:?}");
     }
-    // In a dilute gas of `N` particles, each particle has `N - 1` instead of `N` partners. Two particles have
-    // half of `Z - 1`.
+    // In a dilute gas of `N` particles, each particle has `N - 1` instead of `N` partners. With two particles, `Z - 1`
+    // is therefore half as large.
     let spheres = scene(3, hard(), 1.0);
     let z = of(&spheres, None, 2, "compressibility_factor");
     assert!((z.finite_size / (z.value - 1.0) + 0.5).abs() < 0.02, "{z:?}");

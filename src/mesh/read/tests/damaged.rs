@@ -55,7 +55,8 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // Overwrites a 32-bit number, in half of the cases the number of triangles in a binary STL file.
+            // Overwrites a 32-bit number. Half of the time it is the number at offset 80, where a binary STL file has
+            // its number of triangles.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

@@ -46,8 +46,9 @@ fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     })
 }
 
-/// Whether two triangles intersect outside the corners that they share, computed with integers. With one common corner,
-/// the second triangle is extended to a long cone from this corner.
+/// Whether two triangles intersect outside the corners that they share, computed with integers. If they share one
+/// corner, the second triangle is first enlarged about this corner by a factor of 100,000. The opposite edge of the
+/// first triangle is then tested against it.
 fn meet_in_whole_numbers(one: &[Whole; 3], two: &[Whole; 3]) -> bool {
     let not_in = |corners: &[Whole; 3], other: &[Whole; 3]| -> Vec<Whole> {
         corners.iter().copied().filter(|corner| !other.contains(corner)).collect()

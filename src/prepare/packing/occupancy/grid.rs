@@ -49,9 +49,9 @@ pub(super) struct Grid<'a> {
     around: [i64; 3],
     /// Number of adjacent cells to search on each side along each axis: 1, or 0 if there is only one cell.
     reach: [i64; 3],
-    /// Longest contact of each species with the particles in this grid `[length]`.
+    /// Longest contact distance of each species with the particles in this grid `[length]`.
     pub(super) ranges: Vec<f64>,
-    /// Longest contact for which a search of the adjacent cells suffices `[length]`.
+    /// Longest contact distance for which a search of the adjacent cells suffices `[length]`.
     finest: f64,
     heads: Vec<u32>,
     members: Vec<u32>,
@@ -137,7 +137,7 @@ impl<'a> Grid<'a> {
                 squared += away * away;
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
-            // A cell farther away than the longest contact holds no overlap.
+            // Cells farther away than `range` need no search.
             if !is_reached || squared > longest_squared {
                 continue;
             }

@@ -115,7 +115,7 @@ fn first_overlap_has_the_lowest_id() {
     }
     let (second, overlapping) = first(&particles).unwrap();
     assert_eq!(second, 15_000);
-    // The other particle is 700 or its neighbour along x, because the moved particle overlaps both.
+    // The search may report particle 700 or its neighbour along x, because the moved particle overlaps both.
     assert!(overlapping.distance < 1.0 && overlapping.other < 15_000, "{overlapping:?}");
 }
 
@@ -123,7 +123,8 @@ fn first_overlap_has_the_lowest_id() {
 fn first_overlap_is_found_exactly_if_one_exists() {
     let mut random = Random::new(9, Purpose::Placement, 0);
     let mut counts = [0; 2];
-    // With the contact distance 0.3 of species 2, sizes differ too much for cells as large as the longest contact.
+    // If the contact distance of species 2 is 0.3, sizes differ too much for cells as large as the longest contact
+    // distance.
     for (third, displacement, boundary) in [
         (0.8, 0.0, Boundary::Periodic),
         (0.8, 1.3, Boundary::Periodic),

@@ -45,7 +45,7 @@ impl Recorder for Kept {
 }
 
 impl Kept {
-    /// Continues a run, and interrupts it in call number `questions` of `watch`.
+    /// Continues a run, and interrupts it at the `questions`-th call of `watch`.
     fn go_on(&mut self, run: Run, mut questions: u32) {
         let mut watch = |_: &crate::run::Progress| {
             questions = questions.saturating_sub(1);

@@ -5,7 +5,7 @@ use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Largest number of rows of `exchange.csv` that are plotted, and approximate number of round trips that they cover.
+/// Largest number of rows of `exchange.csv` that are plotted, and approximate number of round trips in the plot.
 const MOST_ROWS: u64 = 120;
 const ROUND_TRIPS: u64 = 4;
 

@@ -247,8 +247,8 @@ class Player {
   advance(now) {
     const rate = Number(element("speed").value);
     const last = this.recording.length - 1;
-    // Slow graphics slow the playback down instead of skipping frames. Frames are skipped only at rates above 30 per
-    // second.
+    // If drawing is slow, the playback slows down and does not skip frames. Frames are skipped only at rates above 30
+    // per second.
     const due = Math.min(((now - this.shownAt) * rate) / 1000, Math.max(1, rate / 30));
     const isSmooth = element("between").checked;
     const number = isSmooth ? due : Math.floor(due + 1e-6);

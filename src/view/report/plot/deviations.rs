@@ -6,7 +6,8 @@ use super::curve::{Curves, Line, LineStyle, Point};
 use super::mark::{arrow, mark};
 use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 
-/// Smallest and largest half-height of the strip, in standard errors. A point beyond the strip is an arrow at its edge.
+/// Smallest and largest half-height of the strip, in standard errors. A point beyond the strip is drawn as an arrow at
+/// its edge.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
 /// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. The published value
