@@ -13,7 +13,7 @@ use cases::{Case, FOLDER, bases, cases};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
-/// Path of a scene, which its errors name.
+/// Path of a scene, as it appears in error messages.
 fn path_of(name: &str) -> PathBuf {
     Path::new(FOLDER).join(name).with_extension("toml")
 }

@@ -88,7 +88,7 @@ fn probed(run: Run, most: u64) -> Run {
     run.instrument("probe", move |setup| Probe::new(setup.sample.time, most))
 }
 
-/// Executes the run into a folder, and interrupts it when a stage has had the given number of events.
+/// Runs the scene with output to a folder, and interrupts it when a stage has had the given number of events.
 fn interrupted(folder: &Path, most: u64, (stage, events): (Stage, u64)) -> Finished {
     let scene = scene();
     let mut files = Folder::create(folder, &scene, Existing::Keep).unwrap();

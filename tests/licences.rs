@@ -30,7 +30,7 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Licences that also require changes to the licensed files to be published, by crate.
+/// Crates with licences that also require the publication of changes to the licensed files.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");

@@ -27,8 +27,7 @@ fn hopper_matches_the_paper_and_has_no_gaps() {
     println!("{surface} surface spheres, {} grains", scene.particles().len() - surface);
     assert!((1600..1800).contains(&surface), "{surface} surface spheres");
     assert_eq!(scene.gaps(), []);
-    // Every grain starts inside of the bin: its centre keeps the contact distance 2 from the wall of radius
-    // 17.
+    // Every grain starts inside the bin: its centre keeps the contact distance 2 from the wall of radius 17.
     for particle in scene.particles().iter().filter(|particle| particle.species.0 == 0) {
         assert!(particle.position.xy().norm() < 15.0);
     }
@@ -236,8 +235,9 @@ fn a_distribution_of_diameters_becomes_classes() {
     // species B. These numbers are rounded.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // The classes that have 16 particles instead of 15 are spread over all sizes. So the mean diameter is off by at
-    // most a few of 307 particles, whose diameters have a relative deviation of a tenth.
+    // The classes with 16 instead of 15 particles are spread over all sizes, so their effects on the mean diameter
+    // nearly cancel. The tolerance is the effect of three of the 307 particles if their diameters are a tenth too
+    // large.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");

@@ -3,9 +3,9 @@
 //! A source owns its data, gives the time of its next event, and executes this event. It returns the
 //! particles that have to be predicted again. There are two kinds:
 //!
-//! - contacts and transitions of a particle; the earliest one is its prediction: [`pair`], [`surface`],
-//!   [`cell_transition`] and [`list_rebuild`]. Prediction gets times from them. The event loop executes them
-//!   by [`Engine::execute`] or [`Engine::execute_transition`] and predicts the particles of a contact again;
+//! - contacts and transitions of a particle: [`pair`], [`surface`], [`cell_transition`] and [`list_rebuild`].
+//!   The earliest one is the prediction of the particle. The event loop executes it by [`Engine::execute`] or
+//!   [`Engine::execute_transition`], and predicts the particles of a contact again;
 //! - global events, which belong to no particle's prediction: [`andersen`], the refresh of sliding images
 //!   ([`super::images`]), stages of changing distances ([`super::distances`]), and reflections of a distance
 //!   that is held in a window ([`restraint`]). The earliest global event is due at [`Sources::next_global`].
@@ -41,7 +41,7 @@ const PER_STEP: u64 = 16;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
     pub surfaces: Surfaces,
-    /// Geometry for the pressure between walls; `None` without walls.
+    /// Size of the region between the walls, for the pressure; `None` without walls.
     pub confinement: Option<Confinement>,
     /// Random numbers of the surfaces, if any surface is thermal.
     pub surface_random: Option<SurfaceRandom>,
@@ -112,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether the scene has global events. Its dynamics then never end.
+    /// Whether the scene has global events, which keep its dynamics from ever ending.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()

@@ -23,7 +23,8 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// Returns position, velocity and time as one array. The last number has no meaning.
+    /// Returns position, velocity and time as one array. The last number has no meaning, because it consists of the
+    /// event count and the id.
     #[inline(always)]
     pub fn numbers(&self) -> &[f64; 8] {
         const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };

@@ -1,10 +1,10 @@
 //! Surfaces that particles meet: the walls of the box, and the surfaces of a scene.
 //!
 //! A surface has a shape ([`Surface`]) and a law of contact ([`Law`]). A mesh consists of several shapes: its faces,
-//! edges and corners ([`features`]). From a shape, prediction gets the time of a particle's next contact, and execution
-//! gets the normal. The audit, the proof that the dynamics have ended, and the checks of initial positions get the gap.
-//! To add a shape, write a file like [`wall`] or [`plane`], and add a variant to [`Shape`]. [`set`] holds the surfaces
-//! of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
+//! edges and corners ([`features`]). A shape computes the time of a particle's next contact for the prediction, and the
+//! normal for the execution. It computes the gap for the audit, for the proof that the dynamics have ended, and for the
+//! checks of initial positions. To add a shape, write a file like [`wall`] or [`plane`], and add a variant to
+//! [`Shape`]. [`set`] holds the surfaces of a scene. A [`tree`] of boxes finds the surfaces of limited extent.
 
 pub(crate) mod face;
 pub(crate) mod features;
@@ -80,14 +80,14 @@ pub(crate) trait Surface {
     /// Whether a sphere with its centre in a cell may meet the surface before the centre leaves the cell.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool;
 
-    /// Whether a velocity moves a sphere in contact further into the surface, in the rounded numbers of the next
-    /// prediction. Walls reflect without rounding and need no such test.
+    /// Whether a velocity moves a sphere in contact further into the surface, according to the rounded numbers that the
+    /// next prediction computes. Walls reflect without rounding and need no such test.
     fn is_closing(&self, _position: &Vector, _velocity: &Vector) -> bool {
         false
     }
 
-    /// Returns the acceleration with which the surface curves away from straight flight along it
-    /// `[length / time^2]`; negative if the surface curves towards the flight path.
+    /// Returns the second time derivative of the gap if a sphere in contact flies straight on `[length / time^2]`. It
+    /// is negative if the surface curves towards the flight path.
     fn bend(&self, _position: &Vector, _velocity: &Vector, _radius: f64) -> f64 {
         0.0
     }

@@ -105,9 +105,9 @@ impl Simulation {
         self.spread();
     }
 
-    /// Spreads the system over processes from now on. Each process must have the same simulation and number of
-    /// threads, and gets its share of the domains: one per thread, at most 64 in all. Systems that cannot be cut run
-    /// whole on every process, and so do all systems with more than 64 processes.
+    /// Spreads the system over processes from now on. Each process must have the same simulation and number of threads,
+    /// and gets its share of the domains: one per thread, at most 64 in all. If the system cannot be cut, or if there
+    /// are more than 64 processes, every process simulates the whole system.
     ///
     /// From now on all processes have to make the same calls. Calls that change or advance the simulation wait for
     /// the other processes; calls that only read it do not.

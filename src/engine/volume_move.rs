@@ -12,7 +12,7 @@ use crate::model::molecules::Molecules;
 use crate::model::space::{Boundary, Space, minimum_image};
 use crate::model::{Bond, InteractionId, Potential, Scene, SpeciesId};
 
-/// Constants of the volume moves of a simulation: its molecules and pair types.
+/// Data for the volume moves of a simulation that do not change during the simulation.
 #[derive(Debug, Clone)]
 pub(crate) struct Scaling {
     molecules: Molecules,

@@ -69,8 +69,8 @@ impl Exchange {
         self.begin_intervals(Some(&changed));
     }
 
-    /// Records the energies of a multicanonical exchange. When they determine new weights, all replicas get these
-    /// weights and the heat bath of the highest temperature.
+    /// Records the energies of a multicanonical exchange. Once they determine new weights, gives every replica these
+    /// weights and a heat bath at the highest temperature.
     fn learn(&mut self) -> Result<(), Torn> {
         let Some(learning) = &mut self.multicanonical else { return Ok(()) };
         let is_first = learning.weights().is_none();

@@ -60,9 +60,8 @@ pub struct HeatCapacityPeak {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ThermalCurves {
-    /// Points at ascending temperatures, including all simulated temperatures. Empty for windows at one
-    /// temperature, if all energies are equal, or if energies at different temperatures do not overlap
-    /// sufficiently.
+    /// Points at ascending temperatures, including all simulated temperatures. Empty if the exchange is between
+    /// windows, if all energies are equal, or if energies at different temperatures do not overlap sufficiently.
     pub points: Vec<ThermalPoint>,
     /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,

@@ -15,13 +15,14 @@ pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the 
 impl ExchangeResults {
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.
     ///
-    /// A replica loses its memory at the far end of a round trip. A round trip leads between the lowest
-    /// and the highest temperature, or between the first and the last window. The number of round trips is
-    /// thus the number of independent visits to the lowest temperature. H. G. Katzgraber, S. Trebst, D. A.
-    /// Huse and M. Troyer,
+    /// A round trip leads from the highest temperature to the lowest and back, or from the last window to the
+    /// first and back. At the highest temperature, or in the last window, a replica loses the memory of its
+    /// earlier configurations. The number of round trips is thus the number of independent visits to the
+    /// lowest temperature, or to the first window (H. G. Katzgraber, S. Trebst, D. A. Huse and M. Troyer,
     /// J. Stat. Mech. P03018 (2006),
-    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018). The warnings
-    /// name
+    /// [doi:10.1088/1742-5468/2006/03/P03018](https://doi.org/10.1088/1742-5468/2006/03/P03018)).
+    ///
+    /// The warnings name
     /// - temperatures or windows that never swapped their replica with a neighbour;
     /// - temperatures at which the potential energy never changed although it changed at other temperatures:
     ///   only one state exists, or the replicas are frozen;

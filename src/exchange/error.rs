@@ -108,9 +108,9 @@ pub enum ExchangeFolderError {
     Passed {
         /// The folder.
         path: PathBuf,
-        /// Duration of the averages so far `[time]`.
+        /// Simulated time over which averages have been taken so far `[time]`.
         measured: f64,
-        /// The requested duration of the averages `[time]`.
+        /// The requested simulated time of the averages `[time]`.
         asked: f64,
     },
     /// The exchange in the folder has no results yet.

@@ -67,7 +67,7 @@ struct Task {
 struct Done {
     number: usize,
     replica: Box<Replica>,
-    /// Whether the replica has reached the time. The outer error is a panic of the thread.
+    /// Whether the replica has reached the time of its task. The outer error is a panic of the thread.
     result: thread::Result<Result<bool, EngineError>>,
 }
 
@@ -177,7 +177,8 @@ struct Failed {
     source: EngineError,
 }
 
-/// Stops early if there is a reason to pause.
+/// Advances the replicas one by one in this thread. Returns false, without having advanced all of them, if `watch` ends
+/// the exchange or a checkpoint is due.
 fn advance_here<R: ExchangeRecorder>(
     exchange: &mut Exchange,
     recorder: &R,

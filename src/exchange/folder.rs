@@ -96,9 +96,9 @@ pub enum Opened {
 }
 
 impl ExchangeFolder {
-    /// Creates the folder for the exchange of a scene, or opens an existing folder. `record` is the text
-    /// of the scene including all overrides, such as [`Scene::record`]. If the scene differs only in a
-    /// later end, the exchange continues to the later end, whether it is complete or not.
+    /// Creates the folder for the exchange of a scene, or opens an existing folder. `record` is the text of the scene
+    /// including all overrides, such as [`Scene::record`]. If the folder holds an exchange of a scene that differs only
+    /// in its end, this exchange continues to the new end, even if it was complete.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something
@@ -230,8 +230,8 @@ impl ExchangeFolder {
         path.join(SCENE)
     }
 
-    /// Returns the paths of the files from which the HTML page is made or the exchange continues, whether they exist
-    /// or not.
+    /// Returns the paths of the files that are needed to make the HTML page or to continue the exchange. The files need
+    /// not exist.
     #[must_use]
     pub fn files_of(path: &Path) -> Vec<PathBuf> {
         FILES.into_iter().filter(|name| *name != PAGE).map(|name| path.join(name)).collect()

@@ -46,10 +46,10 @@ impl MeanForcePoint {
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct MeanForce {
-    /// Points of all visited bins, by ascending distance; empty if some windows share too few samples with the
-    /// others.
+    /// Points of all visited bins, by ascending distance; empty if the distances in some windows do not overlap
+    /// sufficiently with those in the others.
     pub points: Vec<MeanForcePoint>,
-    /// Whether some windows share too few samples with the others.
+    /// Whether the distances in some windows do not overlap sufficiently with those in the others.
     pub is_torn: bool,
 }
 
@@ -176,8 +176,8 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // Bins of about 300 samples have errors of 0.05. The lowest of ten bins is near -0.07, and would be a biased
-        // reference.
+        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins is then near -0.07, which
+        // would be a biased reference.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }

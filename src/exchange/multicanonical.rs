@@ -20,7 +20,7 @@ const MOST_ROWS: u64 = 10_000;
 /// Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 329, 261 (2000), [doi:10.1016/S0009-2614(00)00999-4](https://doi.org/10.1016/S0009-2614(00)00999-4).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Multicanonical {
-    /// Numbers of attempts at the ends of the first three quarters of the equilibration.
+    /// Attempts at which the first three quarters of the equilibration end.
     ends: [u64; 3],
     /// Number of attempts from one stored row of energies to the next.
     every: u64,
@@ -50,7 +50,8 @@ impl Multicanonical {
         self.weights.as_ref()
     }
 
-    /// Returns whether there are new weights.
+    /// Records the energies of an attempt, if they are needed for the weights. Returns whether new weights have been
+    /// determined.
     pub fn see(&mut self, attempt: u64, energies: &[f64], temperatures: &[f64]) -> Result<bool, Torn> {
         let [first, second, third] = self.ends;
         let quarter = match attempt {

@@ -109,7 +109,8 @@ impl Populations {
         }
     }
 
-    /// Assigns new positions to the levels without changing their order, and merges levels with the same position.
+    /// Replaces the position `at` of each level by `place(at)`, which must not change the order of the levels. Levels
+    /// that get the same position are merged.
     fn regroup(&mut self, place: impl Fn(f64) -> f64) {
         let mut merged: Vec<Level> = Vec::new();
         for mut level in std::mem::take(&mut self.levels) {

@@ -9,7 +9,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Steps of the engine between two checks for a pause: a few milliseconds.
+/// Number of engine steps between two checks for a pause. They take a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl Replica {
         Ok(Self { simulation, ledger })
     }
 
-    /// Records the energy of the replica in its ledger, and returns the potential energy `[energy]`.
+    /// Records the energy of the replica for its audit, and returns the potential energy `[energy]`.
     pub fn note(&mut self) -> f64 {
         let energy = self.simulation.energy();
         self.ledger.note(&self.simulation, &energy);

@@ -77,9 +77,9 @@ pub struct ExchangeResults {
     pub ensemble: ExchangeEnsemble,
     /// Simulated time at which the averages begin `[time]`.
     pub start: f64,
-    /// Duration of the averages `[time]`.
+    /// Simulated time over which averages were taken `[time]`.
     pub duration: f64,
-    /// Number of attempts during the averages. Each attempt samples all temperatures.
+    /// Number of attempts while averages were taken. Each attempt samples all temperatures.
     pub attempts: u64,
     /// Results at each temperature or in each window, in the order of the scene.
     pub temperatures: Vec<TemperatureResult>,

@@ -1,4 +1,4 @@
-//! Tests of exchanges, including interrupted ones and several threads.
+//! Tests of exchanges, including interrupted exchanges and exchanges on several threads.
 
 mod windows;
 
@@ -141,8 +141,7 @@ fn instruments_see_the_replica_that_is_at_their_temperature() {
     assert!(worst < 4.0, "{worst}");
 }
 
-/// Covers short intervals of a few events, and long intervals with more events than fit between two checks for a
-/// pause.
+/// Tests short intervals with few events, and long intervals in which the engine checks for a pause more than once.
 #[test]
 fn interrupted_exchange_resumes_bitwise() {
     for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {

@@ -30,8 +30,8 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Begins to hold the distance of each replica in its window. If the distance is outside, the window is first
-    /// extended to the distance.
+    /// Begins to hold the distance of each replica in its window. A window that does not contain the distance is first
+    /// extended to include it.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {

@@ -95,8 +95,8 @@ impl Format {
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// Returns the format of a converted trajectory from its entry in the list of a run's files; `None` for a format
-    /// that is a single file.
+    /// Returns the format of the converted trajectory with this entry in the list of a run's files, if the entry is a
+    /// folder. `None` for all other entries.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }

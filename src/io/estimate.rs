@@ -30,7 +30,7 @@ use crate::trajectory::extended_xyz;
 /// Largest number of rows of `thermo.csv` in a stage if the run chooses the interval.
 const ROWS: f64 = 400.0;
 
-/// Length of a number with all its digits, as text `[bytes]`.
+/// Length of a number that is written as text with all its digits `[bytes]`.
 const DIGITS: f64 = 19.0;
 
 /// Size of the checkpoints per particle `[bytes]`. Up to three checkpoints exist at the same time.
@@ -193,7 +193,8 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
 /// Size of a frame in extended XYZ and in all formats that the scene requests `[bytes]`.
 fn frame_bytes(scene: &Scene) -> f64 {
     let text = extended_xyz::frame_bytes(scene);
-    // Sizes are relative to extended XYZ. A binary format stores a number in 4 or 8 bytes instead of all its digits.
+    // Sizes are relative to extended XYZ. A binary format stores a number in 4 or 8 bytes, fewer than its digits take
+    // as text.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,
         Format::Npy => 0.5,

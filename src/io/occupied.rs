@@ -40,7 +40,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // A folder at the path of the new run belongs to this run only if the list of this run records a
+            // A folder at the inner path counts as the replacement of this run only if the list of this run records a
             // replacement.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
@@ -68,8 +68,8 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. A folder may also contain an unfinished run that is to replace its run.
-/// If the unfinished run can be resumed, the old run counts as finished.
+/// Returns the state of the run in a folder. The folder may also contain a newer run that is to replace this run. If
+/// the newer run can be resumed, the older run counts as finished.
 ///
 /// # Errors
 /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or

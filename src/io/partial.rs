@@ -54,7 +54,7 @@ impl PartialFile {
     }
 
     /// Reopens, under its temporary name, a file that a checkpoint records. Everything written after the checkpoint is
-    /// cut off. The file must have been checked.
+    /// cut off. The caller must have checked the file with [`Self::check`].
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;

@@ -65,8 +65,8 @@ impl Rate {
     }
 }
 
-/// Returns the rates to print in addition to the collision rate of a run. The core rate is left out if it is the only
-/// one and involves all species in the list, because it is then equal to the collision rate.
+/// Returns the rates to print in addition to the collision rate of a run. A core rate is left out if it is the only
+/// core rate and involves every species that occurs in `rates`, because it is then equal to the collision rate.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

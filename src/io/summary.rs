@@ -1,4 +1,4 @@
-//! The numerical results of a run, `summary.json`. Its keys are stable for programs that read it.
+//! The numerical results of a run, `summary.json`. Its keys are stable, so that programs can rely on them.
 
 mod system;
 
@@ -191,7 +191,7 @@ pub struct Observable {
     pub stationarity: Option<Stationarity>,
 }
 
-/// Speed of the run in wall time.
+/// Wall time, speed and memory of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// Wall time `[seconds]`.
@@ -320,8 +320,8 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Returns published values for the system in a stage, or in the last measurement if `stage` is `None`, at the mean
-/// temperature. Diameters are the diameters in the scene times `scale`.
+/// Returns published values for the system at the mean temperature of a stage, or of the last measurement if `stage` is
+/// `None`. The diameters in the scene are multiplied by `scale`.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,

@@ -28,7 +28,7 @@ const LIST: &str = "surfaces.json";
 
 const EXTENSION: &str = "stl";
 
-/// Length at which the name of a surface is cut for its file, without the extension `[bytes]`.
+/// Number of characters of a surface's name that are kept in the name of its file.
 const LONGEST: usize = 80;
 
 /// Names that Windows reserves for devices, with any extension.

@@ -45,8 +45,8 @@ const states = {
     near(between.state(0, 0.75, -1).positions, [0.5, 9.5, 5]);
   },
   "a flight through a sliding side is straight where it starts, and displaced behind"() {
-    // The particle starts at (5, 9.5) with velocity (1, 1). The next image of the box above is displaced by 3 + 2 t. At
-    // t = 0.5 the particle leaves at (5.5, 10), where the displacement is 4.
+    // The particle starts at (5, 9.5) with velocity (1, 1). The image of the box one period up along y is displaced
+    // along x by 3 + 2 t. At t = 0.5 the particle leaves at (5.5, 10), where the displacement is 4.
     const sheared = { periodic: [true, true, true], slide: 2, displacements: [3, 5] };
     const between = new Between(recording([[5, 9.5, 5], [1, 0.5, 5]], [[1]], sheared));
     near(between.state(0, 0.25, -1).positions, [5.25, 9.75, 5]);

@@ -244,8 +244,8 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
             (ours.normal_impulse().abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE,
             "{ours:?} {theirs:?}"
         );
-        // The energy step of an event with a surface is the work done by the surface. It is computed from velocities
-        // and has their round-off errors.
+        // The energy step of an event with a surface is the work done by the surface. It is computed from velocities,
+        // so it contains their rounding errors.
         let rounding = if ours.kind == EventKind::Surface { 1e2 * TOLERANCE } else { 1e-12 };
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < rounding, "{ours:?} {theirs:?}");
     }

@@ -106,7 +106,8 @@ impl Place {
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
             place.done(&place.template, &run(seed, out));
         }
-        // The run is extended after its end, because instruments derive their sampling times from the first end.
+        // The run `long` is extended after its end. It could not start with the later end, because instruments derive
+        // their sampling times from the first end.
         place.done(&place.template, &words("run -q --resume long --until-time 3.0"));
         place.cut();
         fs::write(place.template.join("one/notes.txt"), "my notes").unwrap();
@@ -147,7 +148,7 @@ impl Place {
         output
     }
 
-    /// Number of calls that a command makes to change the disk.
+    /// Returns the number of calls, such as writes and renames, with which a command changes the disk.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));

@@ -7,13 +7,13 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Prefixes of the paths of files that may change. All other files must be unchanged.
+    /// Files whose paths begin with one of these may change. All other files must be unchanged.
     pub touches: &'static [&'static str],
     /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),
     /// Runs the command with which a user would continue.
     pub go_on: fn(&Place, &Path, &str),
-    /// Checks the files after the user has continued.
+    /// Checks the files after the user's next command.
     pub check: fn(&Files, &str),
 }
 
@@ -189,7 +189,7 @@ fn whole(before: &Files, after: &Files, name: &str, start: &[u8], what: &str) {
     assert!(now == &before[name] || now.starts_with(start), "{what}: {name} is neither the old one nor the new one");
 }
 
-/// Whether a run has been replaced by another run. Both then have the same `thermo.csv`.
+/// Whether the run in `folder` has the results of the run in `other`, judged by `thermo.csv`.
 fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }

@@ -96,7 +96,7 @@ impl Visitor {
         }
     }
 
-    /// Adds all paths in tokens: names separated by two colons.
+    /// Adds all paths in a list of tokens. A path consists of names separated by two colons.
     fn add_tokens(&mut self, tokens: TokenStream) {
         let mut names: Vec<String> = Vec::new();
         let mut colons = 0;

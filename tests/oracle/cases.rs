@@ -131,7 +131,8 @@ fn beside_contact(random: &mut Random, falling: bool) -> State {
     s
 }
 
-/// A pair closer or farther than the contact distance by any fraction of it, approaching or not.
+/// A pair whose distance differs from the contact distance by a fraction of 1e-16 to 1, in either direction. The
+/// particles approach or separate.
 fn overlapped(random: &mut Random, falling: bool) -> State {
     let (along, across) = random.directions();
     let depth = random.sign() * random.scale(-16.0, 0.0);

@@ -55,7 +55,7 @@ fn taylor_coefficients_are_the_derivatives() {
     let f = with_roots(&[1.0, 2.0, 4.0], 0.25);
     let x = Dyadic::from(1.5);
     let around = f.around(&x);
-    // Here 1.5 is 3 / 2, so the variable of the expansion is in units of one half.
+    // The number 1.5 is 3 / 2, so the variable of the expansion is in units of 1/2.
     assert_eq!(Dyadic { mantissa: around.coefficients[0].clone(), exponent: around.exponent }, f.value(&x));
     let slope = Dyadic { mantissa: around.coefficients[1].clone(), exponent: around.exponent + 1 };
     assert_eq!(slope, f.derivative().value(&x));

@@ -24,8 +24,8 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
 /// Largest distance between the answer and the event of a witness: `2^SLACK` ulp, the width of a final bracket.
 const SLACK: i64 = 2;
 
-/// Shifts a polynomial within its box so that it has a root, or a turning point, at `t`. Returns whether this is then
-/// the next event.
+/// Shifts a polynomial within its box so that it has a root, or a turning point, at `t`. Returns whether this is the
+/// next event of the shifted polynomial.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
     let available = match kind {

@@ -64,8 +64,8 @@ fn an_elastic_pendulum_keeps_its_energy() {
         assert!(error.abs() < 1e-10 * most, "{error} after {} events", 1000 * part);
     }
     assert!(most > 100.0);
-    // The chain starts at rest and then whips around, with beads at speeds of up to 50. Event times are relative to an
-    // epoch of about 10^4 events. The slow start must not determine the precision of all later times.
+    // The chain starts at rest and then whips around, with beads at speeds of up to 50. Times are counted from an epoch
+    // that moves along with the run, so the slow start must not determine the precision of all later times.
     assert!(simulation.event_counts().deepest_overlap < 1e-13, "{}", simulation.event_counts().deepest_overlap);
 }
 

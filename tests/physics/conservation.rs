@@ -13,8 +13,8 @@ use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 /// and of the normal is rounded a few times, by half a unit in the last place.
 const ROUNDINGS: f64 = 8.0;
 
-/// Executes a number of events. Checks that energy and momentum then differ from the start by no more than the sum of
-/// all rounding errors, without cancellation.
+/// Executes a number of events. Checks that energy and momentum then differ from their initial values by no more than
+/// the sum of all rounding errors, as if none of them cancelled.
 fn assert_conserved(mut simulation: Simulation, events: u64) {
     let start = simulation.energy();
     assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
@@ -107,7 +107,8 @@ fn elastic_spheres_1d_scene_has_its_exact_solution() {
     assert!((events[1].time - 1.01).abs() <= 1e-14, "{}", events[1].time);
     let end = simulation.snapshot();
     for (k, (x, v)) in [(-10.0, -1.0), (11.5, 1.0), (20.99, 2.0)].into_iter().enumerate() {
-        // Two events and one free flight round the position, each to the spacing of floating-point numbers below 32.
+        // The position is rounded by two events and one free flight. Each of them adds an error of at most the spacing
+        // of floating-point numbers between 16 and 32.
         assert!((end.positions[k].x - x).abs() <= 3.0 * 16.0 * f64::EPSILON, "{}", end.positions[k].x);
         assert_eq!(end.velocities[k], Vector::new(v, 0.0, 0.0));
     }

@@ -57,7 +57,7 @@ fn closest(scene: &Scene) -> f64 {
 
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
-    // The packing fraction has the round-off of a sum of a thousand terms.
+    // The packing fraction is a sum of a thousand terms, each of which is rounded.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
     let (lower, upper) = (scene.space().lower, scene.space().upper());
     for particle in scene.particles() {
@@ -215,7 +215,7 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Another fill has already placed 30 particles. The total is in the same range.
+    // Another fill has already placed 30 particles. The total number is in the same range as without it.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     // Cores may be smaller than diameters.

@@ -171,8 +171,8 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
-/// Asserts that no two spheres of a snapshot overlap by more than round-off. The next image of the box above is
-/// displaced by `shift`.
+/// Asserts that no two spheres of a snapshot overlap by more than round-off. `shift` is the displacement along x of the
+/// periodic image of the box one period up along y.
 pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
     let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
@@ -256,8 +256,8 @@ fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // The energy dissipated by each contact is counted at the time of the contact. Only the order of the sums, of
-        // about 3000 terms, is different.
+        // Each contact counts its dissipated energy at the time of the contact. So the two runs differ only in the
+        // order of their sums, which have about 3000 terms.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -355,7 +355,7 @@ fn passages_after_the_last_sample_are_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // The particles cross the gate at 0.5 + 3 k and at 2 + 3 k, each of them ten times before 30.2.
+    // The particles cross the gate at the times 0.5 + 3 k and 2 + 3 k. Each of them crosses it ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 

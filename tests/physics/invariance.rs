@@ -1,5 +1,5 @@
-//! Invariance of trajectories: splitting a run into pieces changes nothing, and particles never leave an axis
-//! by themselves.
+//! Invariance of trajectories: splitting a run into pieces changes nothing, and particles never leave the plane or line
+//! of a scene with flat axes.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};

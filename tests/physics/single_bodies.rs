@@ -84,7 +84,7 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
         let contact_time = 1e-6;
         let (times, peaks, _) = bounces(e, contact_time);
         let mut expected = 2.0_f64.sqrt();
-        // The TC model leaves contacts unchanged if the flight before is longer than the contact time.
+        // The TC model does not change a contact if the flight before it is longer than the contact time.
         let dissipative = (1..).take_while(|n| 2.0 * 2.0_f64.sqrt() * e.powi(*n) >= contact_time).count() + 1;
         let mut compared = 0;
         for (n, (time, peak)) in (0..).zip(times.iter().zip(&peaks)) {

@@ -130,8 +130,8 @@ fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     }
 }
 
-/// The centre of two bonded particles with unequal masses, one of which has a square well for a third
-/// particle.
+/// Umbrella windows of the distance between the centre of mass of two bonded particles and a third particle. The two
+/// have unequal masses, and one of them has a square well for the third particle.
 #[test]
 fn potential_between_centres_of_mass_averages_over_the_bond() {
     let masses = [1.3, 0.7];

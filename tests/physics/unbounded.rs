@@ -88,7 +88,8 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             // In a time of 0.1 no sphere moves further than a period.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // Both simulations run a little further, so that rounding cannot separate one of them from its last contact.
+        // Both simulations run a little further. Otherwise, rounding could put the end of one of them before its last
+        // contact.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();
@@ -98,7 +99,7 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             let faster = rate * space.size.y * f64::from(up);
             across += up.abs();
             // Each contact multiplies errors by twice the free path in diameters, about 7. There are 40 contacts among
-            // 27 spheres, and none of these has more than ten.
+            // 27 spheres, and no sphere has more than ten of them.
             let expected = now.velocities[id] + Vector::new(faster, 0.0, 0.0);
             assert!((velocity - expected).amax() < 1e-7, "{id}: {velocity} {expected}");
             let y = now.positions[id].y + f64::from(up) * space.size.y;

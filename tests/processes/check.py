@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-# For Open MPI, which then accepts more processes than cores and the root user of a container; others ignore
-# these variables.
+# With these variables, Open MPI accepts more processes than cores, and can be run by the root user of a container.
+# Other MPI implementations ignore them.
 ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",

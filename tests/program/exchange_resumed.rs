@@ -1,4 +1,4 @@
-//! Exchanges that are killed, interrupted or given a later end arrive at the same bytes.
+//! Exchanges that are killed, interrupted or extended write the same bytes as undisturbed ones.
 
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;

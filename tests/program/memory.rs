@@ -16,7 +16,8 @@ fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
 /// The smallest address space in which the program starts, in KiB. With less, the C library itself may abort.
 fn least_room(place: &Place) -> u64 {
     let starts = |room: &u64| within(place, *room, &["--version"]).status.success();
-    // Starts the program with many memory limits in a row, because near the smallest one it may start by chance.
+    // Near the smallest limit, it depends on chance whether the program starts. So all limits are tried, and the result
+    // is two steps above the largest one that failed.
     let rooms: Vec<u64> = (0..64).map(|step| (1 << 12) + (step << 10)).collect();
     let ends = rooms.iter().rposition(|room| !starts(room)).expect("four megabytes are too few");
     *rooms.get(ends + 2).expect("an empty program starts within 64 megabytes")
@@ -38,8 +39,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // Memory limits between this one and the last sufficient one make allocations fail in other places. None of these
-    // failures may end the program by a signal.
+    // With memory limits between this one and the last sufficient one, other allocations fail. None of these failures
+    // may end the program by a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);

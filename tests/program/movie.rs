@@ -21,7 +21,8 @@ fn frames_of(place: &Place) -> usize {
     place.read("runs/scene/trajectory.xyz").matches("Lattice=").count()
 }
 
-/// The images of a GIF: the changed part of each in colours, and its duration in hundredths of a second.
+/// Returns width and height of a GIF. For each image, also returns the pixels of the part that changes, and the
+/// duration in hundredths of a second.
 fn gif_frames(path: &Path) -> (u16, u16, Vec<(Vec<u8>, u16)>) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);

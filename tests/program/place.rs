@@ -32,7 +32,7 @@ equilibration_events = 500
 until_events = 4000
 "#;
 
-/// A ball that collapses on the floor, because no TC model makes its contacts elastic.
+/// A ball whose bounces on the floor end in an inelastic collapse, because the scene does not use the TC model.
 pub const COLLAPSE: &str = r#"
 [space]
 size = [4.0, 4.0, 4.0]
@@ -106,9 +106,10 @@ pub fn run(place: &Place, arguments: &[&str]) {
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
-/// Starts a program again and again, and kills it, until it finishes; returns the number of kills.
+/// Starts a program again and again, and kills it, until it finishes. Returns the number of kills.
 ///
-/// After `patience` kills each start gets twice as long, so that it finishes on any machine.
+/// After `patience` kills, each start gets twice as much time as the one before, so that the program finishes on any
+/// machine.
 pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
     let (mut kills, mut wait) = (0, 20);
     loop {
@@ -181,7 +182,7 @@ pub fn killed(mut child: Child) {
     child.wait().unwrap();
 }
 
-/// Resumes a stopped run from its last checkpoint, and lets it finish one event later.
+/// Resumes a stopped run from its last checkpoint, and lets it end after one more event.
 pub fn ended(place: &Place, folder: &str) -> Output {
     let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
     let output = to(1);

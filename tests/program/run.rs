@@ -94,8 +94,8 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // All rows except the last one must be equally spaced from the start. The pilot run, a thousandth of the 100,000
-    // events, takes a time of 0.18, so several rows are due in it.
+    // All rows except the last one must be equally spaced from the start. The pilot run simulates a thousandth of the
+    // 100,000 events. This takes 0.18 units of time, in which several rows are due.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),
@@ -175,8 +175,8 @@ fn report_says_whether_the_run_is_equilibrated() {
 
 #[test]
 fn conserved_temperature_is_constant_with_zero_error() {
-    // The verdict must not depend on rounding errors. They differ between these runs: each heat bath leaves another
-    // temperature, and runs with long intervals have only a few rows.
+    // The verdict must not depend on rounding errors, which differ between these runs. The heat bath leaves a different
+    // temperature in each run. Runs with long intervals have only a few rows.
     let place = Place::with(&format!(
         "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
     ));
@@ -250,8 +250,8 @@ fn automatic_equilibration_does_not_depend_on_the_output() {
         (cells[0].parse().unwrap(), cells.join(","))
     };
     let (time, plain) = start("plain", "output.contacts=false");
-    // The equilibration needs at least a hundred samples, which are two events per particle apart. They take a time of
-    // 11.
+    // The equilibration needs at least a hundred samples, and takes one every two events per particle. This lasts 11
+    // units of time.
     assert!((10.0..200.0).contains(&time), "{time}");
     assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
     let (time, _) = start("limited", "run.equilibration_time=2.0");

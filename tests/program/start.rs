@@ -114,7 +114,8 @@ fn consecutive_runs_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // The next scenes repeat the whole scene except its start, or leave it out.
+        // Of the next two scenes, one repeats everything except the start. The other contains only the limit of the
+        // run.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);
@@ -135,7 +136,8 @@ fn next_run_continues_from_the_last_event() {
     started(&place, "next", &plan(2000));
     run(&place, &["next.toml", "--from", "runs/1", "--out", "runs/2"]);
     assert_eq!(last_frame(&place, "runs/2"), last_frame(&place, "runs/whole"));
-    // Gravity needs another engine. It starts from the exact state, in which the pair of the last event still touches.
+    // A run with gravity needs another engine. It starts from the exact last state of the previous run, in which the
+    // pair of the last event still touches.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
     assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);

@@ -357,7 +357,7 @@ fn jammed_run_counts_as_failed_without_a_stored_reason() {
     let first = place.carom(&vary);
     assert_eq!(code(&first), 1, "{}", words(&first));
     assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
-    // This is the state after a sweep that was killed before it stored the reason of the failure. It is also the state
+    // This is the state after a sweep that was killed before it stored the reason for the failure. It is also the state
     // after `carom run --resume` has finished the run.
     fs::remove_dir_all(place.path().join("s/failures")).unwrap();
     let again = place.carom(&vary);

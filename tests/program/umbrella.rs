@@ -42,7 +42,7 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     // The chain has three bonds of up to 1.2, so its ends are at most 3.6 apart. Such distances are rare.
     let lowest = table.iter().map(|row| row[4]).fold(f64::INFINITY, f64::min);
     assert!(table.last().unwrap()[4] - lowest > 1.0, "{text}");
-    // At one temperature there are no curves between temperatures.
+    // These files are not written if there is only one temperature.
     for name in ["energies.csv", "curves.csv", "density_of_states.csv"] {
         assert!(!words(&output).contains(name) && !place.path().join(folder).join(name).exists(), "{name}");
     }

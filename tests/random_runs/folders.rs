@@ -1,6 +1,6 @@
-//! Prepared folders: links, folders in place of files, torn and foreign files. Runs, replacements, resumed runs, sweeps
-//! and exchanges write into these folders. Nothing outside of the folder changes, and each call finishes or is rejected
-//! with a message.
+//! Folders that contain links, folders in place of files, damaged files, and files that Carom did not write. Runs,
+//! replacements, resumed runs, sweeps and exchanges write into these folders. Nothing outside the folder changes, and
+//! each call finishes or is rejected with a message.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -247,7 +247,7 @@ enum Call {
 /// calls that finished.
 ///
 /// # Panics
-/// If a call panics, or if something outside of the folder has changed.
+/// If a call panics, or if something outside the folder has changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();

@@ -27,7 +27,7 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
     (1000..).filter_map(built).take(SCENES)
 }
 
-/// The first events, until a collapse or the end of the scene's time.
+/// Returns the first events, up to a collapse or the time limit of the scene.
 fn events(scene: &Scene, most: u64) -> Vec<Event> {
     let mut events = Vec::new();
     let time = scene.run().limit.time.unwrap_or(f64::INFINITY);
@@ -218,7 +218,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Observers read the state between two pieces, and this must not change the events.
+        // Observers read the state between two calls of `advance_with`. This must not change the events.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events
@@ -230,7 +230,7 @@ fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The time of an event is rounded when it is reported, so the next larger number is used.
+        // The reported time of an event is rounded. The time limit is therefore the next larger floating-point number.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

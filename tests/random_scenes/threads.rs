@@ -70,7 +70,8 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// A system at rest may have no events, so its stretch is a span of time, possibly of many epochs.
+/// Chooses the next stretch of a run. A system at rest may have no events, so its stretch ends at a given time,
+/// possibly after many epochs.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));

@@ -258,7 +258,7 @@ def pandas_csv(path, frames):
 
 def pandas_thermo(path, frames):
     whole = pandas.read_csv(path.parent / "thermo.csv", float_precision="round_trip")
-    # The trajectory contains only the measurement, so only its rows are compared.
+    # The trajectory contains only the measurement, so only the rows of the measurement are compared.
     table = whole[whole["stage"] == "measurement"]
     same("first and last time", table["time"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
     if table["kinetic"].isna().any() or not table["events"].is_monotonic_increasing:

@@ -15,10 +15,10 @@ use rand_core::{Rng, SeedableRng};
 use files::files;
 use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
-/// Number of stops from which each scene must be continued.
+/// Number of times that each scene is stopped and continued.
 const STOPS: usize = 8;
 
-/// Number of tries per stop, far more than a busy machine needs.
+/// Number of tries for each stop. Even a busy machine needs far fewer.
 const TRIES: usize = 200;
 
 #[test]
@@ -30,8 +30,9 @@ fn seventy_two_random_stops_change_no_bit() {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // The latest time of a stop, in milliseconds. It decreases when a run ends before its stop, and increases when
-        // there is no checkpoint yet. It affects the number of tries, but not whether the test passes.
+        // Upper limit of the random time before a stop, in milliseconds. It decreases when a run ends before its stop,
+        // and increases when there is no checkpoint yet. It affects the number of tries, but not whether the test
+        // passes.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {

@@ -244,8 +244,8 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Turns a finished run into the run that a kill leaves after its last checkpoint: with temporary names, without a
-/// summary, and with incomplete data at the end of its files.
+/// Makes a finished run look as if it had been killed after its last checkpoint: its files have temporary names and
+/// incomplete data at the end, and there is no summary.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

@@ -11,7 +11,8 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// First time before `until` at which two free particles are `range` apart, over all images that pass.
+/// Returns the first time before `until` at which two free particles come within `range` of each other. All periodic
+/// images that may pass are tried.
 fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]

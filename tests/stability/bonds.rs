@@ -1,4 +1,4 @@
-//! Bonds whose length is almost fixed, so that the particles reach both ends in turn.
+//! Bonds with a narrow range of lengths. The particles reach the shortest and the longest length in turn.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -45,7 +45,8 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
                 // Between two events the bond length changes by `range`, at a relative speed of 2. The first event may
-                // take no time. Contacts are as exact as coordinates and distances below 2.
+                // come at once. The tolerance allows for this, and for the rounding of coordinates and distances below
+                // 2 in each event.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());

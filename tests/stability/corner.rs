@@ -101,8 +101,8 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         // any of the three at the bottom.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // The arrest is reported after little more than 1,000 events with hardly any advance of time. About as many
-        // contacts come first, and each of these leaves only a fraction of the speed.
+        // The arrest is reported after little more than 1,000 events in which time hardly advances. Before them, the
+        // ball has about as many other contacts, and each of these leaves only a fraction of its speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }

@@ -8,9 +8,9 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
 
-/// A row of five spheres. `strikers` of them come from the left at a speed of 1, in contact with each other, and arrive
-/// at time 1. The others are at rest. The first one is at `first`, and `next` returns the position of each further one
-/// from the position before.
+/// A row of five spheres. The first `strikers` of them come from the left at a speed of 1, in contact with each other,
+/// and arrive at time 1. The others are at rest, and the first of these is at `first`. `next` takes the position of one
+/// of them and returns the position of the next one.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -68,9 +68,9 @@ fn a_cradle_between_walls_swings_for_ever() {
 
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
-    // Diameter, first position and next position of each row. In the first row, the gaps are one unit in the last
-    // place. The other rows have rounded coordinates, so some spheres overlap by one such unit and others are one unit
-    // apart.
+    // Each row has a diameter, a first position, and a function that returns the next position. In the first row, the
+    // gaps are one unit in the last place. In the other rows, positions are rounded, so some spheres overlap by such a
+    // unit and others are one unit apart.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),

@@ -16,7 +16,7 @@ const COUNT: usize = 500;
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,
-    /// Diameters of the two species. The second species is static with `has_static`.
+    /// Diameters of the two species. The second species is static if `has_static` is set.
     diameters: [f64; 2],
     restitution: f64,
     gravity: f64,
@@ -209,7 +209,7 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 
 #[test]
 fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
-    // Gravity pulls a ball back that is about to leave a static ball. At the turning point its normal velocity is zero,
+    // Gravity pulls back a ball that is about to leave a static ball. At the turning point its normal velocity is zero,
     // so a contact cannot separate the balls.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
@@ -233,8 +233,8 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
-        // An overlap that decreases causes no event. Neither does an overlap of particles at relative rest, which does
-        // not grow.
+        // Overlapping particles have no event while they separate. At relative rest they have none either, because
+        // their overlap does not grow.
         assert_eq!(simulation.event_counts().physical(), 0);
         assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
     }

@@ -118,7 +118,7 @@ fn nothing_ever_leaves_a_closed_mesh() {
         let mesh = cavity(&mut random, seed % 8, &middle);
         let (restitution, gravity) = ([1.0, 0.98, 0.5, 0.0][(seed / 2 % 4) as usize], [0.0, 0.7][(seed % 2) as usize]);
         let (mut here, mut thrown) = (0, 0);
-        // Each simulation makes at most a tenth of the contacts, and fewer if the balls come to rest.
+        // Each simulation contributes at most a tenth of the contacts, and fewer if the balls come to rest.
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();

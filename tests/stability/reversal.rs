@@ -1,4 +1,4 @@
-//! A run with reversed velocities returns to its start, until chaos has amplified the round-off too much.
+//! A run with reversed velocities returns to its start, unless chaos has amplified the round-off too much.
 
 use crate::listed::{State, fluid, hard_sphere, listed, particles, states, well};
 use carom::Vector;

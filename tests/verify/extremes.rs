@@ -1,4 +1,4 @@
-//! Proofs of runs with extreme numbers: very deep wells, large mass ratios, long times without events.
+//! Verification of runs with extreme numbers: very deep wells, large mass ratios, long times without events.
 
 use carom::model::Scene;
 

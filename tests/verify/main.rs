@@ -1,4 +1,4 @@
-//! Tests of the verifier: correct runs are proven, and every error is found.
+//! Tests of the verifier: it proves correct runs and finds every error.
 
 mod broken_engines;
 mod endings;

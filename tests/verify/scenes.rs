@@ -1,4 +1,4 @@
-//! Scenes of many kinds; all are proven.
+//! Scenes of many kinds, whose events the verifier proves.
 
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::Scene;

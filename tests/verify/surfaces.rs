@@ -1,4 +1,4 @@
-//! Verification of surfaces: contacts with every kind of surface are proven, and every error is found.
+//! Verification of surfaces: the verifier proves contacts with every kind of surface and finds every error.
 
 mod kinds;
 mod moving;
@@ -129,9 +129,9 @@ pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) ->
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that a number of events of a scene are proven, or all events if there are fewer. Also accepts a run that
-/// stops because the particles would need infinitely many events to come to rest. Returns the number of proven events
-/// with surfaces.
+/// Asserts that the verifier proves a number of events of a scene, or all events if there are fewer. Also accepts a run
+/// that stops because the particles would need infinitely many events to come to rest. Returns the number of proven
+/// events with surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -228,8 +228,8 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // The verifier also accepts the recorded end of a run: a time in any stage and, if known, the number of events
-    // until then.
+    // The verifier accepts a run that ends at a recorded time in any stage. If the number of events until then is
+    // known, the verifier checks it too.
     let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
     for time in [11.0, 12.1, 25.0, 42.0] {
         let found = run(None, time);

@@ -3,7 +3,7 @@
 use super::*;
 use proptest::prelude::*;
 
-/// Due times and tie orders of particles, by index.
+/// The event time of each particle, and the number that orders its event among simultaneous ones.
 struct Times(Vec<f64>, Vec<u32>);
 
 impl Times {

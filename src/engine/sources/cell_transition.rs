@@ -14,8 +14,8 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
-/// Two particles count as half a period apart within this relative tolerance. It is far above the round-off of
-/// particles at the faces of their cells.
+/// Relative tolerance of the test whether two particles are half a period apart. It is far above the round-off by which
+/// particles can be outside their cells.
 const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

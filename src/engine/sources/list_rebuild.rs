@@ -66,8 +66,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The predicted time was only a lower bound. If the particle is still closer to the centre than half of the
-            // half skin, its list stays valid. Only the time is then predicted again.
+            // The predicted time was only a lower bound. If the particle has moved less than half of the half skin from
+            // the centre of its list, the list stays valid, and only the time is predicted again.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];

@@ -46,7 +46,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
-        // In a multicanonical simulation, the weights of the potential energy determine the energy that the step costs.
+        // In a multicanonical simulation, the weights of the potential energy determine how much kinetic energy the
+        // step costs.
         let felt = self.weighted(seen);
         let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
@@ -143,8 +144,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// Returns the discontinuity on one side of a pair, its restitution, and the speed at which it moves outwards.
-    /// `None` if the pair's state has no discontinuity on that side. No contact is predicted there.
+    /// Returns the discontinuity next to a pair in `state`, its restitution, and the speed at which it moves outwards.
+    /// It is the inner discontinuity for the positive side and the outer one for the negative side. `None` if there is
+    /// none; no contact is then predicted on that side.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
@@ -157,7 +159,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// Puts a pair back into state 0. The pair is then uncaptured, unless it has its own interaction, such as a bond.
+    /// Puts a pair back into state 0. If its interaction is that of its species, the pair is then uncaptured. If it has
+    /// an interaction of its own, such as a bond, its state remains stored.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {

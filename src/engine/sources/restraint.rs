@@ -48,7 +48,7 @@ pub(in crate::engine) struct Restraint {
     window: [f64; 2],
     /// Time of the next reflection, counted from the epoch; infinite if there is none.
     next: f64,
-    /// The side from which the distance reaches an end at that time: positive at the lower end, negative at the upper
+    /// The end of the window that the distance reaches at that time: positive for the lower end, negative for the upper
     /// end.
     side: Side,
 }
@@ -187,8 +187,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.nearest(a.position - b.position, a.velocity - b.velocity, self.clock.now).0
     }
 
-    /// Returns the present centre of mass of a group, and its velocity. Each member is taken in the image that is
-    /// nearest to the earlier member to which it is connected.
+    /// Returns the present centre of mass of a group, and its velocity. Each member is taken in the image nearest to
+    /// its parent in `group.along`.
     fn centre(&self, group: &Group) -> RelativeState {
         let now = self.clock.now;
         let state = |member: &Member| self.state_at(self.number(member.id), now);
@@ -249,8 +249,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         changes
     }
 
-    /// Returns velocity changes of both groups that move the distance away from the end of the window. The changes are
-    /// increased until this is also true in the rounded numbers of the next prediction.
+    /// Returns velocity changes of both groups that move the distance away from the end of the window. If round-off
+    /// leaves the distance moving towards the end, the changes are increased until it moves away.
     fn separated(&self, restraint: &Restraint, apart: &RelativeState, mut changes: [Vector; 2]) -> [Vector; 2] {
         let velocities = |group: &Group| -> Vec<(f64, Vector)> {
             let of = |member: &Member| (member.share, self.state.bodies[self.number(member.id) as usize].velocity);
@@ -271,7 +271,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(normal) = apart.position.try_normalize(0.0).filter(|_| is_closing(changes)) else { return changes };
         let inverse_masses = restraint.groups.each_ref().map(|group| group.inverse_mass);
         let mut change = restraint.side.sign() * f64::EPSILON * fastest;
-        // The velocity change is doubled at most 52 times. It is then as large as the largest velocity component.
+        // The change starts at the round-off of the largest velocity component. After 52 doublings, it would be as
+        // large as this component.
         for _ in 0..52 {
             let [a, b] = shares(&(normal * change), inverse_masses);
             changes = [changes[0] + a, changes[1] + b];
@@ -284,8 +285,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 }
 
-/// Divides a change of the relative velocity between two groups. The first group gains its part, and the second group
-/// loses its part. The larger part is the remainder of the change, which keeps the round-off of the sum small.
+/// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The first part
+/// is to be added to the velocity of the first group, and the second part subtracted from that of the second group. The
+/// larger part is what remains of the change after the smaller part, so that their sum has little round-off.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

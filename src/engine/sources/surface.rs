@@ -226,8 +226,9 @@ impl Touching {
         self.moment.as_ref().map_or(acceleration, seen)
     }
 
-    /// Converts a velocity to the laboratory frame. The velocity is increased until the particle moves away from the
-    /// surface in the rounded numbers of the next prediction, as in [`super::super::contact::law`] for pairs.
+    /// Converts a velocity to the laboratory frame. If round-off leaves the particle moving into the surface, its
+    /// velocity away from the surface is increased until the next prediction sees it move away.
+    /// [`super::super::contact::law`] does the same for pairs.
     #[inline]
     fn outwards(&self, seen: Vector) -> Vector {
         let mut velocity = self.moment.as_ref().map_or(seen, |moment| moment.velocity_of(&self.place, &seen));
@@ -236,7 +237,8 @@ impl Touching {
         }
         let mut change = f64::EPSILON * velocity.amax().max(f64::MIN_POSITIVE);
         let normal = self.in_space(&self.shape.normal(&self.position));
-        // The velocity change is doubled at most 52 times. It is then as large as the largest velocity component.
+        // The change starts at the round-off of the largest velocity component. After 52 doublings, it would be as
+        // large as this component.
         for _ in 0..52 {
             velocity += normal * change;
             if !self.is_closing(&velocity) {

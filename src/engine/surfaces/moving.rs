@@ -50,7 +50,7 @@ pub(super) struct Moving {
 pub(crate) enum Found {
     /// The first contact: the index of the feature, and the time from now `[time]`.
     Contact(u32, f64),
-    /// There is no contact until this time from now `[time]`. The search must continue at that time.
+    /// There is no contact before this time, counted from now `[time]`. The search must continue at that time.
     NoneUntil(f64),
 }
 
@@ -239,8 +239,8 @@ impl Passage<'_> {
         }
     }
 
-    /// Returns the state of the particle in the frame of the surface at the time `after` from now, with bounds for the
-    /// interval that begins then.
+    /// Returns the state of the particle in the frame of the surface at the time `after`, counted from now. The bounds
+    /// hold for the next `interval`.
     fn seen(&self, after: f64, interval: f64) -> Seen {
         let (position, velocity) = self.state(after);
         let moment = self.moment(after);
@@ -265,7 +265,8 @@ impl Passage<'_> {
         Seen { position: seen_position, speed, acceleration, path }
     }
 
-    /// Finds the first contact with one feature between two times from now. `seen` holds bounds for this interval.
+    /// Finds the first contact with one feature between the times `after` and `end`, both counted from now. `seen`
+    /// holds bounds for this interval.
     fn advance(
         &self,
         (index, placed): (u32, &Placed),

@@ -54,7 +54,8 @@ impl Surface for Plane {
         self.normal.component_mul(position).lp_norm(1) + self.at.abs()
     }
 
-    /// A cell is near if its lowest corner, along the normal, is within a radius of the plane or behind it.
+    /// A cell is near if any part of it is behind the plane, or less than a radius in front of it. Only the corner that
+    /// is lowest along the normal has to be tested.
     fn is_near(&self, grid: &Grid, cell: u32, radius: f64) -> bool {
         let [lower, upper] = grid.bounds(cell);
         let least = |k: usize| match self.normal[k] {

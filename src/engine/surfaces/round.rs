@@ -17,7 +17,7 @@ pub(crate) struct Round {
     pub axis: Option<Vector>,
     /// The length of the line; infinite if it has no ends `[length]`.
     pub length: f64,
-    /// The distance from the point or line `[length]`; zero for edges and corners.
+    /// The distance of the surface from the point or line `[length]`; zero for edges and corners.
     pub radius: f64,
     /// Whether particles are inside the surface. If so, the line has no ends.
     pub is_inside: bool,
@@ -91,8 +91,8 @@ impl Surface for Round {
         self.apart(position).try_normalize(0.0).map_or(Vector::zeros(), |normal| normal * sign)
     }
 
-    /// Uses the vector from the point or line without normalization. A unit vector from a square root is too long on
-    /// average and would heat a gas.
+    /// Uses the vector from the point or line without normalizing it. Unit vectors computed with a square root are too
+    /// long on average and would heat a gas.
     fn with_normal_speed(&self, position: &Vector, velocity: &Vector, speed: f64) -> Vector {
         let apart = self.apart(position);
         let squared = apart.norm_squared();

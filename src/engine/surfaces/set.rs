@@ -250,9 +250,9 @@ impl Surfaces {
         self.all.get(moving.features.start)?.number.checked_sub(FIRST_SURFACE)
     }
 
-    /// Calls `visit` with the next contact of a particle with each moving surface, within the time `horizon` from now.
-    /// `now` is the simulated time, and `row` is the table row of the particle's species. The value that `visit`
-    /// returns is the horizon for the next surface.
+    /// For each moving surface, calls `visit` with the next contact of a particle within the time `horizon` from now.
+    /// `now` is the simulated time, and `row` is the table row of the particle's species. `visit` returns the horizon
+    /// for the next surface.
     pub fn next_moving_contacts(
         &self,
         flight: &Flight<'_>,

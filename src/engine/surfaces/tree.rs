@@ -53,7 +53,7 @@ impl Tree {
         if is_leaf {
             self.first += number(count);
         } else {
-            // The group is split in two halves along the axis on which the centres are farthest apart.
+            // The group is split into two halves along the axis on which the centres are spread the farthest.
             let middle = |placed: &Placed| bounds(placed)[0] + bounds(placed)[1];
             let [least, most] = features
                 .iter()

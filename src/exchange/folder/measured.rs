@@ -12,8 +12,8 @@ fn name_of(number: usize) -> String {
     format!("temperature-{number}")
 }
 
-/// Names of the folders that may hold tables of instruments: one for each temperature, and the folder around them.
-/// The names end with `/`.
+/// Names of the folders that may hold tables of instruments: one for each temperature, and the folder that contains
+/// them. The names end with `/`.
 pub(super) fn folders(temperatures: usize) -> impl Iterator<Item = String> {
     let each = (1..=temperatures).map(|number| format!("{TABLES}/{}/", name_of(number)));
     std::iter::once(format!("{TABLES}/")).chain(each)

@@ -63,7 +63,7 @@ fn pair(windows: &[[f64; 2]], attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// The particles begin farther apart than half a period. At such distances, windows do not hold the distance.
+/// The initial distance is larger than half a period. Windows have no effect at such distances.
 #[test]
 fn replicas_come_into_their_windows_and_stay() {
     let windows = [[1.0, 1.2], [1.1, 1.5], [1.4, 2.2], [2.0, 2.9]];

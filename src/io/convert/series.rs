@@ -1,4 +1,4 @@
-//! Writes frames that the calling program creates one by one, in the formats of other programs.
+//! Writes frames one by one, as the calling program creates them, in the formats of other programs.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use crate::trajectory::frame::{Frame, FrameParticle};
 /// Data common to all frames of a run: the box, the bonds, the species and the sizes of particles.
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// A frame with everything except its particles.
+    /// A frame without particles. Its time and its other variable parts are set before it is written.
     frame: Frame,
     /// Number of particles.
     count: usize,

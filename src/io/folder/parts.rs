@@ -32,7 +32,7 @@ impl Folder {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// Formats, besides extended XYZ, of the converted trajectories in the list of a run.
+    /// Formats of the converted trajectories in the list of a run. The trajectory itself does not count.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }

@@ -147,8 +147,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files. Existing files are kept. Along open sides of the box, the extent of their surfaces
-/// depends on the initial particles, which the scene of a resumed simulation may no longer contain.
+/// Writes missing surface files and keeps existing ones. Their planes and cylinders extend beyond open sides of the box
+/// as far as the initial particles, which the scene of a resumed simulation may no longer contain.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);

@@ -34,7 +34,7 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
-/// Largest size of all frames together `[bytes]`. In base64 this is 40 MB.
+/// Largest total size of all frames `[bytes]`. In base64 this is about 39 MB.
 const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;

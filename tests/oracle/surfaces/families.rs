@@ -34,7 +34,7 @@ pub fn draw(random: &mut Random, target: Target, number: usize) -> State {
     let mut approach = Approach::new(random, target);
     match FAMILIES[number].0 {
         "20 decades of length and time" => {
-            // A state of a random other family, in units that make its numbers very large or very small.
+            // A state of another family, chosen at random, in units that make its numbers very large or very small.
             FAMILIES[random.below(18)].1(random, &mut approach);
             let state = approach.state(random);
             rescaled(random, state)
@@ -59,8 +59,8 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// The sphere grazes the feature: its smallest distance differs from the contact distance by at most a few ulps, or by
-/// 10^4 times as much.
+/// The sphere grazes the feature: its smallest distance differs from the contact distance by at most a few ulps or, in
+/// a fifth of the cases, by 10^4 times as much.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -96,7 +96,7 @@ fn turns_at_end(random: &mut Random, approach: &mut Approach) {
     }
 }
 
-/// At the chosen time, the sphere is closer than the contact distance and slow.
+/// At the chosen time, the sphere is closer than the contact distance, and its distance changes slowly.
 fn inside(random: &mut Random, approach: &mut Approach) {
     approach.gap = -if approach.is_exact { random.below(8) as f64 / 8.0 } else { random.between(0.0, 1.0) };
     let slow = random.power_of_two(-8, 0) * random.sign();

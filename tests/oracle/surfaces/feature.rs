@@ -20,8 +20,8 @@ pub enum Feature {
     Line(Vector, Side),
     /// Direction and length of the segment.
     Segment(Vector, f64),
-    /// The normal of the face. Each side has a direction into the face, and the position of the sphere relative to an
-    /// end of the side.
+    /// The normal of the face, and two vectors for each side: a direction into the face, and the position of the sphere
+    /// relative to an end of the side.
     Face(Vector, [(Vector, Vector); 3]),
     Plane(Vector),
 }

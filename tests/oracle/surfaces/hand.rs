@@ -54,7 +54,7 @@ fn signs_at_roots_and_their_order_are_exact() {
         let other = &falls(&Polynomial::new(&[&Dyadic::from(2.0) + &shift, Dyadic::zero(), Dyadic::from(-1.0)]))[0];
         assert_eq!(order(root, other), 0.cmp(&sign));
     }
-    // The sign of a parabola at its turning point, which is above, at or below zero.
+    // The sign of a parabola at the time of its turning point. Its value there is positive, zero or negative.
     let turn = &falls(&polynomial(&[3.0, -1.0]))[0];
     for (lift, sign) in [(0.125, 1), (0.0, 0), (-0.125, -1)] {
         assert_eq!(Place::At(turn).sign(&polynomial(&[9.0 + lift, -6.0, 1.0])), sign);
@@ -87,7 +87,8 @@ fn event_needs_all_extents_positive_while_in_contact() {
     expect_later(&value(&f, &[[-2.0, 1.0, 0.0], [2.0, -1.0, 0.0]]), Kind::Entry(0), 2.0);
     expect_none(&value(&f, &[[-3.0, 1.0, 0.0], [2.0, -1.0, 0.0]]));
     expect_none(&value(&f, &[[-5.0, 1.0, 0.0]]));
-    // Three extents: one is negative between 1/2 and 3, one touches zero at t = 2, and one just misses zero.
+    // Three cases with one extent each. The extent is negative from t = 1/2 to t = 3, touches zero at t = 2, or just
+    // misses zero.
     expect_later(&value(&f, &[[1.5, -3.5, 1.0]]), Kind::Entry(0), 3.0);
     expect_later(&value(&f, &[[-4.0, 4.0, -1.0]]), Kind::Touch(0), 2.0);
     expect_none(&value(&f, &[[(-4.0_f64).next_down(), 4.0, -1.0]]));

@@ -24,7 +24,7 @@ fn a_line_that_is_grazed_twice_may_be_met_the_second_time() {
     });
 }
 
-/// Each side has a direction into the face, and the position of the sphere relative to an end of the side.
+/// Each side has two vectors: a direction into the face, and the position of the sphere relative to an end of the side.
 fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], contact: f64) -> State {
     let sides = sides.map(|[inward, from]| (Vector::from(inward), Vector::from(from)));
     let [position, velocity, acceleration] = motion.map(Vector::from);

@@ -38,7 +38,7 @@ pub enum Verdict {
 pub enum Overlap {
     /// `f(t)`.
     Value(Polynomial),
-    /// `|h(t)| - s`, for a face with a contact on both sides.
+    /// `|h(t)| - s`, for a face, which is solid on both sides.
     Height(Polynomial, Dyadic),
 }
 
@@ -54,7 +54,7 @@ impl Overlap {
         [1, -1].map(|side| shifted(height, side, distance))
     }
 
-    /// Whether the overlap function is not positive and falls at a time.
+    /// Whether the overlap function is not positive at a time and falls just after it.
     fn asks_at(&self, place: &Place<'_>) -> bool {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
@@ -67,7 +67,7 @@ impl Overlap {
         }
     }
 
-    /// All times after now at which the overlap function may begin to be both not positive and falling.
+    /// Times after now at which the overlap function may begin to meet both conditions: not positive, and falling.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -111,12 +111,13 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // If two events are at the same time, the first one in the list is taken. Entries onto the feature come last.
+    // If several events are at the same time, take the first of them in the list. Events at which an extent becomes
+    // zero are last in the list.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which the rule begins to require an event.
+/// All times after now at which the conditions of the rule begin to hold, each with the kind of event.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();

@@ -90,7 +90,7 @@ fn largest(parts: &[Vec<f64>]) -> f64 {
 fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<Dyadic>> {
     if let Shape::Square(sign) = question.shape {
         while coefficients[0].len() > 2 && coefficients[0].last().is_some_and(|leading| leading.sign() == -sign) {
-            // A quartic without its leading term has no acceleration, and thus no cubic term.
+            // Without a term of degree 4 there is no acceleration, and thus no term of degree 3.
             coefficients[0].pop();
             if coefficients[0].len() == 4 {
                 coefficients[0].pop();
@@ -104,7 +104,8 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
 const SLACK: i64 = 2;
 
 /// Shifts polynomials within their boxes so that one of them has a root, or a turning point, at `t`. Returns the size
-/// of the shift if this is then the next event, or, with `AfterOthers`, any event.
+/// of the shift if this is the next event of the shifted polynomials. With `AfterOthers`, it may be any of their
+/// events.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -132,7 +133,7 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// The value to which an extent is raised, as a fraction of its error. It is too small to make an event earlier.
+/// Extents are raised to this fraction of their error bounds. The fraction is so small that no event becomes earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
 /// Shifts the coefficients of a polynomial within their box, until a linear function of them is `to` times its error.

@@ -1,4 +1,4 @@
-//! Moving surfaces and changing gravity: runs with all kinds of surfaces and motions are proven.
+//! Moving surfaces and changing gravity: the verifier proves runs with all kinds of surfaces and motions.
 
 use std::f64::consts::TAU;
 
@@ -45,8 +45,8 @@ pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[Surface
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that a number of events of a scene are proven, or all events if there are fewer. Also accepts a run that
-/// stops because the particles would need infinitely many events to come to rest.
+/// Asserts that the verifier proves a number of events of a scene, or all events if there are fewer. Also accepts a run
+/// that stops because the particles would need infinitely many events to come to rest.
 fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
     let certificate = prove(scene, 0, events);
     match certificate.end {
@@ -239,7 +239,7 @@ fn verifier_with_outdated_gravity_finds_a_fault() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // The verifier rejects a change of gravity if the given positions are not the positions of the particles.
+    // The verifier rejects a change of gravity if the given positions differ from those of the particles at this time.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();

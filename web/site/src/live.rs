@@ -15,8 +15,8 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// Number of events that are simulated before a picture is drawn. Scenes with a time limit stop after a third of it, if
-/// this is earlier.
+/// A picture is drawn after this number of simulated events, or after a third of the scene's time limit if this is
+/// earlier.
 const PICTURE_EVENTS: u64 = 40_000;
 
 /// Width and height of a picture, in pixels.

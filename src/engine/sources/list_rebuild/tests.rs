@@ -25,7 +25,8 @@ fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING,
             let species = [particle, other].map(|id| usize::from(engine.row(id)));
             let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
             let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-            // The reach of lists may include a margin of one millionth of the skin. Computed distances are rounded.
+            // The reach of lists may include a margin of one millionth of the skin. The factor `1 + 1e-14` allows for
+            // the round-off of distances.
             let is_near = |margin| apart < (range + 2.0 * verlet.half_skin * (1.0 + margin)) * (1.0 + 1e-14);
             let may_meet = other != particle && range > 0.0 && !is_captured;
             let times = list.iter().filter(|entry| **entry == other).count();
@@ -148,8 +149,8 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
     check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
 }
 
-/// Checks that a list holds all particles that its particle can meet in any image of the box, until either
-/// particle leaves its skin.
+/// Compares the predicted contact of each particle with the first contact among 125 images of every other particle.
+/// Contacts after either particle has left its skin are ignored.
 fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
     let mut engine = Engine::<false, TABLE>::new(scene);
     assert!(engine.neighbours.verlet().is_some());

@@ -199,7 +199,8 @@ fn distances_are_restrained_in_one_two_and_three_dimensions() {
     }
 }
 
-/// If a distance is exactly at an end of its window, or one float beyond it, it returns and moves no further out.
+/// A distance exactly at an end of its window, or at the floating-point number just below or above, returns into the
+/// window and moves no further out.
 #[test]
 fn a_distance_at_an_end_of_its_window_comes_back() {
     for (speed, is_lower) in [(0.7, false), (-0.7, true), (1e-200, false), (0.0, false)] {

@@ -171,8 +171,8 @@ fn vibrating_floor_is_accurate_at_late_times() {
     assert!(simulation.event_counts().deepest_overlap < 1e-7, "{}", simulation.event_counts().deepest_overlap);
 }
 
-/// Returns how much the time between two bounces changes at most from one bounce to the next, in periods of the floor.
-/// The ball starts near the orbit with one bounce per period. Only the last 40 bounces are used.
+/// Returns the largest change from one interval between bounces to the next, in periods of the floor. The ball starts
+/// near the orbit with one bounce per period. Only the last 40 bounces are used.
 fn unevenness(restitution: f64, gamma: f64, bounces: u64) -> f64 {
     let (gravity, rate) = (9.81, 31.0);
     let amplitude = gamma * gravity / (rate * rate);

@@ -121,9 +121,9 @@ impl FlightFinder {
     }
 }
 
-/// Returns the shortest displacement between periodic images of two points, given the displacement `way` between any of
-/// their images. Also returns by how many periods the end point was shifted up along y. `frame` is the later frame. If
-/// the box is sheared, the displacement of its images is used.
+/// Returns the shortest displacement from any periodic image of one point to any image of another. `way` is the
+/// displacement between two of these images. Also returns the number of periods along y by which the end point was
+/// moved. In a sheared box, images along y are displaced along x as in `frame`, the later of the two frames.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };

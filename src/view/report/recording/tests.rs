@@ -222,7 +222,7 @@ fn well_neighbours_match_brute_force() {
         let all = &frame.particles;
         let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
-        // Bond one pair of neighbours, which then does not count.
+        // Bond two neighbours, which then no longer count as neighbours of each other.
         let one = expected.iter().position(|count| *count > 0.0).unwrap();
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];

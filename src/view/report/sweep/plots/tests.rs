@@ -43,7 +43,7 @@ fn the_axis_is_the_first_number_that_varies_also_within_a_list() {
     let of = |title: &str, numbers: &[f64]| Some((title.to_owned(), numbers.to_vec()));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc", "fill.0.count=1,2"]), of("count", &[1.0, 2.0, 1.0, 2.0]));
     assert_eq!(along(&["space.size=[9, 5, 5],[9, 7, 7]"]), of("size 1", &[5.0, 7.0]));
-    // The first entry of the lists is the same for two of the values. The second entry differs between all values.
+    // Two of the lists have the same first entry. The second entry is different in all lists.
     assert_eq!(along(&["space.size=[1, 1],[1, 2],[2, 3]"]), of("size 1", &[1.0, 2.0, 3.0]));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc"]), None);
     assert_eq!(along(&["space.size=[1, 2],[1, 2, 3]", "seed=1,2"]).map(|(title, _)| title), None);
