@@ -232,7 +232,9 @@ fn audit_finds_dropped_contacts() {
     println!(
         "{judged} deeper than round-off, {within} within it; another event came first: {found} found, {apart} not"
     );
-    println!("left out: {left_out:?}\noverlaps by decade of depth: found, missed within round-off, missed beyond round-off");
+    println!(
+        "left out: {left_out:?}\noverlaps by decade of depth: found, missed within round-off, missed beyond round-off"
+    );
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
     // Most overlaps must be too deep for round-off. If round-off explained all of them, the test could not fail.
