@@ -229,7 +229,7 @@ mod tests {
                     // The engines may list the two particles of an event in different order.
                     let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
-                    assert_eq!(one.energy_step, other.energy_step, "captured or released alike");
+                    assert_eq!(one.energy_step, other.energy_step, "both engines capture, or both release");
                     assert!((one.time - other.time).abs() < 1e-9, "seed {seed}");
                 }
             }

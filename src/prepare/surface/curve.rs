@@ -95,7 +95,10 @@ mod tests {
         assert!(hole <= 0.5 * spacing * (1.0 + 1e-9), "{shape:?}: {hole}");
         // The checked points lie on the arcs of a ring, not on its chords. Their distances from the disks may therefore
         // slightly exceed the claimed hole.
-        assert!(widest >= 0.99 * hole && widest <= 1.05 * hole, "{shape:?}: a hole of {widest}, claimed {hole}");
+        assert!(
+            widest >= 0.99 * hole && widest <= 1.05 * hole,
+            "{shape:?}: the widest hole is {widest}, but {hole} was claimed"
+        );
         layout
     }
 
