@@ -167,7 +167,7 @@ def test_each_heat_bath_has_its_own_random_numbers(fluid: dict) -> None:
         (TypeError, "dictionary", lambda it: setattr(it, "thermostat", 1.0)),
         (ValueError, "rescale", lambda it: setattr(it, "thermostat", {"kind": "rescaling", "temperature": 1.0})),
         (ValueError, "interval", lambda it: setattr(it, "thermostat", {"kind": "andersen", "interval": 1.0})),
-        (ValueError, "expected temperature", lambda it: setattr(it, "thermostat", {"kind": "andersen"})),
+        (ValueError, "expected the key temperature", lambda it: setattr(it, "thermostat", {"kind": "andersen"})),
     ],
 )
 def test_invalid_arguments_are_rejected_without_changes(kind: type[Exception], message: str, call: Any, fluid: dict) -> None:

@@ -140,7 +140,7 @@ def test_all_units_of_carom_are_read() -> None:
 def test_invalid_operations_raise() -> None:
     time = Observable(1.0, 0.1, "time")
     for wrong in (lambda: X + time, lambda: X - N, lambda: X**X, lambda: 2.0**X, lambda: X**N, lambda: Y**0.5, lambda: (Y / X) ** N):
-        with pytest.raises(ValueError, match="expected"):
+        with pytest.raises(ValueError, match="expected|power"):
             wrong()
     for wrong in (lambda: X / 0.0, lambda: 1 / (X - X), lambda: Observable(0.0, 0.1, "1") ** 0.5):
         with pytest.raises(ZeroDivisionError):

@@ -112,7 +112,7 @@ mod tests {
         }
         assert_eq!(read("9007199254740991.0", "0", "", "[0, 0]").unwrap().count, 9_007_199_254_740_991);
         let bytes = postcard::to_stdvec(&keys).unwrap();
-        assert_eq!(postcard::from_bytes::<Keys>(&bytes).unwrap(), keys, "as read from a checkpoint");
+        assert_eq!(postcard::from_bytes::<Keys>(&bytes).unwrap(), keys, "the keys, read back from a checkpoint");
     }
 
     #[test]

@@ -87,7 +87,7 @@ const FOREIGN: &str = "not written by the replay";
 const SUMMARY: &str = "everything except version, engine and speed";
 const REPORT: &str = "everything except the lines about engine and speed";
 const OTHER_SCENE: &str = "the scene differs from the scene of the run";
-const FREE_TEXT: &str = "a text not written by Carom";
+const FREE_TEXT: &str = "a text that Carom did not write";
 
 /// Information from the checkpoints in the run folder.
 #[derive(Debug, Default)]

@@ -164,7 +164,7 @@ impl Notes {
             let _ = writeln!(text, "  {:<18} {}", source.short, source.full);
         }
         if !self.reasons.is_empty() {
-            let _ = writeln!(text, "allowances in addition to four standard errors (se)");
+            let _ = writeln!(text, "allowances, added to four standard errors (se)");
         }
         for (index, reason) in self.reasons.iter().enumerate() {
             let _ = writeln!(text, "  [{}] {reason}", index + 1);

@@ -317,7 +317,7 @@ fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> S
     lines.pair("", &format!("from t = {} on, a time of {}", digits(*start), digits(*duration)));
     let pairs = match (*first_event, starts_from_run) {
         (2.., _) => "from the engine at the start of the range",
-        (_, true) => "from the end of the run that this one starts from",
+        (_, true) => "from the end of the run in [start]",
         (_, false) => "from the distances at the start",
     };
     lines.pair("pair states", &format!("{pairs}, then from the events"));

@@ -311,7 +311,7 @@ mod tests {
         let overlap = |depth, round_off| Overlap { particle: ParticleId(0), partner: None, depth, round_off };
         assert!(!overlap(1e-13, 1e-12).is_real());
         assert!(!overlap(0.9e-6, 0.15).is_real());
-        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, round-off explains any overlap");
+        assert!(overlap(1.1e-6, 0.15).is_real(), "real, even in a box of 1e14, where the round-off is larger");
         assert!(overlap(1e-12, 1e-13).is_real());
     }
 }

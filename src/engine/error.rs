@@ -208,11 +208,11 @@ pub enum Invariant {
 impl fmt::Display for Invariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Discontinuity => "a discontinuity of the pair in its state",
+            Self::Discontinuity => "a discontinuity that exists in the state of the pair",
             Self::CapturedPair => "a captured pair in the lists of both particles",
             Self::Surface => "a surface with this number",
             Self::SurfaceRandom => "random numbers of a thermal surface",
-            Self::Transition => "another cell behind the face",
+            Self::Transition => "a cell on the other side of the face",
             Self::VerletList => "a neighbour list of the particle",
             Self::Cells => "a cell of the particle",
             Self::GlobalEvent => "a source of the global event",
@@ -243,7 +243,7 @@ mod tests {
             time: 1.5,
             expected: Invariant::Discontinuity,
         };
-        let text = "impossible state of particle 3 and particle 7 at time 1.5: expected a discontinuity of the pair in its state";
+        let text = "impossible state of particle 3 and particle 7 at time 1.5: expected a discontinuity that exists in the state of the pair";
         assert_eq!(EngineError::from(broken).to_string(), text);
         let of_one = InvariantBroken { partner: None, expected: Invariant::Surface, ..broken };
         assert_eq!(

@@ -77,7 +77,7 @@ impl Neighbours {
         match (self, place) {
             (Self::Cells(cells), Place::Cell(cell)) => cells.relocate(particle, cell),
             (Self::Lists(verlet), Place::Centre(centre)) => verlet.relocate(particle, centre),
-            _ => debug_assert!(false, "the place must suit the neighbour search"),
+            _ => debug_assert!(false, "cells need a cell, and lists need a centre"),
         }
     }
 

@@ -207,7 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn particles(&self) -> Range<u32> {
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+            reason = "`affordable` in scene/limits.rs accepts at most MOST_PARTICLES particles"
         )]
         let count = self.state.bodies.len() as u32;
         0..count

@@ -344,7 +344,7 @@ impl EventQueue {
     /// Returns an empty queue with epochs of the same length and another number of buckets.
     #[cfg(test)]
     pub fn rebuilt(&self, buckets: usize) -> Self {
-        assert_eq!((self.cursor, self.steps), (0, 0), "at the beginning of an epoch");
+        assert_eq!((self.cursor, self.steps), (0, 0), "the queue is at the beginning of an epoch");
         Self { target: self.target, ..Self::with_buckets(buckets, 1, self.span()) }
     }
 }

@@ -133,7 +133,7 @@ pub(super) fn mean_force(points: &[MeanForcePoint]) -> String {
 }
 
 pub(super) fn read_mean_force(text: &str) -> Result<Vec<MeanForcePoint>, String> {
-    let expected = "a distance and a width, and two numbers with their errors";
+    let expected = "a distance, a width, and two numbers with their errors";
     read_lines(behind(text, MEAN_FORCE_HEADS)?, expected, |cells| {
         Some(MeanForcePoint {
             distance: cells.number(0)?,

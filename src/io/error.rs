@@ -165,7 +165,7 @@ pub(crate) fn cure_of(error: &io::Error) -> &'static str {
             "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"
         }
         _ if cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number)) => {
-            "allow more open files (`ulimit -n 1024`), or run fewer things at once"
+            "allow more open files (`ulimit -n 1024`), or run fewer simulations at once"
         }
         _ => "choose a folder with --out that can be written to, on a disk with space left",
     }

@@ -132,8 +132,8 @@ impl Growing {
             (first.bonds != frame.bonds || first.bond_kinds != frame.bond_kinds, "bonds"),
             (first.periodic != frame.periodic, "periodic axes"),
             (!first.scalars.iter().map(|s| &s.name).eq(frame.scalars.iter().map(|s| &s.name)), "scalars"),
-            (self.images.is_some() == frame.images.is_empty(), "columns, with or without images,"),
-            (self.velocities.is_some() != has_velocities, "columns, with or without velocities,"),
+            (self.images.is_some() == frame.images.is_empty(), "columns (with or without images)"),
+            (self.velocities.is_some() != has_velocities, "columns (with or without velocities)"),
         ];
         match faults.into_iter().find(|(is_fault, _)| *is_fault) {
             Some((_, what)) => Err(FrameError::OtherParticles(what)),

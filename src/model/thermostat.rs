@@ -51,7 +51,9 @@ pub enum ThermostatError {
     #[error("the heat bath needs moving particles, and there are none")]
     NothingMoves,
     /// The system has no temperature that can be scaled: particles accelerate, or fewer than two particles move.
-    #[error("scaling velocities needs a temperature: two or more moving particles, without gravity")]
+    #[error(
+        "velocities cannot be scaled without a temperature; a temperature needs two or more moving particles without gravity"
+    )]
     NoTemperature,
     /// A simulation does not rescale velocities by itself. Its caller, such as `run::Run`, has to do it.
     #[error(

@@ -339,8 +339,8 @@ mod tests {
         for _ in 0..2000 {
             widest = widest.max(nearest(&layout.points, &on_surface(&mut random)));
         }
-        assert!(widest <= claimed * 1.05, "{surface:?}: a hole of {widest}, claimed {claimed}");
-        assert!(widest >= claimed * 0.75, "{surface:?}: a hole of {widest}, claimed {claimed}");
+        assert!(widest <= claimed * 1.05, "{surface:?}: the widest hole is {widest}, but {claimed} was claimed");
+        assert!(widest >= claimed * 0.75, "{surface:?}: the widest hole is {widest}, but {claimed} was claimed");
     }
 
     #[test]

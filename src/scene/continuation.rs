@@ -203,8 +203,8 @@ fn static_surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> 
         let Some(sphere) = particles.get(surface.particles.start as usize) else { continue };
         surface.species = sphere.species;
         if !species[surface.species.0 as usize].is_static() {
-            let value = format!("a run with spheres of the mesh `{}`", surface.name);
-            return refuse(at_start(), value, "their species to be static, as in that run");
+            let value = format!("a run with static spheres of the mesh `{}`", surface.name);
+            return refuse(at_start(), value, "the species of these spheres to be static in the scene as well");
         }
     }
     Ok(surfaces)

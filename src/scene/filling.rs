@@ -113,7 +113,7 @@ impl Filling {
         let around = lattice::sites_around(&self.region, space, count);
         if around > MOST_SITES.max(count as f64 * 10.0) {
             let value =
-                format!("a lattice in a region that fills only {:.0e} of the box around it", count as f64 / around);
+                format!("a lattice in a region that fills only {:.0e} of its bounding box", count as f64 / around);
             return refuse(at.key("arrangement"), value, "`random`");
         }
         let sites = Sites { count, diameter: self.largest(placing.species), contact };

@@ -97,8 +97,8 @@ impl<'a> Interactions<'a> {
         if potential.is_some() && self.list.len() == MOST_KINDS {
             return refuse(
                 ConfigPath::entry("interaction", index),
-                format!("more than {MOST_KINDS} interactions"),
-                "at most that many in a scene",
+                format!("beyond the first {MOST_KINDS} interactions"),
+                "no further interactions in a scene",
             );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
@@ -130,7 +130,7 @@ impl<'a> Interactions<'a> {
             let expected = format!("a table of {} species and {} interactions", species.len(), list.len());
             return refuse(
                 ConfigPath::root().key("interaction"),
-                "a table with other numbers of species or interactions",
+                "a table with a different number of species or interactions",
                 expected,
             );
         }

@@ -49,7 +49,7 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
     let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
     if species > MOST_ROWS || bytes > budget {
         let expected = format!(
-            "at most {MOST_ROWS}, with tables of pairs that fit into memory: here they need {} GiB of {}",
+            "at most {MOST_ROWS}, few enough that the tables of their pairs fit into memory: here they need {} of {} GiB",
             bytes >> 30,
             budget >> 30
         );

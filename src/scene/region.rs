@@ -49,7 +49,7 @@ fn expected(axis: usize, space: &Space) -> String {
 
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
-        return refuse(at.key("shape"), "a shape in one dimension", "`box`, which is an interval of the line");
+        return refuse(at.key("shape"), "given in one dimension", "`box`, which is an interval here");
     }
     match region {
         FillRegion::Cone { base, axis, radii, length } => {

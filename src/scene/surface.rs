@@ -62,8 +62,11 @@ impl Surface {
     fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         let Some(axes) = plane_axes(space) else {
             let (is_in, cure) = match space.dimensions() {
-                3 => ("three dimensions", "`plane`, `box`, `cylinder`, `cone`, `sphere` or `points`, or one flat axis"),
-                _ => ("one dimension", "`points`, or one flat axis"),
+                3 => (
+                    "three dimensions",
+                    "`plane`, `box`, `cylinder`, `cone`, `sphere` or `points`, or a box with one flat axis",
+                ),
+                _ => ("one dimension", "`points`, or a box with one flat axis"),
             };
             return refuse(at.key("surface"), format!("a two-dimensional shape in {is_in}"), cure);
         };

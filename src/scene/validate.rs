@@ -35,8 +35,7 @@ impl SceneBuilder {
     /// [`SceneError`] for the first error: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         if let Some(at) = &self.unnumbered {
-            let expected =
-                "a place before that group, or `count` in it: otherwise the ids of the particles are unknown";
+            let expected = "a place before that fill or surface, or a `count` in it: otherwise the ids of the particles are unknown";
             return refuse(
                 at.clone(),
                 "given after a fill or a surface whose number of particles is not given",

@@ -33,7 +33,7 @@ impl Row {
 /// `scene`, if it could be read, gives the reasons why momentum is not conserved.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
-    let how = "relative error of the sum of kinetic, potential and dissipated energy, less the supplied energy";
+    let how = "relative error of the sum of kinetic, potential and dissipated energy, minus the supplied energy";
     let (error, limit) = (energy.ledger_error_relative, energy.ledger_limit);
     let mut rows = vec![Row::judged("energy ledger", how, tiny(error), format!("{limit:.1e}"), Some(error <= limit))];
     rows.push(momentum(summary, scene));
@@ -45,10 +45,10 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     if events.tc_altered > 0 {
         let part = 100.0 * events.tc_altered as f64 / events.tc_contacts.max(1) as f64;
         let value = format!("{} ({part:.2} %)", events.tc_altered);
-        rows.push(Row::told("altered by the TC model", "contacts, made elastic or slowed down", value));
+        rows.push(Row::told("altered by the TC model", "contacts made elastic or slowed down", value));
     }
     if energy.dissipated > 0.0 {
-        let how = "by restitution, and counted in the ledger";
+        let how = "by restitution; counted in the ledger";
         rows.push(Row::told("energy dissipated", how, digits(energy.dissipated)));
     }
     if energy.supplied != 0.0 {
@@ -59,7 +59,7 @@ pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
 }
 
 fn momentum(summary: &Summary, scene: Option<&Scene>) -> Row {
-    let (what, how) = ("momentum", "drift, relative to the sum of m |v|");
+    let (what, how) = ("momentum", "drift relative to the sum of m |v|");
     let limit = summary.momentum.limit;
     match summary.momentum.drift {
         Some(drift) => Row::judged(what, how, tiny(drift), format!("{limit:.1e}"), Some(drift <= limit)),

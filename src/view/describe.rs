@@ -115,9 +115,9 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
         "nothing accelerates".to_owned()
     };
     let pairs = if !choice.has_table {
-        "all are hard spheres of one species"
+        "all particles are hard spheres of one species"
     } else if scene.species.iter().any(Species::is_static) {
-        "some are static"
+        "some particles are static"
     } else if scene.species.len() > 1 {
         "there are several species"
     } else if !scene.bonds.is_empty() {
@@ -221,7 +221,7 @@ fn equilibrates(equilibration: &Equilibration) -> String {
     match (equilibration.until_stationary, equilibration.limit == Limit::default()) {
         (true, true) => {
             let most = crate::run::MOST_EVENTS_PER_PARTICLE;
-            format!("until nothing drifts, and gives up after {most} events per particle")
+            format!("until nothing drifts; gives up after {most} events per particle")
         }
         (true, false) => format!("until nothing drifts, at most {}", limit(&equilibration.limit)),
         (false, _) => limit(&equilibration.limit),

@@ -204,7 +204,7 @@ fn changes_of_the_scene_apply_to_the_exact_final_state() {
     assert_eq!(images("runs/a", false), images("runs/b", true));
     let output = place.carom(&["verify", "runs/b", "--events", "2000"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    assert!(words(&output).contains("from the end of the run that this one starts from"), "{}", words(&output));
+    assert!(words(&output).contains("from the end of the run in [start]"), "{}", words(&output));
     let output = place.carom(&["check", "deeper.toml", "--from", "runs/a"]);
     assert!(
         words(&output).contains("a new engine begins there, because these differ: interactions"),

@@ -161,7 +161,7 @@ def _text(key: str, value: Any) -> str:
     if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
         number = float(value)
         if not np.isfinite(number):
-            raise ValueError(f"vary: {key} has the value {number}, expected a finite number")
+            raise ValueError(f"vary: {key} is {number}, expected a finite number")
         return f"{number:.{_DIGITS}g}"
     return _carom.Scene.value_of(value, key)
 
@@ -172,7 +172,7 @@ def _axis(keys: Any, values: Any) -> str:
         if isinstance(values, str):
             return f"{keys}={values}"
         if isinstance(values, Mapping) or not hasattr(values, "__iter__"):
-            raise TypeError(f"vary: {keys} has {shown(values)}, expected a list of values, or text such as '0.1..0.5/9'")
+            raise TypeError(f"vary: {keys} is {shown(values)}, expected a list of values, or text such as '0.1..0.5/9'")
         texts = [_text(keys, value) for value in values]
         if not texts:
             raise ValueError(f"vary: {keys} has no values")
@@ -189,7 +189,7 @@ def _axis(keys: Any, values: Any) -> str:
 
 
 def _refuse_unobserved(core: _carom.Sweep, folder: Path, observe: Functions) -> None:
-    """Rejects functions without a value in a complete run, because complete runs are not repeated."""
+    """Rejects functions that a complete run did not evaluate, because complete runs are not repeated."""
     if not observe:
         return
     for name, numbers in _numbers(core, folder):

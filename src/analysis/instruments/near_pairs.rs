@@ -155,7 +155,7 @@ mod tests {
                     }
                     expected += near.len();
                 }
-                assert_eq!(found.len(), expected, "each once, and no others");
+                assert_eq!(found.len(), expected, "each near pair is found once, and no other pair");
                 assert!(expected > 0, "{boundary:?} {distance}");
             }
         }

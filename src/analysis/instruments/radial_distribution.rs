@@ -305,11 +305,13 @@ pub(super) fn shortened(asked: f64, cutoff: f64, space: &Space) -> Option<String
         {
             Some(axis) => {
                 format!(
-                    "the cutoff is {cutoff} instead of {asked}: at most half of the period along {}",
+                    "the cutoff is {cutoff} instead of {asked}, because it cannot exceed half of the period along {}",
                     ["x", "y", "z"][axis]
                 )
             }
-            None => format!("the cutoff is {cutoff} instead of {asked}: at most the diagonal of the box"),
+            None => {
+                format!("the cutoff is {cutoff} instead of {asked}, because it cannot exceed the diagonal of the box")
+            }
         }
     })
 }

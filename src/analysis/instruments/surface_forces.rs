@@ -170,7 +170,7 @@ const PRESSURE: &str =
     "The normal force divided by the area of the surface itself; centres stay a radius away from it.";
 const RATE: &str = "Contacts with the surface per time.";
 const ALONG: &str =
-    "Sum of the impulses along the normal per time and length, at the position of the particle's centre.";
+    "Sum of the impulses along the normal per time and length. Each impulse counts at the centre of its particle.";
 
 #[cfg(test)]
 mod tests;

@@ -57,7 +57,7 @@ pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compare
     let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
     Ok(vec![
         Comparison::exact(BALL[0], rest, expected, BOUNCES)
-            .allow(allowance, "flights shorter than the contact time of the TC model, 1e-9"),
+            .allow(allowance, "flights shorter than 1e-9, the contact time of the TC model"),
     ])
 }
 
@@ -122,7 +122,7 @@ pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared 
     let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
     Ok(vec![
         Comparison::exact(PENDULUM[0], period, expected, SWINGS)
-            .allow(allowance, "slack of the string, 1e-4 of its length"),
+            .allow(allowance, "the string has a slack of 1e-4 of its length"),
     ])
 }
 

@@ -16,7 +16,7 @@ pub(super) const QUANTITIES: &[&str] = &["second virial"];
 
 const EXACT: Source = Source {
     short: "exact",
-    full: "virial series: exact B_2 of a square well; the term of B_3, an integral over three particles, is subtracted from the measured value",
+    full: "exact B_2 of a square well; the B_3 term of the virial series, an integral over three particles, is subtracted from the measured value",
 };
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {

@@ -21,7 +21,7 @@ const CONTACTS: Source = Source {
 };
 const SPEEDY_FLUID: Source = Source {
     short: "Speedy 1987",
-    full: "fit to simulations of about 500 spheres by Speedy, Mol. Phys. 62, 509 (1987), in a box of this size",
+    full: "fit to simulations of about 500 spheres by Speedy, Mol. Phys. 62, 509 (1987), corrected for the size of this box",
 };
 const SPEEDY_CRYSTAL: Source =
     Source { short: "Speedy 1998", full: "fit to simulations by Speedy, J. Phys.: Condens. Matter 10, 4387 (1998)" };
@@ -30,7 +30,7 @@ const HENDERSON: Source = Source {
     full: "equation of state of hard disks by Henderson, Mol. Phys. 30, 971 (1975), with two further terms",
 };
 
-const YEH_HUMMER: &str = "uncertain number of spheres in the fitted simulations, by a factor of 2 in the finite-size correction of Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
+const YEH_HUMMER: &str = "change of the finite-size correction of Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), if the fitted simulations had half or twice as many spheres";
 const CRYSTAL_MODES: &str =
     "first order in 1/N: the crystal as a whole moves freely, so only N - 1 of N particles vibrate";
 

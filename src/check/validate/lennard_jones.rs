@@ -26,9 +26,9 @@ pub(super) const QUANTITIES: &[&str] = &["energy per particle", "pressure"];
 
 const ALLEN_TILDESLEY: Source = Source {
     short: "Allen, Tildesley",
-    full: "Allen and Tildesley, Computer Simulation of Liquids, 2nd ed. (2017): Lennard-Jones cut at 2.5 and shifted",
+    full: "Allen and Tildesley, Computer Simulation of Liquids, 2nd ed. (2017): Lennard-Jones potential, cut at 2.5 and shifted",
 };
-const WIDTH: &str = "the change on extrapolation to steps of zero width";
+const WIDTH: &str = "the change caused by extrapolation to steps of zero width";
 
 /// Published energy per particle and pressure, at a density of 0.75 and a temperature of 1.
 const PUBLISHED: [f64; 2] = [-2.9280, 0.9909];

@@ -134,7 +134,7 @@ fn pass_over<const FALLING: bool, const TABLE: bool>(
     let late = (dice.power(-11.5, -0.3) * passing.distance / passing.speed).min(0.7 * passing.deepens_for);
     let due = passing.time + late;
     if !due.is_finite() || engine.schedule.queue.span() < due {
-        return Err("contact later than the range of the queue");
+        return Err("the contact is too late for the queue");
     }
     if engine.counts.totals.in_invalid_state > 0 {
         return Err("invalid before");

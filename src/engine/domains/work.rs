@@ -37,7 +37,7 @@ impl fmt::Display for SingleThread {
         f.write_str(match self {
             Self::ChangingDistances => "the diameters grow",
             Self::SlidingImages => "the box is sheared",
-            Self::LongInteractions => "overlaps at the start are allowed, or bonds do not hold particles together",
+            Self::LongInteractions => "overlaps at the start are allowed, or bonded particles can separate",
             Self::WholeSystem => "a window of a distance, or weights of the energy, act on the whole system",
         })
     }

@@ -135,7 +135,7 @@ impl EventCountsBySpecies {
             Pairs::Sparse(map) => {
                 #[expect(
                     clippy::cast_possible_truncation,
-                    reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
+                    reason = "SceneBuilder::build accepts at most MOST_KINDS species"
                 )]
                 let pair = (a as u32, b as u32);
                 Some(map.entry(pair).or_default())
@@ -147,10 +147,7 @@ impl EventCountsBySpecies {
     }
 
     pub(crate) fn note_single(&mut self, species: usize, kind: CountedKind) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "SceneBuilder::build accepts at most MOST_KINDS species")]
         let species = species as u32;
         let counts = self.singles.entry(species).or_default();
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;

@@ -226,10 +226,7 @@ impl Lists {
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let span = self.spans[particle as usize];
         let (mut first, mut blocks) = (span.first, span.blocks());
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "no more than all particles, which have numbers of 32 bits"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "at most the number of particles, which fits into 32 bits")]
         let length = new.len() as u32;
         let needed = length.div_ceil(WIDTH);
         // A list that has become much shorter is also moved, so that other lists can use its blocks.

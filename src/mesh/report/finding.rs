@@ -53,7 +53,7 @@ impl Finding {
         match self {
             Self::NoTriangle => "export a surface with triangles",
             Self::Unusable(_) => {
-                "export the mesh again; a program wrote vertices that are no numbers, or left some out"
+                "export the mesh again; a program wrote vertices that are not numbers, or left some out"
             }
             Self::Open(_) => {
                 "fill the holes, or merge vertices that should coincide; leave it if the surface is meant to be open"

@@ -60,7 +60,7 @@ fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
     let given = [(sides.restitution, "restitution"), (sides.temperature, "temperature")];
     let given = given.into_iter().find_map(|(value, key)| value.map(|_| key));
     if let Some(key) = given.filter(|_| has_table && !has_word) {
-        return Err(misplaced(key, "an axis without a side that is \"wall\"", &["lower", "upper"], at));
+        return Err(misplaced(key, "an axis whose walls are all given as tables", &["lower", "upper"], at));
     }
     checked_law(sides.restitution, sides.temperature, at).map(|_| ())
 }

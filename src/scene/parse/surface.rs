@@ -96,7 +96,11 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
         },
         "cylinder" if file.length.is_none() => {
             if file.tolerance.is_some() {
-                return refuse(at.key("tolerance"), "given", "a length as well: an infinite cylinder is exactly round");
+                return refuse(
+                    at.key("tolerance"),
+                    "given",
+                    "to be absent without a length: an infinite cylinder is exactly round",
+                );
             }
             SurfaceShape::Cylinder {
                 point: keys.vector("base")?,
@@ -166,7 +170,7 @@ fn turned(
     let tolerance = positive(file.tolerance.unwrap_or(TOLERANCE * largest), at.key("tolerance"))?;
     match revolution(&base, &axis, profile, tolerance) {
         Some(mesh) if !mesh.triangles.is_empty() => Ok(SurfaceShape::Mesh(mesh)),
-        Some(_) => refuse(key, "a profile without a line", "two different points, at least one of them off the axis"),
+        Some(_) => refuse(key, "a profile of zero length", "two different points, at least one of them off the axis"),
         None => refuse(at.key("tolerance"), tolerance, "a larger tolerance: a circle would have more than 4096 sides"),
     }
 }

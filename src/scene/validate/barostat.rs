@@ -181,7 +181,7 @@ fn check_output(scene: &Scene) -> Result<(), SceneError> {
     match instrument(&scene.measure) {
         Some(key) => {
             let expected = format!(
-                "none in a measurement with a barostat, which allows only {}: first measure the density at this pressure, and use it in a scene without the barostat",
+                "to be absent in a measurement with a barostat, which allows only {}: measure the density at this pressure first, then use it in a scene without the barostat",
                 OF_ANY_VOLUME.join(" and ")
             );
             refuse(root.key("measure").key(key), "given", expected)

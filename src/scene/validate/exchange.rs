@@ -176,7 +176,7 @@ impl SceneBuilder {
             return refuse(ConfigPath::entry("interaction", index).key("restitution"), restitution, LOSSLESS);
         }
         if let Some(rate) = scene.shear_rate {
-            let expected = "no shear with [exchange]: a sheared fluid has no equilibrium";
+            let expected = "to be absent with [exchange]: a sheared fluid has no equilibrium";
             return refuse(root.key("space").key("shear_rate"), rate, expected);
         }
         for (axis, name) in AXES.into_iter().enumerate() {

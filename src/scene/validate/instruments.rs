@@ -24,7 +24,7 @@ pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError
         return refuse("structure_factor", "given in a box without a periodic axis", expected);
     }
     if plan.chains.is_some() && scene.bonds.is_empty() {
-        return refuse("chains", "given without bonds", "no chains, or particles with bonds: a [[chain]] or [[bond]]");
+        return refuse("chains", "given without bonds", "no chains, or bonds from [[chain]] or [[bond]]");
     }
     Ok(())
 }

@@ -161,7 +161,7 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
                 return refuse(side(axis), upper[axis], expected);
             }
             Boundary::Periodic if extent > space.size[axis] * (1.0 + 1e-9) => {
-                let expected = format!("a grid that is no longer than the period of {}", space.size[axis]);
+                let expected = format!("a grid no longer than the period of {}", space.size[axis]);
                 return refuse(side(axis), upper[axis], expected);
             }
             _ => {}

@@ -33,7 +33,7 @@ pub(super) fn check_motions(surface: &SceneSurface, space: &Space, of: &ConfigPa
             return refuse(
                 of.key("motion").index(index).key("until"),
                 motion.until,
-                "an earlier end: the surface moves to infinity",
+                "an earlier end: by then the surface has moved to infinity",
             );
         }
     }

@@ -133,7 +133,8 @@ impl SceneParts {
         if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {
             let at = ConfigPath::entry("stage", index).key("grow");
             if !(is_alone && interactions.are_hard_spheres() && self.shear_rate.is_none()) {
-                let expected = "no growth, or only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
+                let expected =
+                    "only hard spheres without bonds, in a periodic box without gravity, static particles or shear";
                 return refuse(at, "given", expected);
             }
         }
@@ -143,7 +144,7 @@ impl SceneParts {
         let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
         if rate == 0.0 || !is_alone || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
             let expected = format!(
-                "no shear, or a rate other than 0 in a periodic box of at least 4 ranges ({}) along each axis, without gravity or static particles",
+                "a rate other than 0, in a periodic box that is at least 4 ranges ({}) long along each axis and has no gravity or static particles",
                 4.0 * longest
             );
             return refuse(at, rate, expected);
@@ -167,8 +168,7 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
             "no thermostat, or particles that move",
         ),
         ThermostatError::NoTemperature | ThermostatError::Rescaling => {
-            let expected =
-                "\"andersen\": scaling velocities needs a temperature: two or more moving particles, without gravity";
+            let expected = "\"andersen\": scaling velocities needs two or more moving particles, without gravity";
             refuse(at.key("kind"), "\"rescaling\"", expected)
         }
     }
@@ -270,7 +270,7 @@ pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneErro
         };
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
         if 2.0 * range > shortest {
-            let expected = format!("a box of at least two diameters, which grow to {range:.4}, or more particles");
+            let expected = format!("a box at least two final diameters long ({range:.4} each), or more particles");
             return refuse(ConfigPath::root().key("space").key("size"), shortest, expected);
         }
         if matches!(growth.until, GrowthTarget::PackingFraction(_)) {

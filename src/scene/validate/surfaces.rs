@@ -100,7 +100,11 @@ impl SceneBuilder {
         for stage in stages.iter().take_while(|stage| stage.name != name) {
             let Some(duration) = stage.duration() else {
                 let value = format!("\"{name}\", which begins when \"{}\" has ended", stage.name);
-                return refuse(at.clone(), value, "earlier stages of known duration, with `until_time` only");
+                return refuse(
+                    at.clone(),
+                    value,
+                    "earlier stages that end only by `until_time`, so that their durations are known",
+                );
             };
             time += duration;
         }

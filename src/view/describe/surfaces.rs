@@ -251,6 +251,6 @@ fn started_inside(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh, re
         (all + 1, within + usize::from(inside.contains(&particle.position)))
     });
     (within > 0 && within < all).then(|| {
-        format!("{} of {} start inside of mesh `{}`, the others outside", within, plural(all, "particle"), surface.name)
+        format!("{} of {} start inside mesh `{}`, the others outside", within, plural(all, "particle"), surface.name)
     })
 }

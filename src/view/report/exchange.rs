@@ -187,7 +187,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
     let rows: Vec<Vec<String>> = results.temperatures.iter().enumerate().map(row).collect();
     let (what, whose) =
         if is_swapped { ("attempts to swap", OVER_REPLICAS) } else { ("samples of each replica", REWEIGHTED) };
-    let caption = format!("Averages over {} {what}, a time of {}", results.attempts, digits(results.duration));
+    let caption = format!("Averages over {} {what} in a time of {}", results.attempts, digits(results.duration));
     table(&caption, &heads, &rows)
         + &peak(summary)
         + &mean_force::sentence(summary)
@@ -309,7 +309,11 @@ fn entropy(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
     let titles = ["temperature [energy]".to_owned(), "entropy per particle".to_owned()];
     let points = between(summary, "entropy_per_particle");
     let curves = measured_curve("Entropy per particle", titles, is_logarithmic, points);
-    curves_figure(&curves.label, &curves, &format!("Relative to the highest temperature, in units of k_B. {TOGETHER}"))
+    curves_figure(
+        &curves.label,
+        &curves,
+        &format!("In units of k_B, relative to the entropy at the highest temperature. {TOGETHER}"),
+    )
 }
 
 fn density_of_states(summary: &ExchangeSummary) -> Option<String> {

@@ -98,7 +98,7 @@ impl Chains {
                 format!("Distribution of the end-to-end distance of {n} particles"),
             );
             let method = format!(
-                "probability density of |r_n - r_1| over {} linear chains of {n} particles, up to {}",
+                "probability density of |r_n - r_1| over {} linear chains of {n} particles, for distances up to {}",
                 group.components,
                 digits(longest)
             );

@@ -103,7 +103,7 @@ mod tests {
         }
         assert_eq!(histogram.mean(), Some(4.0));
         let (width, bins) = histogram.density();
-        assert_eq!(width, 2.0, "16 bins up to eight means of 4");
+        assert_eq!(width, 2.0, "16 bins from 0 to eight times the mean, which is 4");
         // Four of the 16 bins have 1000 of the 4000 values each.
         let full = Estimate { mean: 0.125, standard_error: Some(1000.0_f64.sqrt() / 8000.0) };
         assert_eq!(bins[3], Some(full));

@@ -105,13 +105,13 @@ fn cutoff_shortened_by_a_period_is_reported() {
     let system = SystemDescription::of_points(space.clone(), 5);
     let curve = &measure(&system, &plan(4.0, 6), &random_frames(9, 5, &space)).curves[0];
     assert_eq!(curve.variables[0].values[5], 2.75);
-    let why = "the cutoff is 3 instead of 4: at most half of the period along y";
+    let why = "the cutoff is 3 instead of 4, because it cannot exceed half of the period along y";
     assert!(curve.method.ends_with(why), "{}", curve.method);
     assert_eq!(shortened_cutoff(&plan(4.0, 6), &system).as_deref(), Some(why));
     assert_eq!(shortened_cutoff(&plan(3.0, 6), &system), None);
     let box_of_walls = SystemDescription::of_points(Space { boundary: [Boundary::OPEN; 3], ..space }, 5);
     let beyond = shortened_cutoff(&plan(20.0, 6), &box_of_walls).unwrap();
-    assert!(beyond.ends_with("instead of 20: at most the diagonal of the box"), "{beyond}");
+    assert!(beyond.ends_with("instead of 20, because it cannot exceed the diagonal of the box"), "{beyond}");
 }
 
 #[test]

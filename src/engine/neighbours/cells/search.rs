@@ -67,7 +67,7 @@ impl Cells {
     fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(
             clippy::cast_possible_truncation,
-            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+            reason = "`affordable` in scene/limits.rs accepts at most MOST_PARTICLES particles"
         )]
         let last = self.next.len() as u32 - 1;
         let particle = head.min(last);

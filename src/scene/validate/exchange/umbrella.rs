@@ -91,7 +91,7 @@ pub(super) fn check_groups(scene: &Scene, plan: &ExchangePlan) -> Result<(), Sce
     for (index, group) in umbrella.between.iter().enumerate() {
         let bonds = scene.bonds.iter().filter(|bond| holds(bond)).map(|bond| bond.pair);
         if Component::of_group(group, bonds).is_none() {
-            let expected = "particles that are bonded together by bonds shorter than half a period: other groups have no centre in a periodic box";
+            let expected = "particles connected by bonds shorter than half a period: other groups have no centre in a periodic box";
             return refuse(at().key("between").index(index), ids(group), expected);
         }
     }

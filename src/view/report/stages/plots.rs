@@ -102,5 +102,5 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         lines: vec![Line { points: points.into_iter().map(Some).collect(), ..Line::default() }],
         ..Curves::default()
     };
-    curves_figure(&title, &curves, "For each measured stage against its mean temperature. Bars: standard errors.")
+    curves_figure(&title, &curves, "Each point is a measured stage at its mean temperature. Bars: standard errors.")
 }
