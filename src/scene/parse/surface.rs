@@ -117,18 +117,7 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
             corners(&lower, &upper, 0..3, at)?;
             SurfaceShape::Mesh(TriangleMesh::cuboid(&lower, &upper))
         }
-        "parallelogram" => {
-            let (corner, one, other) = (keys.vector("corner")?, keys.vector("edge_1")?, keys.vector("edge_2")?);
-            finite_vector(&corner, &at.key("corner"))?;
-            finite_vector(&one, &at.key("edge_1"))?;
-            finite_vector(&other, &at.key("edge_2"))?;
-            // Because of round-off, the cross product of parallel edges may be nonzero.
-            if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
-                return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
-            }
-            let vertices = vec![corner, corner + one, corner + one + other, corner + other];
-            SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] })
-        }
+        "parallelogram" => parallelogram(keys)?,
         "disc" => {
             let radius = positive(keys.need("radius")?, at.key("radius"))?;
             turned("centre", &[[0.0, 0.0], [radius, 0.0]], file, keys)?
@@ -147,6 +136,20 @@ fn parse_shape(word: &str, file: &SurfaceFile, keys: &Keys<'_>) -> Result<Surfac
         }
         _ => turned("base", &keys.need::<Vec<[f64; 2]>>("profile")?, file, keys)?,
     })
+}
+
+fn parallelogram(keys: &Keys<'_>) -> Result<SurfaceShape, SceneError> {
+    let at = keys.at;
+    let (corner, one, other) = (keys.vector("corner")?, keys.vector("edge_1")?, keys.vector("edge_2")?);
+    finite_vector(&corner, &at.key("corner"))?;
+    finite_vector(&one, &at.key("edge_1"))?;
+    finite_vector(&other, &at.key("edge_2"))?;
+    // Because of round-off, the cross product of parallel edges may be nonzero.
+    if one.cross(&other).norm() <= 1e-9 * one.norm() * other.norm() {
+        return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
+    }
+    let vertices = vec![corner, corner + one, corner + one + other, corner + other];
+    Ok(SurfaceShape::Mesh(TriangleMesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] }))
 }
 
 fn turned(

@@ -1,7 +1,8 @@
 //! Tests of distances restrained to umbrella windows.
 
 use super::*;
-use crate::engine::Until;
+use crate::engine::domains::Domains;
+use crate::engine::{SingleThread, Until};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Potential, Scene};
 use crate::scene::{Amount, Lattice, SceneBuilder, SpeciesDraft};
