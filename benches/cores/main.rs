@@ -37,14 +37,15 @@ const FREEZING: f64 = 0.494;
 const HEAD: &str = "\
 # One system on several cores
 
-Speed of two threads relative to one, measured in alternating turns, and an estimate for more cores:
-[what this means](../../docs/parallel.md#speed-on-many-cores). Made by
+This page gives the measured speed of two threads relative to one thread, from alternating runs, and an estimate for more cores. [One system
+on several cores and machines](../../docs/parallel.md#speed-on-many-cores) explains the numbers. Made by
 
     cargo bench --bench cores
 
-If there are more domains than cores, the domains were simulated one after the other on one thread. The time of a window is then the time
-of its slowest domain, and the time for comparison and exchange is divided by the number of domains. Contention for memory bandwidth is
-not included. Ratios compare runs made side by side. Rates depend on the machine, which is named wherever they are quoted.
+If there are more domains than cores, one thread simulated the domains one after the other. The time of a window is then the time of its
+slowest domain, and the time for comparison and exchange is divided by the number of domains. The estimate neglects that several cores
+compete for memory bandwidth. The ratios compare runs that were made side by side. The rates depend on the machine. Documents that quote
+rates name the machine.
 
 ![Speed against the number of cores](cores.svg)
 

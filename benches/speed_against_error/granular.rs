@@ -72,17 +72,18 @@ const EXPLANATION: &str = "
 
 Carom is compared with a plain discrete element method written for this report: linear springs and dashpots along the line of centres,
 leapfrog integration, neighbour lists, one thread. Mass and diameter are 1. The dashpot constant follows from the spring constant and the
-restitution. The contact of a pair lasts `pi / sqrt(omega^2 - eta^2)`, and the time step is a fraction of this duration. Carom has neither
-parameter, but heaps need its TC model, whose contact time `t_c` is varied. For the column and the line, times include the set-up of the
-run. In the plots, values below 1e-17 are drawn at 1e-17.
+restitution. The contact of a pair lasts `pi / sqrt(omega^2 - eta^2)`, and the time step is a fraction of this duration (`omega` is the
+frequency of the undamped spring, and `eta` its decay rate). Carom has neither a spring constant nor a time step. However, heaps need
+Carom's TC model, and the benchmark varies its contact time `t_c`. For the column and the three spheres, the processor times include the
+set-up of the run. In the plots, values below 1e-17 are drawn at 1e-17.
 
 ";
 
 const LIMITS: &str = "
-*What it shows*: where grains are meant to be hard, springs pay for hardness with time steps: the error falls with the stiffness, and the
-cost grows with its square root. An overlap at the start adds energy to a system of springs, but not to an event-driven one. In a heap at
-rest the advantage is reversed: lasting contacts cost a spring nothing, while an event-driven run pays for each of its contacts again every
-`t_c`.
+*What it shows*: to simulate hard grains, springs need small time steps. The error of a spring decreases with its stiffness, and the cost
+grows with the square root of the stiffness. An overlap at the start adds energy to a simulation with springs, but not to an event-driven
+simulation. In a heap at rest, the advantage is reversed. Lasting contacts do not increase the cost of springs, but an event-driven
+simulation repeats each lasting contact after every `t_c`.
 
 *What it does not show*: friction, rotation and cohesion; grains whose softness matters; springs with other force laws (Hertz); the
 packing of a real heap. Haff's law is itself an approximation (it neglects correlations between velocities), and differences of less than

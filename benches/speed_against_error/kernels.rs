@@ -101,20 +101,23 @@ const EXPLANATION: &str = "
 ## Kernels
 
 One call takes the coefficients of an overlap function and returns the time of the next event, or none. An oracle that computes with
-integers decides which answer is right. *Error* is the relative error of times after now that belong to the right event (closer than
-1 part in 100). *Allowed* is how far rounding of the coefficients and of `f` may move the exact root, plus one ulp. A verdict that is
-right for coefficients within their rounding counts as *within rounding*. Any other event that is not found is *missed*. Any other event
-that is returned but does not take place, or not yet, is *invented*. Each problem has 1,000 ordinary and 1,000 hard states, from a fixed
-seed. Hard states are contact to the last bit, grazing, overlap, states one float from contact and, with acceleration, tiny accelerations.
+integers decides which answer is right. *Error* is the relative error of a returned time in the future, if it belongs to the right event
+(closer than 1 part in 100). *Allowed* is the largest shift of the exact root that rounding of the coefficients and of `f` may cause, plus
+one ulp. If an answer is wrong, but right for coefficients that differ by no more than their rounding, it counts as *within rounding*. In
+all other cases, an event that the method does not find is *missed*. An event that the method returns is *invented* if it does not take
+place, or takes place later. Each problem has 1,000 ordinary and 1,000 hard states, from a fixed seed. Hard states are pairs exactly in
+contact, pairs one floating-point number from contact, grazing pairs, overlapping pairs and, with acceleration, pairs with tiny
+accelerations.
 
-*What it shows*: what one call costs and how far its answer can be trusted, on the states that break codes. In ordinary states most methods
-are good enough. They differ in the hard states, where a missed event lets particles pass through each other. An invented event
-moves nothing, but is repeated. Large relative errors in hard states come from a badly conditioned root: compare *worst / allowed*.
+*What it shows*: the cost of one call of a detection function, and how reliable the answer is in states in which many codes fail. In
+ordinary states most methods are good enough. The methods differ in the hard states. A missed event lets particles pass through each other.
+An invented event changes nothing, but is predicted again and again. If a relative error in the hard states is large, the root is badly
+conditioned: compare *worst / allowed*.
 
-*What it does not show*: how often a simulation meets hard states (dense, sticky and heaped systems do so all the time); what a kernel
-costs inside a loop that is limited by memory access; methods with an additional remedy, such as skipping the pair that has just collided.
-The paper's algorithms take the roots of `f'` in closed form from the crate `roots` and bisect to a relative width; a better cubic solver
-would improve them. The methods with fixed steps stop at a time of 100.
+*What it does not show*: how often a simulation has hard states (dense systems, sticky particles and heaps have them all the time); the cost
+of a detection function inside a loop that is limited by memory access; methods with an additional remedy, such as skipping the pair that
+has just collided. In this comparison, the paper's algorithms take the roots of `f'` from the closed-form solver of the crate `roots`, and
+bisect down to a relative width. A better cubic solver would improve these algorithms. The methods with fixed steps stop at a time of 100.
 
 ";
 

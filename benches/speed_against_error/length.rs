@@ -72,11 +72,11 @@ The systems are 500 hard spheres (packing fraction 0.40) and 500 square wells (l
 `cargo bench --bench long_runs`. *Energy error* is the deviation from the initial energy and *momentum drift* the deviation from the initial
 momentum, both relative. *Deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
 
-*What it shows*: errors of energy and momentum stay below a random walk with one rounding of the total per event. Overlaps are as
-small as one rounding of a coordinate, however long the run. Nothing accumulates in proportion to the number of events.
+*What it shows*: the errors of energy and momentum stay below the error of a random walk with one rounding of the total per event. Overlaps
+are as small as one rounding of a coordinate, even in long runs. No error grows in proportion to the number of events.
 
-*What it does not show*: that trajectories are right. They are chaotic: two trajectories that differ in the last digit diverge within a few
-tens of events per particle. `carom verify` shows what can be shown about them.
+*What it does not show*: whether trajectories are right. Trajectories are chaotic: if two trajectories differ in the last digit, they
+diverge within a few tens of events per particle. `carom verify` proves what can be proven about a trajectory.
 
 ";
 

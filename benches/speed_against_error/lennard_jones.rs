@@ -163,22 +163,22 @@ const EXPLANATION: &str = "
 ## Lennard-Jones
 
 The system is a Lennard-Jones fluid of 864 particles, with the potential cut off at 2.5 and shifted to zero there. *Stepped* is Carom with
-this potential in n steps, and each step is the average over the volume of its shell. *Velocity Verlet* is a plain baseline written for this
-report (neighbour lists from cells, one thread, no hand-written SIMD). All runs of a fluid start from one configuration with the same total
-energy. Both methods conserve it, so the ensemble is the same (N, V, E). The tables compare the mean potential energy per particle and the
-pressure. Errors are differences from velocity Verlet at the smallest time step. The columns *+-* give the standard error of the difference,
-from block averages; in the row of the reference, they give its own standard error. Runs end after a given simulated time or a given
-processor time. A stepped run that covers only a few units of time shows its cost, but has hardly left the initial configuration. A row of
-dashes is a run that blew up. Potentials with fewer steps are not listed: in them, the initial configuration has a potential energy above
-the total energy.
+this potential divided into n steps. The energy of each step is the average over the volume of its shell. *Velocity Verlet* is a plain
+baseline written for this report (neighbour lists from cells, one thread, no hand-written SIMD). All runs of a fluid start from one
+configuration with the same total energy. Both methods conserve the total energy, so the ensemble is the same (N, V, E). The tables compare
+the mean potential energy per particle and the pressure. Errors are differences from velocity Verlet at the smallest time step. The columns
+*+-* give the standard error of the difference, from block averages; in the row of the reference, they give its own standard error. Runs end
+after a given simulated time or a given processor time. A stepped run that covers only a few units of time shows the cost of the potential,
+but is still close to the initial configuration. A row of dashes is a run that diverged. The tables do not list potentials with fewer steps,
+because the potential energy of the initial configuration would exceed the total energy.
 
-*What it shows*: for a smooth potential, time steps are the better discretisation. A stepped potential with few steps describes
-a different fluid, and every step costs events. Steps in the potential conserve the total energy exactly; with large time steps, it drifts.
-A stepped potential pays off where it is the model itself, or where few steps are enough.
+*What it shows*: for a smooth potential, time steps are a better discretisation than steps of the potential. A stepped potential with few
+steps describes a different fluid, and every step costs events. With a stepped potential the total energy is conserved exactly; with large
+time steps it drifts. A stepped potential is worthwhile if it is the model itself, or if few steps are enough.
 
-*What it does not show*: fewer steps, placed more carefully than at equal widths; transport; long-range or many-body
-forces; the gain of a vectorised or parallel code; errors below the standard error: *0.001 +- 0.002* only says that no error was
-found. The standard errors of runs shorter than about ten units of time are themselves uncertain.
+*What it does not show*: potentials with fewer steps of unequal, carefully chosen widths; transport coefficients; long-range or many-body
+forces; the gain of vectorised or parallel codes; errors below the standard error. For example, *0.001 +- 0.002* only says that no error was
+found. For runs shorter than about ten units of time, the standard errors are uncertain, too.
 
 ";
 

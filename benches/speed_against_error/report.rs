@@ -4,7 +4,7 @@ use super::{FOLDER, Outcome, SECTIONS};
 
 const OPENING: &str = "# Speed against error
 
-The accuracy that Carom and the usual alternatives reach at a given speed. Made by
+This page shows the accuracy that Carom and the usual alternatives reach at a given speed. Made by
 
     cargo bench --bench speed_against_error
 

@@ -118,14 +118,14 @@ const EXPLANATION: &str = "
 ## Size
 
 Hard spheres start from the face-centred cubic lattice and are numbered in random order. Each row is measured in a separate process.
-*Start-up* is the processor time from the scene to the first event. Memory is the peak memory of the process, including the scene and the
-program, so that in small systems the program itself has a large share.
+*Start-up* is the processor time from the scene to the first event. *Memory* is the peak memory of the process, including the scene and the
+program. In small systems, the program itself takes a large part of this memory.
 
-*What it shows*: how the cost of an event grows with the number of particles, at the density of a liquid and of a gas, and how much memory a
-particle takes. The cost grows because memory access becomes slower; the work per event is the same.
+*What it shows*: how the time per event grows with the number of particles, at the density of a liquid and at the density of a gas, and how
+much memory a particle takes. The time grows because memory access becomes slower. The work per event stays the same.
 
-*What it does not show*: other potentials; long runs of the largest sizes, whose lattice has hardly begun to melt (see the column of
-contacts before the measurement); runs so long that particles near in memory are no longer near in space.
+*What it does not show*: other potentials; long runs of the largest systems, whose lattice has hardly begun to melt (see the column of
+contacts before the measurement); very long runs, in which particles that are close in memory are no longer close in space.
 
 ";
 

@@ -8,11 +8,12 @@ use std::process::Command;
 const COMMAND: &str = "CAROM_ORACLE=50000 cargo test --release --test oracle -- --nocapture";
 
 const EXPLANATION: &str = "\
-The oracle decides the rule in exact arithmetic (`tests/oracle`). *Within rounding*: the verdict differs, or the time by more \
-than the bound, and a polynomial was found whose coefficients differ from the exact ones by no more than their rounding and \
-for which the oracle gives Carom's answer. *Error* is that of times after now where the verdicts agree. *Allowed* is how \
-far the exact root moves when f does by the rounding of its coefficients and of its evaluation, plus one ulp of the time; the \
-test's bound is 3 (4 for Algorithm 1), derived in `tests/oracle/compare.rs`.\n";
+The oracle (`tests/oracle`) applies the paper's rule in exact arithmetic. A state counts as *within rounding* under two \
+conditions. First, Carom and the oracle give different verdicts, or their times differ by more than the bound. Second, there \
+is a polynomial for which the oracle gives Carom's answer, and whose coefficients differ from the exact coefficients by no \
+more than their rounding. *Error* is the error of Carom's time, for events in the future on which Carom and the oracle \
+agree. *Allowed* is the shift of the exact root that the rounding of the coefficients of f and of its evaluation may cause, \
+plus one ulp of the time. The bound on *error / allowed* is 3 (4 for Algorithm 1); `tests/oracle/compare.rs` derives it.\n";
 
 pub fn page(totals: &mut [(Algorithm, Tally)], families: &str, seed: u64) -> String {
     let mut page = format!(
@@ -63,7 +64,8 @@ fn evaluations(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
 
 fn closed_forms(page: &mut String, totals: &mut [&mut (Algorithm, Tally)]) {
     *page += "\n## Closed forms of the crate `roots`\n\n\
-        The nearest of all returned roots; the error of those within one part in 1000.\n\n\
+        Of all roots that the closed form returns, the one nearest to the exact root counts. The table gives the errors of \
+        roots within one part in 1000 of the exact root.\n\n\
         | polynomial, algorithm | roots | relative error: median | 99.9 % | worst found | above 1e-6 | missed |\n\
         |---|---|---|---|---|---|---|\n";
     for (algorithm, total) in totals {

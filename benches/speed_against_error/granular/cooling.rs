@@ -18,8 +18,8 @@ pub const EXPLANATION: &str = "### A cooling gas
 1,372 grains at a packing fraction of 0.10 and a restitution of 0.9 start from the equilibrium of elastic spheres at T = 1 (six seeds).
 Haff's law gives `T = 1 / (1 + (1 - e^2)(1 + 3 a2 / 16) omega t / 6)^2` at t = 10, with Enskog's collision rate `omega` and the deviation
 `a2` from Maxwell's velocity distribution (van Noije and Ernst, Granular Matter 1, 57, 1998). *Error* is the relative error of the mean over
-the seeds, with its standard error. *Ledger* is the initial energy minus the final energy and the energy lost in contacts, as a relative
-error.";
+the seeds, with its standard error. *Ledger* is the relative error of the energy balance: the initial energy minus the final energy and
+minus the energy lost in contacts.";
 
 const GRAINS: u64 = 1_372;
 const PACKING_FRACTION: f64 = 0.10;

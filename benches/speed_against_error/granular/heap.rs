@@ -16,8 +16,8 @@ pub const SHEET: &str = "granular_heap";
 pub const EXPLANATION: &str = "### A heap
 
 216 grains, placed at random, fall on a floor of 6 x 6 diameters with periodic sides, at gravity 1 with a restitution of 0.5 (three seeds).
-*Height* is the height of the centre of mass at t = 30. *Difference* is its difference from the result of the stiffest springs, with the
-standard error of three heaps; no exact value is known. The deepest overlap is the deepest in the whole run.";
+*Height* is the height of the centre of mass at t = 30. *Difference* is the difference between this height and the height with the stiffest
+springs, with the standard error of three heaps. The exact height is not known. The deepest overlap is the deepest in the whole run.";
 
 const GRAINS: u64 = 216;
 const BASE: f64 = 6.0;

@@ -15,9 +15,9 @@ pub const SHEET: &str = "granular_three_spheres";
 
 pub const EXPLANATION: &str = "### Three spheres on a line
 
-Elastic spheres on a line collide twice; their positions at t = 10 are known exactly. In `configs/elastic_spheres_1d.toml`, here in units of
-the diameter, the first two overlap by 0.02 at the start and approach each other. The stable rule lets them collide at once. The other start
-has a gap of 0.02 instead.";
+Elastic spheres on a line collide twice; their positions at t = 10 are known exactly. In the scene `configs/elastic_spheres_1d.toml`, here
+in units of the diameter, the first two spheres overlap by 0.02 at the start and approach each other. With the paper's stable rule, they
+collide at once. In a second initial state, there is a gap of 0.02 instead of the overlap.";
 
 pub const VALID: &str = "three spheres: valid start";
 pub const OVERLAPPED: &str = "three spheres: overlapped start";
