@@ -169,8 +169,8 @@ configuration with the same total energy. Both methods conserve the total energy
 the mean potential energy per particle and the pressure. Errors are differences from velocity Verlet at the smallest time step. The columns
 *+-* give the standard error of the difference, from block averages; in the row of the reference, they give its own standard error. Runs end
 after a given simulated time or a given processor time. A stepped run that covers only a few units of time shows the cost of the potential,
-but is still close to the initial configuration. A row of dashes is a run that diverged. The tables do not list potentials with fewer steps,
-because the potential energy of the initial configuration would exceed the total energy.
+but is still close to the initial configuration. A row of dashes is a run that diverged. Potentials with fewer steps than
+listed cannot be simulated: with them, the potential energy of the initial configuration exceeds the total energy.
 
 *What it shows*: for a smooth potential, time steps are a better discretisation than steps of the potential. A stepped potential with few
 steps describes a different fluid, and every step costs events. With a stepped potential the total energy is conserved exactly; with large

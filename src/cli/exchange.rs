@@ -151,7 +151,7 @@ impl ExchangeCommand {
             return Err(Failure::bad_input(message, Some("start an exchange with a scene that has [exchange]")));
         }
         if !self.changes.are_none() || self.out.is_some() {
-            let help = format!("for another exchange of its scene, run carom exchange {} with --out", file.display());
+            let help = format!("to run another exchange with its scene: carom exchange {} with --out", file.display());
             let message = "an exchange continues unchanged: --seed, --set, --from and --out are for new exchanges";
             return Err(Failure::bad_input(message, Some(&help)));
         }

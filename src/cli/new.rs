@@ -37,7 +37,7 @@ const SCENES: [Choice<&str>; 27] = [
         Some("A Lennard-Jones liquid with a stepped potential"),
         include_str!("../../configs/stepped_lennard_jones.toml"),
     ),
-    ("hopper", Some("Grains that run out of a hopper of static spheres"), include_str!("../../configs/hopper.toml")),
+    ("hopper", Some("Grains that flow out of a hopper of static spheres"), include_str!("../../configs/hopper.toml")),
     (
         "pendulum",
         Some("A chain of bonded beads with a bob, under gravity"),
@@ -77,7 +77,7 @@ const SCENES: [Choice<&str>; 27] = [
         include_str!("../../configs/equation_of_state.toml"),
     ),
     ("live", Some("Disks with sliders, for carom live"), include_str!("../../configs/maxwell.toml")),
-    ("outlet", Some("Grains that run out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
+    ("outlet", Some("Grains that flow out of a silo with smooth walls"), include_str!("../../configs/outlet.toml")),
     ("funnel", Some("Grains of three sizes in a smooth funnel"), include_str!("../../configs/funnel.toml")),
     ("piston", Some("A gas below a moving piston"), include_str!("../../configs/piston.toml")),
     ("drum", Some("Grains in a rotating drum"), include_str!("../../configs/rotating_drum.toml")),

@@ -79,7 +79,7 @@ impl Verify {
         let file = Folder::scene_of(&self.run);
         if file.exists() && !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
-            let message = "a run can be proven only unchanged: --seed and --set need a scene file";
+            let message = "a run is proven as it was simulated: --seed and --set need a scene file";
             return Err(Failure::bad_input(message, Some(&help)));
         }
         let (scene, recorded) = load_run(&self.run)?;

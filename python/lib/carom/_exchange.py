@@ -300,7 +300,7 @@ class Exchange(InFolder):
         return self._table("density_of_states.csv", "density of states")
 
     def _table(self, name: str, what: str, *, of_windows: bool = False) -> Table:
-        """Reads a table that exists only for exchanges between windows, or only for those between temperatures."""
+        """Reads a table that not every exchange has: some tables need windows, others need temperatures."""
         if (len(self.windows) > 0) != of_windows:
             between = "temperatures" if of_windows else "windows of a distance"
             raise FolderError(f"{self.folder} has no {what}: it is an exchange between {between}")

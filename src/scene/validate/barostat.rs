@@ -141,11 +141,11 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
     let Some(bond) = Molecules::of(scene, masses).bond_around_the_box(scene) else { return Ok(()) };
     let [a, b] = bond.pair.map(|id| id.0);
-    let what = format!("given with a ring of bonds around the box, closed by the bond of particles {a} and {b}");
+    let what = format!("given with a chain of bonds that crosses the periodic box and returns to itself, through the bond between particles {a} and {b}");
     refuse(
         at.clone(),
         what,
-        "molecules that do not span the box: only their bonds keep their lengths when the volume changes",
+        "molecules that do not span the box: bonds across the whole box would be stretched when the volume changes",
     )
 }
 

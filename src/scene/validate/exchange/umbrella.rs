@@ -41,7 +41,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
         }
         if !(*upper > *lower && upper - lower >= NARROWEST * upper && *upper <= LARGEST) {
             let expected =
-                format!("more than {}, the lower end of the window, by at least a millionth", shortest(*lower));
+                format!("at least a millionth more than {}, the lower end of the window", shortest(*lower));
             return refuse(key.index(index).index(1), shortest(*upper), expected);
         }
     }
