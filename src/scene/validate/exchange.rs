@@ -75,7 +75,9 @@ impl SceneParts {
             ExchangeEnsemble::Multicanonical => {
                 "\"multicanonical\", whose weights follow from the energies of its equilibration"
             }
-            ExchangeEnsemble::Umbrella => "\"umbrella\", because the replicas move into their windows during the equilibration",
+            ExchangeEnsemble::Umbrella => {
+                "\"umbrella\", because the replicas move into their windows during the equilibration"
+            }
         };
         let at = ConfigPath::root().key("run");
         let expected = format!("at least {LEAST_LEARNING} times exchange.interval with the ensemble {why}");

@@ -40,8 +40,7 @@ pub(super) fn check_windows(plan: &ExchangePlan) -> Result<(), SceneError> {
             return refuse(key.index(index).index(0), shortest(*lower), "zero or a number up to 1e50");
         }
         if !(*upper > *lower && upper - lower >= NARROWEST * upper && *upper <= LARGEST) {
-            let expected =
-                format!("at least a millionth more than {}, the lower end of the window", shortest(*lower));
+            let expected = format!("at least a millionth more than {}, the lower end of the window", shortest(*lower));
             return refuse(key.index(index).index(1), shortest(*upper), expected);
         }
     }
