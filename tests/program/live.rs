@@ -68,7 +68,7 @@ fn live_rejects_unsupported_scenes_and_modules_without_writing() {
     place.write("replicas.toml", &FLUID.replace("[run]", exchange));
     let before = contents(place.path());
     for (arguments, expected) in [
-        (["scene.toml", "--module", "nothing.wasm"], "nothing.wasm cannot be read"),
+        (["scene.toml", "--module", "nothing.wasm"], "cannot read nothing.wasm"),
         (["scene.toml", "--module", "plain.wasm"], "not an engine for browsers"),
         (["later.toml", "--module", "engine.module"], "starts from a run"),
         (["replicas.toml", "--module", "engine.module"], "[exchange]"),
