@@ -88,8 +88,8 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    // Time of at least a million events. Short advances would be slow, because several threads return the complete
-    // state to a single engine at the end of an advance.
+    // Simulated time in which at least a million events are expected. Short advances would be slow, because several
+    // threads return the complete state to a single engine at the end of an advance.
     let chunk = simulation.time() / before as f64 * (8.0 * particles).max(1e6);
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {

@@ -336,7 +336,7 @@ fn print_report(text: &str) -> Result<(), Failure> {
     print(&terminal::fitted(text))
 }
 
-/// If standard error is closed, the results are still complete.
+/// Ignores a closed stderr, because the results are complete without the warning.
 fn warn(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

@@ -62,7 +62,7 @@ pub trait Recorder {
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
     /// Records a frame of the present state of a simulation, without additional scalars. A recorder can override this
-    /// method, so that no snapshot is created.
+    /// method to avoid creating a snapshot.
     ///
     /// # Errors
     /// If the frame cannot be recorded.

@@ -173,8 +173,8 @@ impl Scene {
         Ok(file.species.into_iter().map(|species| species.name).collect())
     }
 
-    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices. Two keys that
-    /// mean the same value then have the same steps.
+    /// Returns the steps of each dotted key, with the names of list entries replaced by their indices. Keys that refer
+    /// to the same value then have the same steps.
     pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
         let source = source::Source::new("", text.to_owned(), set);
         keys.iter().map(|key| source.place(key)).collect()

@@ -70,8 +70,8 @@ struct Row {
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Steps of all domains, divided by the steps of their own particles. Domains also simulate copies of the particles
-    /// of other domains.
+    /// Number of steps, including the steps of copies, divided by the number without copies. Each domain also simulates
+    /// copies of particles that belong to other domains.
     steps: f64,
     /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,

@@ -1,4 +1,4 @@
-//! Systems to test error estimates. The errors of their means have different origins.
+//! Systems for testing error estimates. The errors of their means have different causes.
 
 /// A system, and the length of a short run of it.
 #[derive(Debug)]

@@ -95,8 +95,8 @@ impl Tally {
     }
 }
 
-/// Compares the scatter of the means with the claimed errors. `None` for constants, and for observables of fewer than
-/// two runs.
+/// Compares the scatter of the means with the claimed errors. `None` if the observable is constant, or if fewer than
+/// two runs have a mean.
 fn verdict(runs: &[Claim]) -> Option<Verdict> {
     let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
     // Errors of conserved quantities are only round-off and are left out.

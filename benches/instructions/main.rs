@@ -49,7 +49,7 @@ fn run_all(names: &[String]) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Instructions of all counted events, and cell transitions per event.
+/// Returns the number of instructions for all counted events, and the number of cell transitions per event.
 fn count(name: &str) -> Result<(f64, f64), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("callgrind.out");

@@ -56,7 +56,7 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
     Ok(text)
 }
 
-/// Smallest value on the logarithmic axis. Smaller values, such as zero, are drawn here.
+/// Lower limit of the logarithmic axis. Smaller values, such as zero, are drawn at this limit.
 const FLOOR: f64 = 1e-18;
 
 /// Colours that colour-blind readers can distinguish.

@@ -23,7 +23,7 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
-/// Smallest magnitude on a logarithmic axis. Smaller magnitudes, such as zero, are drawn here.
+/// Smaller magnitudes, such as zero, are drawn at this value, because the axes are logarithmic.
 const FLOOR: f64 = 1e-17;
 
 /// Okabe and Ito's colours, distinct for colour-blind eyes.

@@ -91,7 +91,8 @@ fn file(name: &str) -> PathBuf {
     PathBuf::from(FOLDER).join(format!("{name}.csv"))
 }
 
-/// Formats a number with as many digits as are worth reading. Other text stays unchanged.
+/// Formats a number with about three significant digits, and whole numbers below a million in full. Other text stays
+/// unchanged.
 fn short(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(x) if !x.is_finite() => "-".to_owned(),

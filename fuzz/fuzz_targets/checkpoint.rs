@@ -10,9 +10,9 @@ use std::fs;
 use carom::run::checkpoint::Checkpoint;
 use libfuzzer_sys::fuzz_target;
 
-/// Size of the length and the checksum at the end, in bytes.
+/// Number of bytes at the end of a checkpoint, for the length of the data and the checksum.
 const TAIL: usize = 12;
-/// Size of the magic number, the version and the layout at the start, in bytes.
+/// Number of bytes at the start of a checkpoint, for the magic number, the version and the layout.
 const HEAD: usize = 32;
 
 fuzz_target!(|bytes: &[u8]| {

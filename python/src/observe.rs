@@ -21,7 +21,7 @@ thread_local! {
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
-/// Functions by name, and the exception of one function. After an exception, no function is called any more.
+/// Functions by name, and the exception that one of them raised. No function is called after an exception.
 struct Functions {
     by_name: Vec<(String, Py<PyAny>)>,
     raised: Option<PyErr>,
@@ -78,7 +78,8 @@ impl Observation {
     /// Calls `work` on this thread. Instruments can call the functions until `work` returns. Returns its result, and
     /// the exception of a function, if any.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-        // A function may itself start a run with other functions, so the present functions are restored afterwards.
+        // A function may itself start a run with other functions. The previous functions are therefore restored
+        // afterwards.
         let before = FUNCTIONS.replace(Some(self.functions()));
         let done = work();
         (done, FUNCTIONS.replace(before).and_then(|functions| functions.raised))

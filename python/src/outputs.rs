@@ -28,8 +28,8 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. If the user has not
-/// named the output, it must not be a link.
+/// Returns the path of a run's trajectory. Rejects an output that would replace a file of the run. Also rejects a link
+/// as the output, unless the user has named it.
 fn trajectory(run: &Path, out: &Path, is_named: bool) -> PyResult<PathBuf> {
     if !is_named {
         refuse_link(out).map_err(|failed| error::output(&failed))?;

@@ -26,7 +26,8 @@ impl Signals {
         self.steps
     }
 
-    /// Whether it is time to check for signals. Other work, such as calls of a callback, can use the same interval.
+    /// Whether a check for signals is due. The caller can do other work, such as calling a callback, at the same
+    /// interval.
     pub fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now - self.looked < INTERVAL {

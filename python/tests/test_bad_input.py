@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # `force=True` lifts the size limit. A file in place of the folder makes these calls fail instead.
+    # With `force=True` there is no size limit. These calls then fail only because a file is in place of the folder.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

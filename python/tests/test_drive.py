@@ -28,7 +28,7 @@ def test_thermalized_velocities_are_maxwellian(fluid: dict) -> None:
     v = simulation.velocities.ravel() / math.sqrt(2.5)
     # Moments of a normal distribution, within four standard errors.
     assert abs((v**4).mean() - 3.0) < 4.0 * math.sqrt(96.0 / v.size) and abs((v**3).mean()) < 4.0 * math.sqrt(15.0 / v.size)
-    # The velocities depend only on the temperature and the seed, not on earlier calls or on the start.
+    # The velocities depend only on the temperature and the seed, not on earlier calls or earlier velocities.
     again = carom.Simulation(large(fluid))
     again.thermalize(2.5, seed=7)
     assert np.array_equal(again.velocities, simulation.velocities)

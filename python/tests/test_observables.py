@@ -89,7 +89,7 @@ def test_copies_and_pickles_are_the_same_value() -> None:
         assert again == X and (again - X).error == 0.0
     product = pickle.loads(pickle.dumps(X * Y))
     assert (product / X - Y).error == pytest.approx(0.0, abs=1e-15)
-    # An independent value with the same mean and error compares equal, but the errors do not cancel.
+    # An independent value with the same mean and error is equal, but the error of the difference is not zero.
     other = Observable(2.5, 0.02, "length", True)
     assert other == X and (other - X).error == pytest.approx(0.02 * math.sqrt(2.0), rel=1e-12)
 

@@ -284,8 +284,8 @@ impl Observer {
                 let series = ensemble.and_then(|(it, volume)| it.fluctuation(volume, average));
                 series.as_ref().unwrap_or(average).stationarity()
             }
-            // A conserved temperature counts as constant even after a few rows. It can change only if a program sets
-            // velocities.
+            // No contact changes a conserved temperature. If its values so far are equal, it counts as constant even if
+            // there are only a few rows.
             (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
                 Stationarity::Constant
             }
@@ -324,8 +324,8 @@ impl Observer {
         if let Some(last) = &self.piece {
             let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // A straight line between the two samples is exact only for changes in the middle between them. This
-            // correction uses the actual time of each change.
+            // A straight line between the two samples is exact only for changes halfway between them. This correction
+            // uses the actual time of each change.
             let missed = |change: f64, moment: f64| change * middle - moment;
             let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);

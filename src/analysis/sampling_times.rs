@@ -11,8 +11,8 @@ pub struct SamplingTimes {
     start: f64,
     interval: f64,
     index: f64,
-    /// Number of samples since the interval was last doubled, and the intended number; `None` if the interval
-    /// is kept.
+    /// Number of samples that the current interval would have given so far, and the intended number. `None` if the
+    /// interval is fixed.
     chosen: Option<[u32; 2]>,
     left: u32,
 }

@@ -97,7 +97,7 @@ impl BlockAverage {
         while weight > 1.5 * self.bin_weight && !self.bins.is_empty() {
             self.merge();
         }
-        // Equal intervals are differences of times, so they agree only to within round-off.
+        // Weights are differences of times, so even equal intervals have slightly different weights due to round-off.
         if self.open_weight >= self.bin_weight * (1.0 - 1e-6) {
             self.bins.push(self.open_sum / self.open_weight);
             (self.open_sum, self.open_weight) = (0.0, 0.0);
@@ -127,7 +127,7 @@ impl BlockAverage {
 
     /// The mean and its error, for a series that differs from `other` only by the time derivative of a bounded
     /// quantity, as the force on a wall differs from the virial. If the error cannot be determined in this way,
-    /// for example because the quantity is too slow, this is an [`Self::estimate`].
+    /// for example because the quantity changes too slowly, returns the same as [`Self::estimate`].
     pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
@@ -250,7 +250,7 @@ fn verdict_on(bins: &[f64], mean: f64) -> Stationarity {
     }
 }
 
-/// Whether all full bins have the same value but the mean differs, because of values after the last full bin.
+/// Whether all full bins have the same value, but later values make the mean different.
 /// Events are then too rare for the bins to give an error.
 fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
     let first = bins.first().copied().unwrap_or(mean);
@@ -291,8 +291,8 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 ///
 /// The variance of the mean of `n` values is `S(0) / n`, where `S(0)` is the spectral density at frequency zero: the
 /// sum of all autocovariances, positive and negative. It is estimated from the most likely sum of white noise,
-/// relaxations, and differences that cancel between neighbours, as in the virial of a crystal. No window has to be
-/// chosen, and slow motion under fast noise is resolved, as in a fluid with a heat bath.
+/// relaxations, and changes of a bounded quantity, as in the virial of a crystal. No window has to be chosen. Slow
+/// motion under fast noise is resolved, as in a fluid with a heat bath.
 ///
 /// An error from few independent values is itself uncertain. Student's distribution enlarges it, so that the true mean
 /// is within one error of the mean in 68.27 % of all cases.

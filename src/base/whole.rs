@@ -45,7 +45,7 @@ pub(crate) struct Whole<T>(T);
 
 impl<'de, T: Integer<'de>> Deserialize<'de> for Whole<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // Binary formats, such as the one of checkpoints, store plain integers.
+        // Binary formats, such as the checkpoint format, store plain integers.
         if !deserializer.is_human_readable() {
             return T::deserialize(deserializer).map(Self);
         }

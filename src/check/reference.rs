@@ -76,11 +76,12 @@ enum Candidate {
     Pair(u32, u32, Side),
     /// A pair may have moved so far that another periodic image is closer. The pair is then predicted again.
     LookAgain(u32, u32),
-    /// A particle reaches a wall: the axis, and whether it is the upper wall.
+    /// A particle reaches a wall, given by its axis and `true` for the upper wall.
     Wall(u32, u8, bool),
     /// A particle reaches a feature of a surface.
     Surface(u32, u32),
-    /// The search for contacts of a particle with moving surfaces has reached its end. The search is then continued.
+    /// Each search for contacts of a particle with moving surfaces covers a limited time. The next search begins at the
+    /// end of this time.
     SearchAgain(u32),
 }
 

@@ -1,4 +1,4 @@
-//! `carom completions` and `carom man`: the command line for shells and manuals.
+//! `carom completions` and `carom man`: shell completions and manual pages.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;

@@ -37,9 +37,9 @@ unsafe impl GlobalAlloc for Reporting {
     }
 }
 
-/// Makes the allocator return large arrays to the system when they are freed. By default, after a large array was
-/// freed, the GNU allocator keeps the memory of arrays of its size, up to 32 MB. The gaps between the remaining arrays
-/// would then be a considerable part of the memory of a large system.
+/// Makes the allocator return large arrays to the system when they are freed. By default, once an array of up to 32 MB
+/// has been freed, the GNU allocator keeps the memory of later arrays of that size. The gaps between the remaining
+/// arrays would then be a considerable part of the memory of a large system.
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

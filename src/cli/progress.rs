@@ -99,8 +99,8 @@ struct Rate {
 
 /// Averaging time of the event rate `[s]`. Half a second is long enough for a readable number.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// Averaging time of the rate of the completed fraction `[s]`. It smooths over tasks of unequal length, and is short
-/// enough to follow a run that becomes slower.
+/// Time over which the rate of progress is averaged `[s]`. It is long enough to smooth over tasks of unequal length,
+/// and short enough to follow a run that becomes slower.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {

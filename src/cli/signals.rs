@@ -10,7 +10,7 @@ static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 /// signal.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// If work that leaves no files does not check for signals within this time after a signal, the program ends.
+/// Work that leaves no files must check for signals within this time after a signal. Otherwise, the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Installs the signal handler. The first signal lets the work end cleanly, and the second signal ends the program

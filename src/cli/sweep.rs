@@ -222,7 +222,8 @@ fn beside(file: &Path) -> PathBuf {
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// Returns a table of the means of the measured quantities, as many as fit on a terminal.
+/// Returns a summary of a sweep: the numbers of runs, a table of mean values with at most [`MOST_COLUMNS`] quantities
+/// and [`MOST_ROWS`] rows, and comparisons with published values.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();

@@ -1,4 +1,4 @@
-//! Text that fits the terminal.
+//! Formats text for the width of the terminal.
 
 use std::io::{self, IsTerminal};
 

@@ -129,7 +129,8 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Sources and reasons for allowances, in the order in which the table first mentions them.
+/// Notes to the table: the sources, and the reasons for allowances. Both are in the order in which the table first
+/// mentions them.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,

@@ -21,7 +21,8 @@ const WANDERED: u64 = 64;
 /// If the particles are sorted into cells, prefetching pays above this number of particles. Bodies and cells then take
 /// a few megabytes.
 const LARGE_IN_CELLS: usize = 32_768;
-/// The same for particles with neighbour lists, which take more memory per particle.
+/// The limit for particles with neighbour lists. It is lower than [`LARGE_IN_CELLS`], because lists take more memory
+/// per particle.
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

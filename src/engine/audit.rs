@@ -25,7 +25,7 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// Returns whether the overlap is deeper than round-off explains.
+    /// Returns whether the overlap is deeper than round-off can explain.
     #[must_use]
     pub fn is_real(&self) -> bool {
         self.depth > self.round_off.min(MOST_ROUND_OFF)
@@ -116,7 +116,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// Returns the depth of an overlap with a surface that round-off can cause `[length]`.
+    /// Returns the largest depth of an overlap with a surface that round-off can cause `[length]`.
     pub(super) fn round_off_of_surface(&self, i: u32, at: &Touching, flown: f64) -> f64 {
         let normal = at.shape.normal(&at.position);
         let speed = normal.dot(&at.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
@@ -141,8 +141,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
     }
 
-    /// Returns the largest distance between two images that may meet, including images of the box other than
-    /// the nearest. Infinite if particles can fly off.
+    /// Returns the largest distance between two images that may meet. They need not be nearest images. The distance is
+    /// infinite if particles can fly off.
     fn farthest_image(&self) -> f64 {
         let space = &self.state.space;
         let is_open = (0..3).any(|axis| match space.boundary[axis] {

@@ -229,7 +229,8 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     }
 }
 
-/// Returns a bit mask of the times that are at most `limit`. The number of times is a multiple of the number of lanes.
+/// Returns a bit mask of the entries of `times` that are at most `limit`. The length of `times` is a multiple of the
+/// number of lanes.
 #[inline(always)]
 fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
     let in_lanes = times.chunks_exact(F::COUNT).enumerate();

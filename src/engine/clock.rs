@@ -22,8 +22,8 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// Time that the queue covered in the previous epoch, or half of this field's previous value if that is longer.
-    /// Earlier epochs still matter, because predictions can be up to three epochs old.
+    /// Length of the previous epoch, or half of the previous value of this field if that is longer. Earlier epochs
+    /// still matter, because predictions can be up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -35,8 +35,8 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// Returns the oldest time at which the state of a particle may have been written, counted from the new epoch.
-    /// Older states are brought forward.
+    /// Returns the oldest permitted time of a particle's state, counted from the new epoch. Particles with older states
+    /// are brought forward.
     pub fn oldest(&self) -> f64 {
         -2.0 * self.shift
     }
@@ -106,8 +106,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.time_standstill().map_or(Ok(()), |standstill| Err(self.arrest(particle, partner, standstill)))
     }
 
-    /// Returns the arrest due to an event storm, at the next predicted contact. Returns `None` if no contact is
-    /// predicted.
+    /// Returns an arrest that reports an event storm. It names the particles of the next predicted contact. Returns
+    /// `None` if no contact is predicted.
     pub fn storm(&self, events: u64, advance: f64) -> Option<Arrest> {
         let all = (0..).zip(&self.schedule.predictions);
         let next = all.min_by(|(_, one), (_, other)| one.contact_time.total_cmp(&other.contact_time));
@@ -147,11 +147,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Moves the epoch to the present end of the queue, or further if nothing happens before then. Returns
-    /// `None` if no event is predicted at all.
+    /// Starts the next epoch at the end of the current one, or later if nothing happens before then. Returns `None` if
+    /// no event is predicted at all.
     ///
-    /// This keeps times small, so that the last event of a long run is as accurate as the first. The shift is
-    /// a multiple of a power of two, so most times are shifted without rounding.
+    /// This keeps times small, so that the last event of a long run is as accurate as the first. The shift is a
+    /// multiple of a power of two, so most times are shifted without rounding.
     pub(super) fn move_epoch(&mut self) -> Option<Moved> {
         let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {

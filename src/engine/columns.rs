@@ -147,8 +147,8 @@ impl Column for Vec<Prediction> {
         record.prediction = Some(self[particle as usize]);
     }
 
-    /// Adds an empty prediction. The prediction in the record gives its partner by id, so it is written later, when all
-    /// particles have numbers.
+    /// Adds an empty prediction. The record gives the partner of its prediction by id. The prediction is therefore
+    /// written later, when all particles have numbers.
     fn push(&mut self, _: &Record) {
         self.push(Prediction::NONE);
     }

@@ -124,8 +124,8 @@ impl Arrest {
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
-            // A moving surface is not blamed if contacts lose energy and there is no contact time. Such contacts
-            // can collapse without any surface.
+            // If contacts lose energy and the scene sets no contact time, a moving surface is not blamed. Contacts can
+            // then collapse without any surface.
             (has_contact_time, Standstill::Time { .. } | Standstill::Speed { .. })
                 if self.moving.is_some() && (has_contact_time || !self.has_losses) =>
             {
@@ -193,7 +193,7 @@ pub enum Invariant {
     CapturedPair,
     /// The surface of a predicted contact exists.
     Surface,
-    /// There are random numbers for a contact with a thermal surface.
+    /// Random numbers are available for a contact with a thermal surface.
     SurfaceRandom,
     /// A cell transition goes through a face that has a cell on its other side.
     Transition,

@@ -31,7 +31,7 @@ use verlet::VerletLists;
 pub enum Search {
     /// Cells: the neighbours of a particle are in its own cell and in the adjacent cells.
     Cells,
-    /// Verlet lists: the neighbours of a particle are in the list of the particle.
+    /// Verlet lists: each moving particle has a list of its neighbours.
     Lists {
         /// Half of the skin: the distance that a particle may move before its list is rebuilt `[length]`.
         half_skin: f64,
@@ -274,7 +274,7 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
     density
 }
 
-/// Number density in the surroundings of particles, from counts in cells with sides of about `fair`.
+/// Returns the mean number density around particles, from counts in cells with sides of about `fair`.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
     /// Counts are stored in a dense array if there are at most as many cells as particles, or at most this number
     /// of cells.

@@ -18,9 +18,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
     }
 
-    /// Predicts the first contact of a particle with bonded partners for which the pair is outside its own
-    /// interaction, in any image. Contacts after the particle leaves its cell or skin do not matter, because the
-    /// particle is then predicted again.
+    /// Predicts the first contact of a particle with its bonded partners, for pairs that are outside their own
+    /// interaction. All images in which such a pair can meet are tested. Contacts after the particle leaves its cell or
+    /// skin do not matter, because the particle is then predicted again.
     pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];

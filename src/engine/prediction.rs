@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
-    /// Contact with another particle. The pair reaches a discontinuity of its potential from this side.
+    /// Contact with another particle. The pair reaches a discontinuity of its potential from the given side.
     Pair(Side),
     /// Contact with a surface. The index of the surface is stored in place of the partner's event count.
     Surface,
 }
 
-/// It fills half a cache line.
+/// The earliest contact of a particle, and its next transition. A prediction fills half a cache line.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(align(32))]
 pub(super) struct Prediction {
@@ -113,8 +113,8 @@ impl Prediction {
         self.contact == Contact::Surface && self.partner_events == SEARCH
     }
 
-    /// Replaces the index of the partner after the particles were renumbered. A partner that is no longer in memory
-    /// keeps its old index, marked as absent.
+    /// Replaces the index of the partner after the particles were renumbered. If the partner is no longer in memory,
+    /// its old index is kept and marked as absent.
     pub fn renumber(&mut self, new: &[u32]) {
         if let Some(&number) = new.get(self.partner as usize) {
             self.partner = if number == NO_PARTICLE { absent(self.partner) } else { number };
@@ -137,7 +137,7 @@ impl Prediction {
     }
 }
 
-/// Stored in place of the index of a surface: the search for contacts with moving surfaces was interrupted.
+/// Marks an interrupted search for contacts with moving surfaces. It is stored in place of the index of a surface.
 pub(super) const SEARCH: u32 = u32::MAX;
 
 /// Bits of the tie order that are set for contacts with surfaces and for transitions. They are never set for contacts

@@ -28,9 +28,9 @@ impl Work for WithinReach<'_> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // Relative positions are wrong if the partner accelerates, but its contact distance is then infinite, so it
-            // is always tested. A partner that is never tested gets a NaN reach, for which the comparison below is
-            // false.
+            // If a partner accelerates, its relative position here is wrong. But its contact distance is then infinite,
+            // so the partner is always tested. For a partner that is never tested, the reach is NaN, and the comparison
+            // below is false.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
@@ -101,7 +101,7 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
 /// The motion of the periodic images across the sliding sides of a sheared box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sliding {
-    /// Present displacement along the flow of the image above the box, reduced by whole periods `[length]`.
+    /// Present displacement of the image above the box along the flow direction, reduced by whole periods `[length]`.
     pub displacement: f64,
     /// Rate of change of the displacement `[length / time]`.
     pub speed: f64,

@@ -66,8 +66,8 @@ const TARGET: u32 = 64;
 /// be less precise.
 const CROWDED: u64 = 4;
 
-/// Number of parts of an epoch. An epoch may end early only at the end of a part. Parts and epochs do not depend on the
-/// number of buckets, so this number does not affect the results.
+/// Number of parts into which an epoch is divided. An epoch may end early only at the end of a part. Parts and epochs
+/// do not depend on the number of buckets, so the number of buckets does not affect the results.
 const TICKS: usize = 64;
 
 /// While a bucket is opened, the data of the entry this many places ahead are prefetched.
@@ -104,7 +104,7 @@ impl EventQueue {
         // accurate, because large times have fewer digits after the point.
         let parts = (particles / PARTICLES).next_power_of_two().min(1 << 22);
         let span = if median.is_finite() && median > 0.0 {
-            // The expected number of due entries per unit of time is `due / median`.
+            // About `due / median` entries are due per unit of time.
             power_of_two((median * f64::from(TARGET) / due as f64).min(LONGEST)) * parts as f64
         } else {
             parts as f64
@@ -259,7 +259,8 @@ impl EventQueue {
         end_of_ties
     }
 
-    /// Returns an empty queue for `some` of `all` particles, with the same epoch. This epoch never ends early.
+    /// Returns an empty queue with the same epoch, for an engine that holds `some` of `all` particles. This epoch never
+    /// ends early.
     pub fn of_part(&self, now: f64, some: usize, all: usize) -> Self {
         // The number of buckets is reduced, so that each has as many entries as in the queue of all particles.
         let fewer = (all / some.max(1)).max(1).next_power_of_two();

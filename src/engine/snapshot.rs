@@ -64,7 +64,7 @@ pub struct Energy {
     /// Kinetic energy relative to the streaming velocity `u` of a sheared box, `sum m/2 |v - u|^2`. Without shear, it
     /// equals `kinetic`.
     pub thermal: f64,
-    /// Energy of all pairs, plus `- m a . r` of each accelerated particle, at its unwrapped position `r`.
+    /// Energy of all pairs, plus `- m a . r` for each accelerated particle with the unwrapped position `r`.
     pub potential: f64,
     /// The part of `potential` that is due to pairs.
     pub pair: f64,

@@ -7,8 +7,8 @@
 //!   The earliest one is the prediction of the particle. The event loop executes it by [`Engine::execute`] or
 //!   [`Engine::execute_transition`], and predicts the particles of a contact again;
 //! - global events, which belong to no particle's prediction: [`andersen`], the refresh of sliding images
-//!   ([`super::images`]), stages of changing distances ([`super::distances`]), and reflections of a distance
-//!   that is held in a window ([`restraint`]). The earliest global event is due at [`Sources::next_global`].
+//!   ([`super::images`]), new stages of growing diameters ([`super::distances`]), and reflections of a distance
+//!   at the ends of its window ([`restraint`]). The earliest global event is due at [`Sources::next_global`].
 //!   This time is infinite in a scene without global events, so that they cost nothing.
 //!
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
@@ -112,7 +112,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.global_events().iter().find(|(_, due)| *due <= self.sources.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether the scene has global events, which keep its dynamics from ever ending.
+    /// Whether the scene has global events. If so, its dynamics never end.
     pub(super) fn acts_for_ever(&self) -> bool {
         self.sources.andersen.is_some()
             || self.sources.restraint.is_some()

@@ -116,13 +116,13 @@ impl Simulation {
         simulation
     }
 
-    /// Restores the simulation at the end of an earlier run, for a scene with the same dynamics. Event counts start at
-    /// zero.
+    /// Restores the simulation to its state at the end of an earlier run, for a scene with the same dynamics. Event
+    /// counts restart at zero.
     fn last_of(state: &LastState) -> Option<Self> {
         // The bytes can be trusted, because this program has written them.
         let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
         simulation.enlarge();
-        // The heat bath of the earlier run has ended with its last stage.
+        // The heat bath of the earlier run ended with its last stage.
         simulation.set_planned_thermostat(None, 0, 0);
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)

@@ -6,16 +6,16 @@ use crate::model::ParticleId;
 
 /// Simulated time since the start, in two parts that the engine stores separately.
 ///
-/// The sum of the parts is rounded like the total time. The difference of two such times is more accurate: it is
-/// rounded like the short time between them.
+/// The sum of the parts has the round-off of the total time. [`Self::after`] computes the difference of two such times
+/// more accurately, with the round-off of the short time between them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Elapsed {
     /// Simulated time from the start of the simulation to the epoch `[time]`.
     pub epoch: f64,
     /// Time from the epoch to now `[time]`.
     pub since_epoch: f64,
-    /// Number of epochs that have ended. If a particle has no event for two epochs, its stored state is brought forward
-    /// at the end of each epoch, which rounds it once more.
+    /// Number of epochs that have ended. At the end of each epoch, the stored state of a particle without events for
+    /// two epochs is brought forward. This adds one rounding to the state.
     pub epochs: u64,
 }
 

@@ -66,7 +66,7 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.domains.as_ref().map(|domains| domains.work))
     }
 
-    /// Returns the reason why the system runs on one thread now, even if [`Self::set_threads`] was called with more.
+    /// Returns the reason why the system cannot run on several threads now; `None` if there is no such reason.
     #[must_use]
     pub fn single_thread(&self) -> Option<SingleThread> {
         with_engine!(&self.engine, engine => Domains::obstacle(engine))
@@ -76,10 +76,10 @@ impl Simulation {
     /// [`RunPlan::threads`](crate::model::RunPlan::threads). The box is cut into as many domains. Events,
     /// states and sums have the same bits as on one thread.
     ///
-    /// The setting is not saved in checkpoints. Four kinds of systems run in one thread: growing diameters,
-    /// sheared boxes, starts with allowed overlaps, and pairs with interactions of their own that do not hold
-    /// them together. [`Self::single_thread`] gives the reason. Threads pay above about 250,000 particles per
-    /// thread, and need two and a half times the memory (`docs/speed.md`).
+    /// The setting is not saved in checkpoints. Systems with any of these features run on one thread: growing
+    /// diameters, a sheared box, an allowed invalid start, bonds that do not hold their pairs together, a window
+    /// of a distance, or multicanonical weights. [`Self::single_thread`] gives the reason. Threads pay above about
+    /// 250,000 particles per thread, and need two and a half times the memory (`docs/speed.md`).
     ///
     /// ```
     /// use carom::{Potential, SceneBuilder, Simulation, Until};

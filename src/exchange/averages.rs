@@ -76,7 +76,7 @@ pub(super) struct Averages {
     pub temperatures: Vec<AtTemperature>,
     /// Populations of the energy levels; `None` for an exchange between windows, which measures the distance instead.
     populations: Option<Populations>,
-    /// Average for each pair of neighbours, in which a swap counts 1 and a rejected attempt counts 0.
+    /// Fraction of accepted attempts for each pair of neighbours.
     swaps: Vec<BlockAverage>,
     /// Number of attempts and number of swaps of each pair of neighbours.
     counts: Vec<[u64; 2]>,

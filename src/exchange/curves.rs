@@ -65,7 +65,7 @@ pub struct ThermalCurves {
     pub points: Vec<ThermalPoint>,
     /// The highest interior maximum of the heat capacity.
     pub peak: Option<HeatCapacityPeak>,
-    /// Whether the temperatures fall into groups whose energies do not overlap. There are no curves then.
+    /// Whether the temperatures fall into groups whose energies do not overlap. If so, there are no curves.
     pub is_torn: bool,
     /// The density of states of all visited levels, by ascending energy.
     pub density_of_states: Vec<LevelDensity>,

@@ -65,7 +65,7 @@ impl ExchangeResults {
         warnings
     }
 
-    /// Whether swaps with the replica at a temperature or in a window were tried, but none was accepted.
+    /// Whether a temperature or window has attempted swaps with its neighbours, but none was accepted.
     fn is_alone(&self, place: usize) -> bool {
         let pairs = self.neighbours.iter().enumerate().filter(|(pair, _)| *pair == place || pair + 1 == place);
         let mut tried = pairs.filter(|(_, it)| it.attempts > 0).peekable();

@@ -295,8 +295,8 @@ impl ExchangeFolder {
         }
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        // Only tables listed in the summary are read: an exchange between windows has other tables, and older
-        // versions of Carom list none.
+        // Tables that are not listed in the summary are skipped. An exchange between windows lacks some tables, and
+        // summaries of older versions of Carom list none.
         let table = |name: &str| {
             summary.tables.get(name).map_or(Ok(None), |_| {
                 let text = text(name)?;

@@ -33,8 +33,8 @@ impl InstrumentsAtTemperatures {
             }
             let snapshot = simulation.snapshot();
             let system = description(&self.system, simulation, applicable);
-            // The exchange may be extended later, so its final duration is unknown. The interval between attempts takes
-            // its place.
+            // The exchange may be extended later, so its final duration is unknown. The interval between attempts is
+            // used instead.
             let setup = Setup { system, sample: Sample::of(&snapshot), duration: plan.interval };
             self.each.push(Instruments::new(&measure, &setup));
         }

@@ -24,8 +24,8 @@ pub struct MeanForcePoint {
 }
 
 impl MeanForcePoint {
-    /// Returns the point at which the free energy selected by `of` is lowest. Points with an error estimate are
-    /// preferred.
+    /// Returns the point with the lowest free energy. `of` selects which free energy of the points is compared. Points
+    /// with an error estimate are preferred.
     #[must_use]
     pub fn lowest(points: &[Self], of: fn(&Self) -> Estimate) -> Option<&Self> {
         points.get(lowest(points.iter().map(of))?)
@@ -176,8 +176,8 @@ mod tests {
             tails.push(tail.iter().map(|it| it.mean).sum::<f64>() / 10.0);
         }
         let mean = tails.iter().sum::<f64>() / 12.0;
-        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins is then near -0.07, which
-        // would be a biased reference.
+        // With about 300 samples, the error of a bin is about 0.05. The lowest of ten bins is then expected near -0.07,
+        // so it would be a biased reference.
         assert!(mean.abs() < 0.01, "{tails:?}");
         assert!((0.5..1.6).contains(&squares), "the errors agree with the scatter: {squares}");
     }

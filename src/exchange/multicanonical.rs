@@ -79,8 +79,8 @@ impl Multicanonical {
         let mut rows = canonical.clone();
         if let (1, Some(weights)) = (quarter, &self.weights) {
             ensembles.extend(temperatures.iter().map(|_| Ensemble::Multicanonical(weights.clone())));
-            // If the third quarter has fewer rows than the second, the last rows remain incomplete, and the histograms
-            // skip them.
+            // If the third quarter has fewer rows than the second, the last combined rows are incomplete, and the
+            // histograms skip them.
             rows.iter_mut().zip(weighted).for_each(|(row, more)| row.extend_from_slice(more));
         }
         let mut levels = EnergyLevels::default();

@@ -26,7 +26,7 @@ const SAME: f64 = 1e-9;
 struct Level {
     /// The energy of an exact level, or the index of a bin.
     at: f64,
-    /// Average for each temperature, in which a sample counts 1 if it is in this level and 0 otherwise.
+    /// Fraction of samples in this level, for each temperature.
     occupied: Vec<BlockAverage>,
 }
 
@@ -137,7 +137,7 @@ impl Populations {
 }
 
 /// Returns the energy, the width and the range of indices of each level, in ascending order. If there are too many
-/// levels, returns the same for bins of levels.
+/// levels, returns bins of levels instead.
 pub(super) fn bins(energies: &[f64]) -> Vec<(f64, f64, std::ops::Range<usize>)> {
     let ([first, .., last], true) = (energies, energies.len() > MOST_LEVELS) else {
         return energies.iter().enumerate().map(|(place, energy)| (*energy, 0.0, place..place + 1)).collect();
@@ -213,7 +213,7 @@ mod tests {
         let width = populations.width.unwrap();
         assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
         for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
-            // The energies were the integers from -3000 to 7006. Counts those in this bin.
+            // Each integer from -3000 to 7006 was added once as an energy. Counts the integers in this bin.
             let inside = (0..10_007).filter(|k| {
                 (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
                     && f64::from(*k) - 3000.0 < energy + 0.5 * width

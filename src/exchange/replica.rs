@@ -9,7 +9,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
 use crate::run::audit::Ledger;
 
-/// Number of engine steps between two checks for a pause. They take a few milliseconds.
+/// Number of engine steps between two checks for a pause. These steps take a few milliseconds.
 const STEPS: u64 = 1 << 14;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]

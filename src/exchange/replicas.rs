@@ -195,8 +195,7 @@ impl Exchange {
         &self.temperatures
     }
 
-    /// The ensemble at each temperature or in each window. It describes samples of the energy or, for windows, of the
-    /// distance.
+    /// The ensemble at each temperature or in each window, for samples of the energy or, with windows, of the distance.
     #[must_use]
     pub fn ensembles(&self) -> Vec<Ensemble> {
         match (&self.plan.umbrella, self.weights()) {
@@ -294,7 +293,7 @@ impl Exchange {
         self.time_of(self.attempts + 1)
     }
 
-    /// Names of the quantities sampled at each attempt besides the energies. For windows, the first is the held
+    /// Names of the quantities sampled at each attempt besides the energies. For windows, the first is the restrained
     /// `distance` `[length]`. Scenes with bonded particles have `mean_square_radius_of_gyration`, an average over all
     /// bonded molecules. Scenes with linear chains also have `mean_square_end_to_end_distance`, an average over these
     /// chains `[length^2]`.

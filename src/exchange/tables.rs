@@ -60,7 +60,7 @@ pub(super) fn numbers(line: &str, temperatures: usize, energies: &mut Vec<f64>, 
     let mut cells = line.split(',').skip(1).map(str::parse::<f64>).enumerate();
     let are_numbers = cells.all(|(at, cell)| {
         let list = if at < 2 * temperatures { &mut *energies } else { &mut *measured };
-        // Numbers of replicas and energies alternate, so every second cell is an energy.
+        // Replica numbers and energies alternate, so every second cell is an energy.
         cell.map(|number| {
             if at % 2 == 1 || at >= 2 * temperatures {
                 list.push(number)

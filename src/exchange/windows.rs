@@ -19,7 +19,7 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
     if is_within(distance, window) {
         return window;
     }
-    // Beyond half a period, the nearest image can change, so the distance cannot be held there.
+    // Beyond half a period, the nearest image can change, so the distance cannot be restrained there.
     let half = 0.5 * space.periods().min();
     if distance >= half {
         return had;
@@ -30,8 +30,8 @@ fn reaching(distance: f64, window: [f64; 2], had: [f64; 2], space: &Space) -> [f
 }
 
 impl Exchange {
-    /// Begins to hold the distance of each replica in its window. A window that does not contain the distance is first
-    /// extended to include it.
+    /// Restrains the distance of each replica to its window from now on. A window that does not contain the distance is
+    /// first extended to include it.
     pub(super) fn begin_windows(&mut self) {
         let Some(UmbrellaPlan { between, windows, .. }) = self.plan.umbrella.clone() else { return };
         for (place, window) in windows.into_iter().enumerate() {

@@ -80,7 +80,7 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
         result => return result,
     }
-    // A hard link fails if the name exists. Some disks have no hard links, and folders never have them.
+    // A hard link fails if the name exists. Hard links are impossible for folders and on some file systems.
     match fs::hard_link(from, to) {
         Ok(()) => return fs::remove_file(from),
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(error),
@@ -136,8 +136,8 @@ const NO_REPLACE: u32 = 1;
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 const EXCHANGE: u32 = 2;
 
-/// Renames without replacing anything, or exchanges two names; [`io::ErrorKind::Unsupported`] if the system
-/// or the disk cannot.
+/// Renames without replacing anything, or exchanges two names. Returns [`io::ErrorKind::Unsupported`] if the operating
+/// system or the file system cannot do this.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn rename_with(from: &Path, to: &Path, flags: u32) -> io::Result<()> {
     use std::ffi::CString;

@@ -80,8 +80,8 @@ impl Checkpoints {
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A hard link is created first, so that the name of the last checkpoint always exists. On a disk without hard
-        // links, the name is missing for a short time.
+        // A hard link is created first, so that the name of the last checkpoint always exists. On a file system without
+        // hard links, the name is missing for a short time.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {

@@ -276,7 +276,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
     })
 }
 
-/// Writer for a part of a trajectory in extended XYZ. Velocities missing in the source are written as zero.
+/// Writer for frames in extended XYZ. Velocities missing in the source are written as zero.
 struct Piece(Text);
 
 impl Writer for Piece {

@@ -64,11 +64,10 @@ impl TemporaryFile {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Another process has treated this file as abandoned before it was locked, so the next number is
-                // tried.
+                // Another process took this file for abandoned before it could be locked, so the next number is tried.
                 Ok(file) if is_lost(&file) => {}
                 Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
-                // A killed process with the same id has left this file, so the next number is tried.
+                // A killed process with the same id left this file, so the next number is tried.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -89,7 +88,7 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // `file` holds the lock until the draft is removed. Without the lock, the process that has just created the
+        // `file` keeps the draft locked until the draft is removed. Otherwise, the process that has just created the
         // draft could lock it and start to write.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);

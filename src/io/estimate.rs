@@ -49,7 +49,7 @@ const PARTICLE: f64 = 250.0;
 const TRIANGLE: f64 = 1_000.0;
 
 /// Additional memory per particle `[bytes]` if instruments must know the duration of the run in advance. A copy of the
-/// simulation then runs ahead to determine it.
+/// simulation then runs ahead to find the duration.
 const COPY: f64 = 250.0;
 
 /// Largest size of a run that is written without `--force` `[bytes]`.

@@ -51,8 +51,8 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// Returns the folder of the latest run: `path`, or the folder inside it with a run that was to replace the run in
-/// `path`.
+/// Returns the folder of the latest run. This is the folder inside `path` if it holds a checkpoint of a run that is to
+/// replace the run in `path`, otherwise `path`.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;

@@ -66,8 +66,8 @@ pub struct VolumeMoves {
     pub attempted: u64,
     /// Number of accepted moves.
     pub accepted: u64,
-    /// Number of moves to boxes so small that a pair would interact through two images. Such moves are rejected. If
-    /// there are many, this limit distorts the ensemble, and the pressure differs from the pressure of the barostat.
+    /// Number of moves that were rejected because a pair would interact through two images in such a small box.
+    /// Many such moves distort the ensemble: the pressure then differs from the pressure of the barostat.
     pub too_small: u64,
     /// Largest change of the logarithm of the volume in a move, at the end of the stage.
     pub amplitude: f64,

@@ -19,8 +19,8 @@ pub(crate) struct Component {
 }
 
 impl Component {
-    /// Returns the component of all particles of a group, with indices into `group` as ids. Returns `None` if bonds do
-    /// not connect all particles of the group.
+    /// Returns all particles of a group as one component, whose ids are indices into `group`. Returns `None` if bonds
+    /// do not connect all particles of the group.
     pub fn of_group(group: &[ParticleId], bonds: impl Iterator<Item = [ParticleId; 2]>) -> Option<Self> {
         if group.len() == 1 {
             return Some(Self::side_by_side(1));

@@ -66,11 +66,11 @@ pub(crate) fn ends(temperatures: &[f64]) -> [f64; 2] {
     [first.min(last), first.max(last)]
 }
 
-/// Relative round-off of the ratio of two decimal fractions, a duration and an interval.
+/// Relative round-off of the ratio of a duration to an interval, both given as decimal fractions.
 const ROUNDING: f64 = 1e-9;
 
-/// Largest number of swap attempts. No computer can make this many. There are still enough random streams for one
-/// stream per replica and attempt.
+/// Largest number of swap attempts. It is more than any computer can make, and small enough to give each replica its
+/// own random stream for each attempt.
 pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
 
 pub(crate) const MOST_TEMPERATURES: usize = 1000;

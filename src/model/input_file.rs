@@ -15,8 +15,8 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of the content of the file: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
-    /// Names of columns of the file that the scene does not use. They are not stored with a run: after a run is read
-    /// back, the list is empty.
+    /// Names of the columns in this file that the scene does not use. They are not stored with a run: after a run is
+    /// read back, the list is empty.
     #[serde(skip)]
     pub unused: Vec<String>,
     /// Number of unused bytes after the triangles of a mesh. It is not stored with a run: after a run is read back, it
@@ -45,7 +45,7 @@ impl InputFile {
         Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
     }
 
-    /// Returns the checksum of the present contents if the file has changed; `None` otherwise.
+    /// Returns the checksum of the current contents if the file has changed; `None` otherwise.
     ///
     /// # Errors
     /// If the file cannot be read.

@@ -23,7 +23,7 @@ pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
 
 pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
 
-/// Pattern of names that become part of file names, for the JSON Schema.
+/// Regular expression for names that become part of a file name. The JSON Schema uses it.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
 /// Measurement plan of a scene: its instruments; none by default.

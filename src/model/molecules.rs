@@ -61,8 +61,8 @@ impl Molecules {
             let shift = centre.component_mul(&factor) - centre;
             for (&id, step) in component.ids.iter().zip(&path) {
                 let position = positions[id as usize];
-                // Number of periods between the particle and its image in the molecule, when the molecule is unwrapped
-                // from its first particle.
+                // Number of periods from the particle to its image in the unwrapped molecule. The first particle of the
+                // molecule is not shifted.
                 let turns = Vector::from_fn(|k, _| {
                     if periods[k].is_finite() { ((first[k] + step[k] - position[k]) / periods[k]).round() } else { 0.0 }
                 });

@@ -22,9 +22,9 @@ impl Potential {
     /// the energy inside each radius.
     ///
     /// # Errors
-    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, if there is not
-    /// exactly one more energy than radii, if an energy is NaN or negative infinity, if two adjacent energies are
-    /// infinite, or if a finite energy lies inside an infinite one that no pair could have crossed.
+    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and descending, or if there is
+    /// not exactly one more energy than radii. The first energy must be 0 or positive infinity, and the last one finite
+    /// or positive infinity. All others must be finite, and at least one energy must be finite.
     pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
         if radii.is_empty() {
             return Err(PotentialError::NoRadius);

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{InputFile, InteractionId, ParticleId};
 
-/// Predecessor of a run: the run whose last state is the start of a scene.
+/// Predecessor of a scene: the run from whose last state the scene starts.
 ///
-/// Particles, bonds, box and time of that state are in the scene. The rest is stored here until a simulation
+/// The scene contains the particles, bonds, box and time of that state. The rest is stored here until a simulation
 /// has begun.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -30,8 +30,8 @@ pub(crate) struct LastState {
     pub images: Vec<[i32; 3]>,
     /// Pairs of particles in a state other than 0, in ascending order, with their states.
     pub captured: Vec<([ParticleId; 2], u16)>,
-    /// For each interaction of the scene, whether its pairs had the same discontinuities in the run. Such pairs keep
-    /// their states.
+    /// For each interaction of the scene, whether its pairs had the same discontinuities in the predecessor. If so,
+    /// these pairs keep their states.
     pub is_kept: Vec<bool>,
     pub differences: Vec<&'static str>,
     /// Serialized simulation at the end of the run; `None` if the scene differs from the run.
@@ -39,8 +39,8 @@ pub(crate) struct LastState {
 }
 
 impl LastState {
-    /// Returns the state that the pair had in the run, if its interaction has the same discontinuities. Returns `None`
-    /// if the distance decides the state.
+    /// Returns the state of a pair at the end of the predecessor, if its interaction still has the same
+    /// discontinuities. Otherwise returns `None`, and the distance determines the state.
     pub fn state_of(&self, pair: [ParticleId; 2], interaction: InteractionId) -> Option<u16> {
         let is_kept = self.is_kept.get(interaction.0 as usize).copied().unwrap_or(false);
         let [a, b] = pair;

@@ -25,8 +25,9 @@ pub(crate) enum Purpose {
 }
 
 impl Purpose {
-    /// Number of the random stream for a group of particles. The numbers never change, so that a scene keeps its
-    /// initial configuration. Purposes added after the first four have much larger numbers.
+    /// Number of the random stream for a group of particles. Later versions of this program must use the same numbers.
+    /// Otherwise, scenes would get other initial configurations. The first four purposes have small numbers, all others
+    /// much larger ones.
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,

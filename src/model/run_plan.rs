@@ -69,7 +69,7 @@ impl RunPlan {
         self.stages.iter().take(stage).map(StagePlan::streams).sum()
     }
 
-    /// Number of random streams of the whole run, with one for each stage, equilibration and measurement.
+    /// Number of random streams of the whole run: one for each stage, equilibration and measurement.
     pub(crate) fn streams(&self) -> usize {
         self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
     }

@@ -185,8 +185,7 @@ scene! {
     output: OutputPlan => lent &OutputPlan,
     /// Measurement plan: the instruments of a run.
     measure: MeasurementPlan => lent &MeasurementPlan,
-    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` without an
-    /// exchange.
+    /// Replica exchange plan, for [`Exchange`](crate::exchange::Exchange); `None` without replica exchange.
     exchange: Option<ExchangePlan> => optional Option<&ExchangePlan>,
     /// The live page of the scene.
     live: LivePlan => lent &LivePlan,

@@ -58,7 +58,7 @@ impl MotionKind {
         matches!(self, Self::Translation { .. })
     }
 
-    /// Periods or turns per time, without sign `[1 / time]`; `None` for a translation.
+    /// Number of periods or turns per unit time, never negative `[1 / time]`; `None` for a translation.
     #[must_use]
     pub fn frequency(&self) -> Option<f64> {
         match self {
@@ -239,8 +239,8 @@ impl Piece {
     }
 }
 
-/// Sine and cosine of an angle in turns. The bits are equal on every machine, and precision is kept after
-/// many turns.
+/// Sine and cosine of an angle in turns. They are the same to the bit on every machine, and remain precise after many
+/// turns.
 pub(crate) fn sine_and_cosine(turns: f64) -> (f64, f64) {
     let quarters = 4.0 * (turns - turns.floor());
     if quarters == quarters.floor() {

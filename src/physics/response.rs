@@ -25,8 +25,8 @@ pub enum Outcome {
 /// `|r|` is close to the discontinuity's distance, which is often 1. Near 1 the square root of a float rounds down
 /// more often than up, and a unit normal computed from `|r|` is too long by a quarter of a unit in the last place
 /// on average. Each reflection along this normal adds `4 mu vn^2` times this error to the energy. A hard-sphere
-/// fluid would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. Both may be taken along any vector
-/// parallel to `r_ij`, of any length.
+/// fluid would heat by 3e-16 kT per event. `B` and `|r|^2` need no square root. In both, `r_ij` may be replaced by any
+/// parallel vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Approach {
     /// `B = v_ij . r_ij` `[length^2 / time]`, negative if the pair approaches.

@@ -1,4 +1,4 @@
-//! Regular starts: the lattice that fits a region best, stretched to fill it.
+//! Lattices as initial positions: the lattice that fits a region best, stretched to fill it.
 
 mod inside;
 

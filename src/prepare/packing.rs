@@ -35,7 +35,8 @@ impl RandomFill<'_> {
     /// `as_many_as_fit` there is no compression, and there may be fewer positions than `kinds`.
     ///
     /// # Errors
-    /// [`NoPlace`] if the particles do not fit. With `as_many_as_fit`, only if not a single particle fits.
+    /// [`NoPlace`] if the particles do not fit. With `as_many_as_fit`, this is an error only if not a single particle
+    /// fits.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, NoPlace> {
         let dense = if self.as_many_as_fit { None } else { self.compression() };
         if let Some(dense) = &dense

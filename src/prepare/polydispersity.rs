@@ -61,9 +61,9 @@ pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: 
     mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
 }
 
-/// Returns the order in which classes of diameters get one more particle each, if the number of particles is not a
-/// multiple of `count`. Classes at equal distances from the middle class follow each other, so that the mean diameter
-/// hardly changes.
+/// Returns the order in which `count` classes of diameters receive the particles that are left over from an equal
+/// division. Classes at equal distances from the middle class follow each other, so that the mean diameter hardly
+/// changes.
 pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed =

@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space};
 use crate::prepare::composition;
 use crate::prepare::packing::insertion;
 
-/// Tolerance for rounding: the fraction of a length by which a site may lie outside a region.
+/// Rounding tolerance: how far a site may lie outside a region, relative to the sizes of the region and the particle.
 const ROUNDING: f64 = 1e-12;
 
 /// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
@@ -264,8 +264,8 @@ mod tests {
         let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };
         assert!(cone([1.0, 1.0], 5.0).has_room(1.0) && !cone([1.0, 1.0], 5.0).has_room(1.01));
         assert!(cone([3.0, 3.0], 1.0).has_room(0.5) && !cone([3.0, 3.0], 1.0).has_room(0.51));
-        // A section of the cone is a triangle of base 6 and height 4. The largest particle has the radius of its
-        // inscribed circle: the area, 12, divided by half the perimeter, 8.
+        // A section through the axis of the cone is a triangle of base 6 and height 4. The largest particle has the
+        // radius of its inscribed circle: the area, 12, divided by half the perimeter, 8.
         assert!(cone([3.0, 0.0], 4.0).has_room(1.499) && !cone([3.0, 0.0], 4.0).has_room(1.501));
         assert!(cone([0.0, 3.0], 4.0).has_room(1.499) && !cone([0.0, 3.0], 4.0).has_room(1.501));
     }

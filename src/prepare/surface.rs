@@ -4,9 +4,9 @@
 //! distance from its middle to the nearest static spheres. The moving sphere passes through the hole only if `R`
 //! exceeds `s`.
 //!
-//! Rows of spheres at most `d` apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`,
-//! for any shift of the rows. The reason: if a circle contains no sphere centre, its chord along each row is at most
-//! `d` long. Its centre is at most `h / 2` from the nearer row.
+//! If spheres in a row are at most `d` apart, and adjacent rows at most `h`, all holes have
+//! `R <= sqrt(d^2 + h^2) / 2`, for any shift of the rows. The reason: if a circle contains no sphere centre, its chord
+//! along each row is at most `d` long. Its centre is at most `h / 2` from the nearer row.
 
 pub(crate) mod curve;
 pub(crate) mod leak;

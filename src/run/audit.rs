@@ -42,7 +42,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The limits for a run with this number of events, which includes cell transitions.
+    /// Returns the limits for a run with this number of events. Cell transitions count as events.
     #[must_use]
     pub fn new(plan: &AuditPlan, events: u64) -> Self {
         Self {
@@ -167,8 +167,8 @@ impl Audit {
         faults
     }
 
-    /// Deepest overlap that the run may have caused. If the run started with overlaps, only the overlaps at the end
-    /// count.
+    /// Deepest overlap for the audit. If particles already overlap at the start, only the overlaps at the end count.
+    /// Otherwise, overlaps at any time count.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
         if self.initial.overlaps == 0 { last.max(self.event_counts.deepest_overlap) } else { last }

@@ -98,8 +98,8 @@ impl Checkpoint {
         self.state.has_ended(&self.simulation)
     }
 
-    /// Advances the simulation to the exact end of the last stage. The last checkpoint may be earlier by a rounding
-    /// error of the time.
+    /// Advances the simulation to the exact end of the last stage. Due to rounding, the last checkpoint may be slightly
+    /// earlier.
     ///
     /// # Errors
     /// If the simulation cannot continue.

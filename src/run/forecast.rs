@@ -24,7 +24,7 @@ const VERY_LONG: f64 = 10_800.0;
 /// The work of a thermostat, a barostat or shear flow is reported only if it takes more than this many steps per event.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
-/// Number of neighbours per particle above which events are so slow that they are reported.
+/// Scenes with more neighbours per particle than this are reported, because their events are slow.
 const CROWD: f64 = 10_000.0;
 
 /// A reason why a run takes a long time.
@@ -104,9 +104,9 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     burdens
 }
 
-/// Number of search steps per period of a surface that oscillates or turns, for each particle near it, and the wall
-/// time of a search step `[seconds]`.
+/// Number of search steps per period of a surface that oscillates or turns, for each particle near it.
 const STEPS_OF_PERIOD: f64 = 16.0;
+/// Wall time of a search step `[seconds]`.
 const SEARCH_STEP: f64 = 1e-7;
 
 /// Number of periods after which the rounding error of the time is a thousandth of a period. The phase of the surface
@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
         let found = causes(&[("space.shear_rate", "1e6")]);
         assert!(found[0].starts_with("a time of 100 has about"), "{found:?}");
-        // The work of a thermostat is also reported if the scene limits the number of events instead of the time.
+        // A costly thermostat is also reported if the scene limits the number of events instead of the time.
         let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
         assert_eq!(causes(&events).len(), 1);
     }

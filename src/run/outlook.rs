@@ -15,8 +15,8 @@ const STEPS_OF_PART: u64 = 10_000;
 /// Number of engine steps after which a trial is given up if it advances too slowly.
 const PATIENCE: u64 = 120_000;
 
-/// A trial is too slow if it would not cover enough of the run even at this multiple of its present speed. The margin
-/// is needed because the speed may increase: a system that cools has fewer and fewer events.
+/// A trial is too slow if it would cover too little of the run even if it became faster by this factor. The margin is
+/// needed because the speed may increase: a system that cools has fewer and fewer events.
 const MARGIN: f64 = 4.0;
 
 /// The rates in two intervals count as equal if they differ by less than this factor.
@@ -125,8 +125,8 @@ fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
     let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
     let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
     let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
-    // Particles that fall without dissipation soon convert their potential energy to kinetic energy. The rate is then
-    // steady.
+    // Particles that fall without dissipation soon convert their potential energy to kinetic energy, and the rate
+    // becomes steady. A shorter trial is then sufficient.
     let is_far = passed >= FAR * duration || why == NoRate::Falls;
     (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
 }

@@ -109,8 +109,7 @@ impl SceneBuilder {
         seed(seed: u64) => parts.seed;
         /// Sets the simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Sets whether particles may overlap at the start. The simulation then resolves the overlaps by the stable
-        /// rule.
+        /// Sets whether particles may overlap at the start. If they do, overlaps never grow deeper during the run.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;
@@ -264,7 +263,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Iterates over the fills and chains that have neither a temperature nor a speed, and gives access to both fields.
+    /// Iterates over the temperatures and speeds of all fills and chains in which neither is set.
     fn at_rest(&mut self) -> impl Iterator<Item = (&mut Option<f64>, &mut Option<f64>)> {
         self.groups.iter_mut().filter_map(|placed| match &mut placed.group {
             Group::Fill(Fill { temperature: t @ None, speed: v @ None, .. })

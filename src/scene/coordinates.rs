@@ -123,8 +123,9 @@ fn add_start(
     Ok(())
 }
 
-/// Takes the size of the box from a frame, and the sides of each axis for which the scene gives none. A frame cannot
-/// distinguish walls from open sides, so the scene must give the sides of an axis that is neither periodic nor flat.
+/// Takes the size of the box from a frame, and also its lower corner and its sides where the scene does not give them.
+/// A frame cannot distinguish walls from open sides, so the scene must give the sides of an axis that is neither
+/// periodic nor flat.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     let boundary = scene.parts.space.boundary;
     scene.size = Some(Vector::from_fn(|k, _| if boundary[k] == Boundary::Flat { 0.0 } else { frame.size[k] }));

@@ -209,7 +209,8 @@ fn volume_per_particle(
 }
 
 impl SceneBuilder {
-    /// Edges of the box that follow from the only fill with a count and a density: a cube, a square or a line.
+    /// Computes the edges of the box from the count and density of the only fill that has both. The box is a cube, a
+    /// square or a line.
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {

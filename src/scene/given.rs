@@ -55,7 +55,7 @@ impl GivenParticles {
     pub fn file_for(&self, scene: &Scene) -> Result<Vec<u8>, WriteError> {
         let known: HashMap<&str, u32> =
             scene.species.iter().zip(0..).map(|(species, number)| (species.name.as_str(), number)).collect();
-        // A name that no particle uses need not be a species of the scene.
+        // Names that no particle uses may be missing from the scene.
         let numbers: Vec<u32> =
             self.frame.species.iter().map(|it| known.get(it.name.as_str()).copied().unwrap_or(u32::MAX)).collect();
         let in_scene = |particle: &FrameParticle| {

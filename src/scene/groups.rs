@@ -1,5 +1,5 @@
-//! Places the particles of a scene, group by group. Groups with determined positions come first, so that random groups
-//! fill the space that is left. Ids follow the order of the groups in the scene.
+//! Places the particles of a scene, group by group. Groups whose positions are not random come first, so that random
+//! groups fill the space that is left. Ids follow the order of the groups in the scene.
 
 mod placing;
 

@@ -35,7 +35,8 @@ use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 /// Kinds of a table, such as `hard-sphere` for an interaction, and the keys that each kind allows.
 type Kinds = [(&'static str, &'static [&'static str])];
 
-/// The keys given in a table whose kind determines which keys are allowed.
+/// Keys given in a table that has a kind, such as the potential of an interaction. The kind determines which keys are
+/// allowed.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
@@ -65,7 +66,7 @@ impl<'k> Keys<'k> {
         Ok((word, keys))
     }
 
-    /// Rejects given keys that only other kinds have. `known` are the keys of this kind.
+    /// Rejects keys that are given but allowed only for other kinds. `known` are the keys that this kind allows.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.all.iter().copied().find(|key| self.has(key) && !known.contains(key)) {
             None => Ok(()),

@@ -29,7 +29,8 @@ pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// Rules of the schema, one for each kind in a table. Each rule forbids the keys that only other kinds have.
+/// Returns a rule of the schema for each kind of a table. The rule for a kind forbids all keys that are allowed only
+/// for other kinds.
 pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));

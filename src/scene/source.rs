@@ -23,7 +23,7 @@ struct Override {
     value: String,
     /// Position of the override in the whole text: the file, followed by all overrides.
     start: usize,
-    /// The text `v=value`, after enough spaces to put the value at its position in the whole text.
+    /// The text `v=value`. Spaces before it put the value at its position in the whole text.
     padded: String,
 }
 
@@ -139,8 +139,8 @@ impl Source {
         BEFORE_START.into_iter().filter(|key| document.get_ref().contains_key(*key)).collect()
     }
 
-    /// Splits a key into its parts, and replaces names of entries by indices. Two keys of the same value then have
-    /// equal parts. Parts that do not exist are kept as written.
+    /// Splits a key into its parts, and replaces names of entries by indices. Keys that refer to the same value then
+    /// have equal parts. Parts that do not exist are kept as written.
     pub(crate) fn place(&self, key: &str) -> Vec<String> {
         let tree = self.tree().ok();
         let mut parts = key.split('.').map(|part| part.trim().to_owned());

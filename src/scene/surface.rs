@@ -1,4 +1,4 @@
-//! Validates surfaces that consist of static spheres, and names the sides of a box.
+//! Validates surfaces that consist of static spheres. Also defines the names of the sides of a box.
 
 use crate::Vector;
 use crate::model::space::Space;

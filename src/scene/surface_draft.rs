@@ -10,7 +10,7 @@ pub struct SurfaceDraft {
     pub(crate) species: Vec<String>,
     pub(crate) law: SurfaceLaw,
     pub(crate) stages: Vec<String>,
-    /// Motions of the surface. If a motion names a stage, its times count from the beginning of this stage.
+    /// Motions of the surface. If a motion names a stage, its times are relative to the beginning of this stage.
     pub(crate) motions: Vec<(Option<String>, SurfaceMotion)>,
 }
 
@@ -50,7 +50,7 @@ impl SurfaceDraft {
         self
     }
 
-    /// Adds a motion whose times count from the beginning of a stage. `measurement` stands for everything after the
+    /// Adds a motion with times relative to the beginning of a stage. `measurement` stands for everything after the
     /// stages that the scene lists. All earlier stages must have a given duration.
     #[must_use]
     pub fn motion_in(mut self, stage: &str, motion: SurfaceMotion) -> Self {

@@ -18,7 +18,8 @@ pub struct Agreement {
     /// Sum of squared deviations in units of the standard error, `chi^2 = sum ((x - x_0) / error)^2`. Here `x_0` is the
     /// published value for the system size of the runs, [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// `chi^2` with the published values for infinite systems as `x_0`; `None` if no value depends on the system size.
+    /// `chi^2` with published values for infinite systems as `x_0`. `None` if no published value depends on the system
+    /// size.
     pub without_size: Option<f64>,
     /// Number of means. It is also the number of degrees of freedom of `chi_square`, because nothing is fitted.
     pub freedom: usize,

@@ -32,7 +32,8 @@ impl Entry {
         &self.key
     }
 
-    /// Returns the number at a point of the sweep; `None` if the value at this point has no number in this position.
+    /// Returns the number that a point of the sweep has at this position of the key's value; `None` if there is no
+    /// number.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;
@@ -47,8 +48,8 @@ impl Sweep {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
     }
 
-    /// All variables for plots of state points: keys with numbers, and numeric entries of lists and tables,
-    /// by key.
+    /// Returns all variables for plots of state points, in the order of the keys. Variables are keys with plain
+    /// numbers, and numeric entries of lists and tables.
     pub(crate) fn numbers(&self) -> Vec<Entry> {
         let names = self.state_point_names();
         let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);

@@ -41,9 +41,9 @@ pub enum SweepError {
     /// Runs with different seeds would be identical, because nothing in them is random.
     #[error("the seed changes nothing here: {first} and {second} would be the same run twice")]
     SameRuns {
-        /// Folder of one of two points.
+        /// Folder of the first point.
         first: String,
-        /// Folder of the other point.
+        /// Folder of the second point.
         second: String,
     },
     /// The axes have too many combinations of values.

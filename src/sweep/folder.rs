@@ -108,9 +108,10 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Creates the folder of a sweep, or opens the existing folder of the same sweep: with the same text of the scene,
-    /// the same overrides and the same keys. The values of the axes may differ: existing runs stay, and the tables show
-    /// the present points. If different sweeps open the same folder at the same time, only one of them succeeds.
+    /// Creates the folder of a sweep, or opens an existing folder of the same sweep. Two sweeps are the same if they
+    /// have the same scene text, overrides and keys. The values of the axes may differ. In this case, existing runs are
+    /// kept, and the tables show the points of `sweep`. If different sweeps open the same folder at the same time, only
+    /// one of them succeeds.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if the folder holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if
@@ -217,7 +218,7 @@ impl SweepFolder {
         self.path.join(SWEEP)
     }
 
-    /// Path of the file that describes a sweep, in the folder of the sweep.
+    /// Path of `sweep.toml` in the folder of a sweep.
     #[must_use]
     pub fn file_in(folder: &Path) -> PathBuf {
         folder.join(SWEEP)
@@ -252,7 +253,8 @@ impl SweepFolder {
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Removes the folder if it is empty. This fails if it contains other failures, which does not matter.
+            // Removes the folder if it is empty. If it contains records of other failures, this call fails, as it
+            // should.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

@@ -31,7 +31,8 @@ impl Sweep {
     }
 }
 
-/// The first file of a scene that has changed since the sweep began: its path, present and former checksum.
+/// Returns the first file of a scene that has changed since the sweep began: its path, its current checksum, and its
+/// former checksum.
 pub(super) fn replaced(scene: &Scene, begun_with: &Inputs) -> Option<(String, String, String)> {
     scene.inputs().iter().find_map(|input| {
         let expected = begun_with.get(&input.path).filter(|expected| **expected != input.checksum)?;

@@ -249,8 +249,8 @@ impl Sweep {
     /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if seeds vary and change nothing.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // The first or the last point must be valid. An axis may thus have invalid values at one end. There is at least
-        // one point.
+        // It is enough if the first or the last point is valid. An axis may thus have invalid values at one end. A
+        // sweep has at least one point.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),

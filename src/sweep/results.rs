@@ -70,7 +70,8 @@ pub struct Pooled {
     /// Standard error of the mean from the scatter of the values `x_i` of the `n` runs,
     /// `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of runs with a value. The others were too short, or the curve that gives the value was not straight.
+    /// Number of runs with a value. Other runs were too short, or had a curve that was not straight enough to give a
+    /// value.
     pub runs: usize,
 }
 
@@ -133,7 +134,7 @@ pub struct Group {
 pub struct StageMeans {
     /// Name of the measured stage; `measurement` for the last measurement.
     pub stage: String,
-    /// Number of completed runs of the state point with this measurement, without repeats.
+    /// Number of completed runs of the state point that contain this measurement. Repeated runs are not counted.
     pub runs: usize,
     /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
@@ -156,7 +157,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads the present results from the folder of a sweep. A point counts as failed if its files cannot be read.
+    /// Reads the current results from the folder of a sweep. A point counts as failed if its files cannot be read.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();

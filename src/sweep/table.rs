@@ -24,7 +24,7 @@ const COLUMNS: &str = "sweep-columns.csv";
 const STAGE: &str = "stage";
 
 impl SweepFolder {
-    /// Writes the tables of the present results. Returns their paths.
+    /// Writes the tables of the current results. Returns their paths.
     ///
     /// # Errors
     /// [`SweepError::Output`] if they cannot be written.

@@ -68,8 +68,9 @@ pub struct Pick {
     pub is_truncated: bool,
 }
 
-/// Reads the frame nearest to a time `[time]` from a trajectory file, or the last frame. If two frames
-/// are equally near, the earlier frame in the file is read. At most two frames are in memory at a time.
+/// Reads one frame from a trajectory file: the frame nearest to `time` `[time]`, or the last frame if `time` is `None`.
+/// If two frames are equally near, the earlier frame in the file is returned. At most two frames are in memory at a
+/// time.
 ///
 /// # Errors
 /// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,

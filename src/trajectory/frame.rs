@@ -112,12 +112,12 @@ pub struct Frame {
     pub particles: Vec<FrameParticle>,
     /// Ids of the two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
-    /// Names of the interactions that hold the bonds.
+    /// Names of the interactions of the bonds.
     pub bond_names: Vec<String>,
     /// For each bond, the index of its interaction in `bond_names`; empty if a file does not contain it.
     pub bond_kinds: Vec<u32>,
-    /// Periods travelled by each particle along each axis, in the order of the particles; empty if a file
-    /// does not contain them. [`Frame::unwrapped`] uses them.
+    /// Number of periods that each particle has travelled along each axis, in the order of the particles. Empty if a
+    /// file does not contain them. [`Frame::unwrapped`] uses them.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
     /// Additional scalars of the particles, such as the bond order.
@@ -235,7 +235,7 @@ impl Frame {
         Space { lower: self.lower, size: self.size, boundary: [0, 1, 2].map(boundary) }
     }
 
-    /// The shortest image of a separation of two points in the box `[length]`.
+    /// Returns the shortest periodic image of a separation vector `[length]`.
     #[must_use]
     pub fn nearest_image(&self, separation: Vector) -> Vector {
         nearest_image(separation, &self.space().periods(), self.displacement)

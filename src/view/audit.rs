@@ -74,9 +74,8 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // Without a limit in the scene, the run has compared each overlap with the round-off of the coordinates from which
-    // it was computed. The run is sound if no overlap exceeded its round-off. There is no verdict if particles
-    // overlapped at the start.
+    // If the scene sets no limit, the run compares each overlap with the round-off of the coordinates involved. The run
+    // is sound if no overlap exceeded this round-off. There is no verdict if particles overlapped at the start.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

@@ -122,7 +122,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// Lists the cutoffs that the box makes shorter than the plan requests, each with the reason.
+/// Lists the cutoffs that are shorter than requested because of the box, each with the reason.
 #[must_use]
 pub fn shortened(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();

@@ -22,7 +22,7 @@ const MOST_NUMBERS: usize = 48;
 
 const MOST_RATES: usize = 12;
 
-/// Table of the results of a run: the system, the end, the means and the audit.
+/// Table of the results of a run: the system, how the run ended, the means and the audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;

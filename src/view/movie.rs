@@ -116,8 +116,8 @@ pub struct Movie {
     /// Degrees by which the camera moves around the scene to the right, from the first image to the last.
     /// Flat and one-dimensional scenes are always seen from the front.
     pub turn: f64,
-    /// The point in the middle of all images, if a point is followed: particles are wrapped around it along
-    /// periodic axes, and the camera moves along the other axes.
+    /// The point to follow, if any. It is in the middle of all images: particles are wrapped around it along periodic
+    /// axes, and the camera moves with it along the other axes.
     pub follow: Option<Follow>,
 }
 

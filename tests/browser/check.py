@@ -49,7 +49,8 @@ ROW = """(() => {
   return count ? sum / count : -1;
 })()"""
 
-# Waits until everything requested has been drawn for three frames in a row: a resized canvas requests another drawing.
+# Waits until no drawing has been due for three frames in a row. One frame is not enough, because a resized canvas
+# requests another drawing.
 DRAWN = """new Promise((done) => {
   let still = 0;
   const look = () => {
@@ -353,7 +354,8 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
-# CSS classes of the elements that are too wide for print on A4 with margins: 182 mm are 688 pixels.
+# CSS classes of the elements that are too wide for a printed A4 page, which has 182 mm (688 pixels) between its
+# margins.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
 

@@ -53,7 +53,7 @@ PIXELS = """(() => {
   return [hash, colours.size];
 })()"""
 
-# Waits until, for four frames in a row, the simulation is playing or the picture shows everything requested.
+# Waits for four frames in a row in which either the simulation is playing or the picture shows everything requested.
 SETTLED = """new Promise((done) => {
   let still = 0;
   const look = () => {

@@ -150,7 +150,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // The path may be relative to `src`: a module, or a folder of modules.
+            // Paths of modules, and of folders of modules, may be relative to `src`.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {

@@ -68,8 +68,8 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Checks that the time is the end of the bracket before the contact. The overlap function must be zero there, or
-/// positive there and negative at one of the next three floating-point numbers.
+/// Checks that `t` is the end of the bracket that precedes the event. The overlap function must be zero at `t`, or it
+/// must be positive at `t` and negative at one of the next three floating-point numbers.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;

@@ -19,7 +19,7 @@ impl Dyadic {
         Self { mantissa: BigInt::from(1), exponent }
     }
 
-    /// The number as an integer multiple of `2^exponent`. This exponent must not exceed that of the number.
+    /// Returns the integer `n` for which this number is `n 2^exponent`. Requires `exponent <= self.exponent`.
     pub fn in_units_of(&self, exponent: i64) -> BigInt {
         &self.mantissa << (self.exponent - exponent) as u64
     }

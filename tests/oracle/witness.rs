@@ -82,8 +82,8 @@ fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
 /// remainder.
 const REST: f64 = 1e-9;
 
-/// Shifts of the coefficients: first to the centres of their boxes, then to the corners and the midpoints of edges and
-/// faces, after the boxes are shrunk by the factors in `PARTS`.
+/// Shifts of the coefficients within their boxes. The first shift leads to the centre. The others lead to the corners
+/// and the midpoints of edges and faces of smaller boxes, which are shrunk by the factors in `PARTS`.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
     let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());

@@ -215,7 +215,7 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Another fill has already placed 30 particles. The total number is in the same range as without it.
+    // Here another fill places 30 particles first. The total number is in the same range as with one fill.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     // Cores may be smaller than diameters.

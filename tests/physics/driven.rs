@@ -325,8 +325,8 @@ fn vanishing_shear_rate_gives_the_pressure_at_rest() {
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
-    // The two trajectories differ after the first contacts. With 32 particles, counting the degrees of freedom of one
-    // particle too many would change the pressure by 3 %.
+    // The two trajectories differ after the first contacts. If the degrees of freedom were those of 33 particles
+    // instead of 32, the pressure would change by 3 %.
     let error = rest.2.hypot(sheared.2);
     assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
 }

@@ -122,8 +122,8 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
         let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
         let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        // The round-off of velocities grows with the drift velocity. So relative speeds fall below the round-off
-        // slightly earlier in a moving line.
+        // The round-off of velocities grows with the drift velocity. So in a moving line, relative speeds fall below
+        // the round-off slightly earlier than in a line at rest.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
 }

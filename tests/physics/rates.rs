@@ -1,4 +1,4 @@
-//! Rates of events per particle. A contact counts once for each moving particle in it.
+//! Rates of events per particle. A contact of two particles counts once for each of them that can move.
 
 use std::ops::ControlFlow;
 

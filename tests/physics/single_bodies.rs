@@ -92,8 +92,8 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
                 break; // the TC model has made the contact elastic
             }
-            // Each flight rounds time and speed by a few units in the last place of the total time. If a ball of speed
-            // v is late by dt, its peak is off by 1/2 v dt.
+            // Each flight changes time and speed by rounding errors of a few units in the last place of the total time.
+            // If the flight of a ball that starts at speed v is too long by dt, its peak is off by 1/2 v dt.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -189,7 +189,8 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
     assert_eq!(simulation.event_counts().wall, 100);
-    // A rounding error of a contact time, a few units in the last place of 800, shifts all later motion by as much.
+    // A contact time has a rounding error of a few units in the last place of 800. All later motion is shifted in time
+    // by this error.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
     assert_eq!(now.images[0][0], 200);

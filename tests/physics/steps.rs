@@ -64,8 +64,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
         law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
         let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
-        // The numbers of pairs that enter and leave differ only by the change of the number of pairs inside. This
-        // change is far below the number of events.
+        // The number of entries minus the number of exits is the change of the number of pairs inside. This change is
+        // far below the number of events.
         assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
     }
 }

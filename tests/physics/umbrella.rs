@@ -95,8 +95,9 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // A swap is possible if both distances lie in the overlap of the two windows. The expected acceptance is the weight
-    // of the overlap as a fraction of each window, with the energies inside and outside of the well.
+    // A swap is possible if both distances lie in the overlap of the two windows. Each distance does so with a
+    // probability equal to the weight of the overlap divided by the weight of its window. The expected acceptance is
+    // the product of the two probabilities. The weights contain the Boltzmann factor of the well.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)

@@ -150,8 +150,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn thermal_wall_velocities_do_not_depend_on_the_order_of_contacts() {
-    // The velocities that a hot wall gives to the first of three particles. The particles are too small to meet. The
-    // other two reach the walls at other times, and more often.
+    // Returns the velocities that hot walls give to the first of three particles. The particles are too small to meet.
+    // The other two start at the speeds `others` and `3 others` along x, which decide when they reach the walls.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

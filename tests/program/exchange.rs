@@ -111,8 +111,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // The mean square deviation of energies from the true mean is larger than that from their own mean, most likely
-        // by at most the square of the standard error.
+        // The variance about the true mean exceeds the variance about the sample mean. The difference is most likely at
+        // most the square of the standard error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");
@@ -290,7 +290,7 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
         let observables = &summary["temperatures"][at]["observables"];
         let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
-        // The samples of 108 particles at 20 times count as five independent ones: four standard errors of the
+        // It is assumed that 20 samples of 108 particles give five independent ones. Then four standard errors of the
         // temperature are 4 sqrt(2 / 324 / 5) = 0.14. The equation of Carnahan and Starling gives Z = 3.97 at a packing
         // fraction of 0.3.
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");

@@ -41,7 +41,8 @@ fn temperatures_are_found_for_a_requested_acceptance() {
     assert_eq!(code(&place.carom(&exchange(&["--set", &text, "--out", "runs/even"]))), 0);
     let neighbours = place.summary("runs/even")["neighbours"].as_array().unwrap().clone();
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
-    // These tolerances are for acceptances from 300 attempts each and a density of states from 600 rows.
+    // The tolerances allow for statistical errors: each acceptance comes from 300 attempts, and the density of states
+    // from 600 rows.
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
     let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.99999"]);
     assert!(code(&output) == 2 && errors(&output).contains("more than a thousand"), "{}", errors(&output));

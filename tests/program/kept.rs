@@ -232,7 +232,7 @@ fn new_end_is_stored_before_the_run_continues() {
     let finished = run(scene.clone(), &mut folder, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
     let events = 8_000;
-    // Dropping the `Folder` right after it has stored the new end has the same effect as a kill.
+    // `Folder::resume` stores the new end. The folder is dropped at once, which has the same effect as killing the run.
     drop(when_free(|| Folder::resume(&path, Some(Limit::events(events)))));
     let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
     assert_eq!(checkpoint.simulation.scene().run().limit, Limit::events(events));

@@ -28,8 +28,8 @@ fn refused(place: &Place, arguments: &[&str], name: &str) {
     assert!(contents(place.path()) == before, "{arguments:?}, {name}: something was changed");
 }
 
-/// Copies the results of a command once for each name, and calls `then` with each copy. A user's file in the same
-/// folder must stay unchanged.
+/// Runs a command once. For each name, copies the folder with its results and calls `then` with the copy and the name.
+/// `then` must not change the user's file in the copy.
 fn each(scene: &str, command: &[&str], names: &[&str], then: impl Fn(&Place, &str)) {
     let place = Place::with(scene);
     place.write("thesis.tex", WORK);

@@ -39,8 +39,8 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // With memory limits between this one and the last sufficient one, other allocations fail. None of these failures
-    // may end the program by a signal.
+    // The run has failed with the limit `room`, but succeeded with the limit before. With limits between these two,
+    // other allocations fail. None of these failures may end the program by a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);

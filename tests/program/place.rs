@@ -191,8 +191,8 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// Opens files, and tries again while they are locked. Other tests start programs, and each new process holds the locks
-/// of this one until it executes its program.
+/// Opens files, and tries again while they are locked. Other tests start programs from this process. Each new process
+/// inherits the locks of this process, and holds them until it executes its program.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

@@ -94,8 +94,9 @@ fn runs_limited_by_events_write_rows_and_frames_from_the_start() {
         let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
-    // All rows except the last one must be equally spaced from the start. The pilot run simulates a thousandth of the
-    // 100,000 events. This takes 0.18 units of time, in which several rows are due.
+    // All rows except the last one must be equally spaced from the start. This includes the rows during the pilot run,
+    // which simulates a thousandth of the 100,000 events. These events take 0.18 units of time, so several rows are
+    // due.
     let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
     for (folder, more) in [
         ("rows", vec![]),

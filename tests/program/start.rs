@@ -114,8 +114,7 @@ fn consecutive_runs_have_the_bits_of_one_longer_run() {
         let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
         run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
-        // Of the next two scenes, one repeats everything except the start. The other contains only the limit of the
-        // run.
+        // The scene `again` repeats everything except the start. The scene `short` contains only the limit of the run.
         started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
         started(&place, "short", &run_until("0.75"));
         run(&place, &["again.toml", "--out", "runs/2"]);

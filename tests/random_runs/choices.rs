@@ -40,8 +40,8 @@ pub fn bytes(seed: u64, count: usize) -> Vec<u8> {
     std::iter::repeat_with(&mut next).flatten().take(count).collect()
 }
 
-/// A temporary folder, in memory if the system has such a disk. On other disks, syncing takes most of
-/// the time.
+/// A temporary folder, in `/dev/shm` if possible. This is a file system in memory. On a disk, the tests would spend
+/// most of their time on syncing.
 #[allow(dead_code)]
 pub fn temporary() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).expect("a temporary folder")

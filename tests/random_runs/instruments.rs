@@ -12,8 +12,8 @@ use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
 
-/// Number of progress calls, every few hundredths of a second, after which a run is abandoned because its
-/// events are too rare.
+/// A run is abandoned after this number of progress calls, because its events are too rare. The calls are a few
+/// hundredths of a second apart.
 const PATIENCE: u32 = 5;
 
 pub fn scene(bytes: &[u8]) -> String {

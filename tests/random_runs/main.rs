@@ -25,8 +25,9 @@ fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// Runs `judge` on a number of random cases. If any of them panics, panics with the seeds of all failed cases and the
-/// text of the first one from `show`.
+/// Runs `judge` on a number of random cases and returns its results. If it panics for some cases, this function panics
+/// after the last case. The message has the seeds of all failed cases, and the first of these cases as text from
+/// `show`.
 fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
     let first = setting("CAROM_FUZZ_SEED", 1);
     let mut objections = Vec::new();

@@ -1,5 +1,5 @@
-//! Sweeps: axes as users may type them, their points and folders, and the contents of a folder when sweeps,
-//! inputs and files change between two calls or during them.
+//! Tests of sweeps. Axes are given as users may type them, and their points and folders are checked. In other tests,
+//! the sweep, its inputs or its files change between two calls or during a call.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -83,9 +83,8 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. Every axis must be rejected, or its
-/// text must read back as the same axis. Every point must have its own folder in the folder of the sweep, and its own
-/// scene.
+/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. The text of every accepted axis must be
+/// parsed to the same axis again. Every point must have its own scene, and its own folder in the folder of the sweep.
 ///
 /// # Panics
 /// If a requirement is not met.

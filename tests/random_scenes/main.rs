@@ -22,8 +22,8 @@ use carom::model::Scene;
 
 /// Number of events that the verifier checks per scene.
 const EVENTS: u64 = 150;
-/// Number of progress calls of the engine or the verifier after which a scene without a next event is abandoned. In
-/// such scenes, particles are so fast that they travel around the box endlessly.
+/// A scene is abandoned when the engine or the verifier has made this number of progress calls without a new event. In
+/// such scenes, fast particles travel around the box endlessly.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {

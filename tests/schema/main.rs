@@ -346,8 +346,8 @@ fn schema_rejects_numbers_outside_the_ranges_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // These limits depend on other keys. The height of a shoulder must be positive, but not that of a penetrable
-        // core, and the ends of a slider are compared with each other.
+        // The limits of these keys depend on other keys. The height of a shoulder must be positive, but the height of a
+        // penetrable core may also be negative. The ends of a slider are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

@@ -1,5 +1,5 @@
-//! A run is a function of its scene: it has the same bits whatever observes it, whatever the particles are
-//! called and whenever it starts.
+//! A run is a function of its scene. Its bits do not depend on observers, on the names of the particles, or on the
+//! start time.
 
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};

@@ -1,4 +1,4 @@
-//! Bonds with a narrow range of lengths. The particles reach the shortest and the longest length in turn.
+//! Bonds with a narrow range of lengths. They alternate between the shortest and the longest length.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -44,9 +44,9 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert_eq!(kinds[0], first);
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
-                // Between two events the bond length changes by `range`, at a relative speed of 2. The first event may
-                // come at once. The tolerance allows for this, and for the rounding of coordinates and distances below
-                // 2 in each event.
+                // Between two events the bond length changes by `range`, at a relative speed of 2. The tolerance allows
+                // for a first event at the start, and for the rounding of coordinates and distances below 2 in each
+                // event.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());

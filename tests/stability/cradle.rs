@@ -8,9 +8,9 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
 
-/// A row of five spheres. The first `strikers` of them come from the left at a speed of 1, in contact with each other,
-/// and arrive at time 1. The others are at rest, and the first of these is at `first`. `next` takes the position of one
-/// of them and returns the position of the next one.
+/// A row of five spheres. The first `strikers` of them are in contact with each other. They come from the left at a
+/// speed of 1 and arrive at time 1. The other spheres are at rest. The leftmost sphere at rest is at `first`, and
+/// `next` returns the position of each further one from the position of the one before.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();

@@ -158,8 +158,8 @@ impl Cores {
 
 /// Largest increase of an overlap between two checks that rounding explains.
 ///
-/// Six coordinates of up to the length of the box are rounded a few times, and so is `|r|^2` of up to 1.5. A coordinate
-/// error changes the overlap function by twice the error times `|r|`.
+/// The six coordinates of a pair are at most the length of the box, and `|r|^2` is at most 1.5. Each of them is rounded
+/// a few times. A coordinate error changes the overlap function by twice the error times `|r|`.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }

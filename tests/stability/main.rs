@@ -1,5 +1,5 @@
-//! Stability: whole runs of cases that break other programs, dense, degenerate, at rest and invalid from the
-//! start; and influences that must not change a run.
+//! Stability: whole runs of cases in which other programs fail. Systems are dense, degenerate, at rest, or invalid from
+//! the start. Also tests influences that must not change a run.
 //!
 //! Tolerances are for round-off, and derived where they are used.
 

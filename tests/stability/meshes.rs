@@ -46,8 +46,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh that is star-shaped about `middle`. Vertices lie up to 0.2 (`kind` % 4) of the radius below the
-/// sphere. If `kind` is odd, the mesh has slivers.
+/// A closed mesh that is star-shaped about `middle`. It is a sphere whose vertices are moved inwards by up to
+/// `0.2 (kind % 4)` of the radius. If `kind` is odd, the mesh has slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {

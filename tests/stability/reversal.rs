@@ -31,7 +31,7 @@ impl Fluid {
     }
 }
 
-/// Result of a run forwards and back, with reversed velocities.
+/// Result of a run to a later time, and of a second run with reversed velocities that leads back.
 struct Retraced {
     events: u64,
     events_back: u64,

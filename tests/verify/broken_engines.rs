@@ -1,4 +1,5 @@
-//! Engines with one error: the events of one scene are verified by the rules of another scene.
+//! Engines with one error. To imitate such an engine, events are recorded in one scene and verified as events of a
+//! slightly different scene.
 
 use carom::check::verify::{Fault, Quantity};
 use carom::model::{Limit, Scene, SceneParts};

@@ -196,8 +196,8 @@ fn wrong_pair_state_is_reported() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // Leaves the first released pair out of the captured pairs. At its distance, an uncaptured pair can only have an
-    // event if it approaches.
+    // The first pair that is released is left out of the captured pairs. At the distance of this pair, an uncaptured
+    // pair can only have an event while it approaches.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);

@@ -22,7 +22,7 @@ pub enum Judgement {
     Invented,
 }
 
-/// Times with a larger relative error belong to another event.
+/// A time with a larger relative error is the time of another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
 /// Bits of an exact event time. A floating-point number has fewer.

@@ -7,7 +7,7 @@
 use super::problem::Pair;
 use carom::physics::overlap::Side;
 
-/// The time of the next event; brackets are bisected to a relative width.
+/// Returns the time of the next event. Brackets are bisected down to the relative width `width`.
 pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {
     let [d0, d1, d2, d3] = pair.quartic.derivative();
     let found = roots::find_roots_cubic(d3, d2, d1, d0);

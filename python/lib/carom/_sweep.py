@@ -28,7 +28,7 @@ __all__ = ["Sweep", "sweep"]
 #: Functions of a frame, and the time between two calls, as given by users.
 _Observed = tuple[Union[Functions, None], Union[float, None]]
 
-#: Significant digits of a floating-point value. The program uses the same number for ranges.
+#: Number of significant digits of floating-point values. The program rounds the values of ranges to as many digits.
 _DIGITS = 12
 
 

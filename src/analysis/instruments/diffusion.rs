@@ -192,8 +192,8 @@ impl Instrument for Diffusion {
     }
 }
 
-/// Integrals of a function with spacing 1, from the first value up to each value. Each step uses the cubic
-/// through the four values around it, or trapezoids if there are fewer values.
+/// Integrals of a function from its first value up to each value. The values have the spacing 1. Each step uses the
+/// cubic through the four values around it, or trapezoids if there are fewer values.
 fn integrals(values: &[f64]) -> impl Iterator<Item = f64> {
     let last = values.len().saturating_sub(1);
     let step = move |k: usize| match (k, last) {

@@ -106,8 +106,8 @@ impl<'s> Fluid<'s> {
         })
     }
 
-    /// Calculates the part of a coefficient that its span misses `[length^2 / time]`, from the measured
-    /// viscosity or, without one, from Enskog's viscosity.
+    /// Calculates the part of a diffusion coefficient that the finite span misses `[length^2 / time]`. Uses the
+    /// measured viscosity or, if there is none, Enskog's viscosity.
     fn tail(&self, number: &Number) -> Option<f64> {
         let mass = self.system.moving_mass();
         let measured = self.viscosity.map(|it| it.mean);
@@ -122,7 +122,7 @@ impl<'s> Fluid<'s> {
     }
 
     /// Converts the coefficient of a box into the coefficient of an infinite system. `None` for Green-Kubo
-    /// coefficients, in a box that is not a cube, or if the viscosity was not requested.
+    /// coefficients, for a box that is not a cube, and if the viscosity was not requested.
     fn infinite(&self, number: &Number, tail: Option<f64>) -> Option<Number> {
         let species = number.name.strip_prefix(COEFFICIENT).filter(|_| !number.name.starts_with(GREEN_KUBO))?;
         if !self.has_viscosity || !self.system.space.is_cube() {

@@ -115,9 +115,10 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
-/// Whether a component is the time derivative of a bounded moment. This holds with walls across `a`, if neither
-/// they nor anything else transfers momentum along `b`: `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum
-/// r_a J_b / V_i`. The mean over a time `t` is then the change of the moment divided by `t`.
+/// Whether a component of the pressure tensor is the time derivative of a bounded moment. This holds with walls across
+/// `a` if nothing, not even these walls, transfers momentum along `b`, and no thermostat scales the velocities:
+/// `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`. The mean over a time `t` is then the change of
+/// the moment divided by `t`.
 fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
     let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
     (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()

@@ -39,7 +39,7 @@ pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Opt
 /// Slope of a curve of means over its last three quarters. `None` if this part is not straight or has too few
 /// points.
 ///
-/// `slope` estimates a linear combination of curve elements. The caller may thus correct the curve first.
+/// `slope` estimates a linear combination of curve elements. It may apply corrections to the curve first.
 pub(super) fn straight_slope(
     longest: usize,
     spacing: f64,

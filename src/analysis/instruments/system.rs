@@ -164,7 +164,7 @@ impl SystemDescription {
         }
     }
 
-    /// Whether the moving particles have a defined volume, which a pressure needs.
+    /// Whether the moving particles fill a defined volume, which is necessary for a pressure.
     pub(crate) fn has_volume(&self) -> bool {
         self.space.is_closed() && self.moving.len() == self.masses.len()
     }

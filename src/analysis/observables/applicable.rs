@@ -34,11 +34,13 @@ pub struct ApplicableObservables {
     pub has_pressure: bool,
     /// Axes between two walls, if the virial gives a pressure.
     pub walled_axes: [bool; 3],
-    /// For each axis, whether the lower and the upper wall have their own pressure: a finite area without
-    /// static particles in front of it.
+    /// For each axis, whether a pressure is defined on the lower and on the upper wall. The wall must have a finite
+    /// area. The scene must have at least two moving particles, with room between the walls for all of them, but no
+    /// static particles and no other surfaces.
     pub pressed_walls: [[bool; 2]; 3],
-    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`, if the wall exchanges energy with
-    /// the particles: it has a temperature or dissipates. `None` also for an infinite wall.
+    /// Areas of the lower and the upper wall of each axis `[length^(D - 1)]`, for walls that exchange energy with the
+    /// particles: they have a temperature, or their contacts dissipate energy. `None` for other walls and for infinite
+    /// walls.
     pub heat_areas: [[Option<f64>; 2]; 3],
     /// The only axis between two walls, if no thermostat acts along it. The pressures on its walls differ from
     /// the virial pressure only by time derivatives of bounded quantities.
@@ -216,9 +218,9 @@ impl ApplicableObservables {
         Some(((temperature / now).sqrt(), self.drift(&energy.peculiar_momentum)))
     }
 
-    /// Energy that particles gained at events so far, and the sum of each gain times its time since the
-    /// start: energy supplied, minus energy dissipated and energy stored in pairs. It does not include the
-    /// work of the streaming in a sheared box `[energy]`, `[energy time]`.
+    /// Energy that particles gained at events so far `[energy]`, and the sum of each gain times its time since the
+    /// start `[energy time]`. The gain is the supplied energy, minus the dissipated energy and the energy stored in
+    /// pairs. In a sheared box, only the dissipated energy is counted.
     pub(super) fn heated(&self, counts: &EventCounts, pair_energy: f64) -> [f64; 2] {
         let lost = [counts.dissipated.total(), counts.dissipated_moment.total()];
         if self.is_sheared {

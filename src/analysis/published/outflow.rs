@@ -74,8 +74,8 @@ mod tests {
     #[test]
     fn square_outlet_flow_exceeds_circular_by_area_ratio() {
         let round = beverloo(1.1, 9.81, Outlet::Round(5.0), 0.5);
-        // By hand: 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is the diameter of the opening minus 1.4
-        // diameters of a grain.
+        // By hand: 0.58 * 1.1 * sqrt(9.81) * 4.3^2.5, where 4.3 is the diameter of the opening minus 1.4 times
+        // the diameter of a grain.
         assert!((round - 76.617_207_912_919).abs() < 1e-11, "{round}");
         let square = beverloo(1.1, 9.81, Outlet::Rectangular([5.0, 5.0]), 0.5);
         assert!((square / round - 4.0 / PI).abs() < 1e-14);

@@ -14,8 +14,9 @@ const LAST_STEP: f64 = 1e-9;
 /// Relative round-off error of the minimised function.
 const ROUNDING: f64 = 1e-12;
 
-/// Minimum number of samples shared by two groups of ensembles. The variance of their free-energy difference, in units
-/// of the temperature, is the inverse of this number. With fewer samples the variance would exceed one.
+/// Minimum number of samples shared by two groups of ensembles. The free-energy difference of the groups, divided by
+/// the temperature, has a variance of one over the number of shared samples. With fewer samples the variance would
+/// exceed one.
 const LEAST_SHARED: f64 = 1.0;
 
 /// Histograms of the potential energy of several ensembles together, mostly canonical ones at several

@@ -19,8 +19,8 @@ impl DensityOfStates {
         let difference = cold.recip() - hot.recip();
         let [of_cold, of_hot] = [cold, hot].map(|temperature| self.probabilities_at(temperature));
         let mut above: f64 = of_cold.iter().sum();
-        // For the present level `E'` of the hot replica, `below` sums over the levels `E < E'` of the cold replica,
-        // each with the factor `exp((1/T_1 - 1/T_2) (E - E'))`, where `T_1 < T_2`.
+        // The loop visits the levels `E'` of the hot replica. `below` sums the cold replica's probabilities of all
+        // levels `E < E'`, each multiplied by `exp((1/T_1 - 1/T_2) (E - E'))`, where `T_1 < T_2`.
         let (mut below, mut last, mut sum) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((energy, _), (cold, hot)) in self.levels().zip(of_cold.iter().zip(&of_hot)) {
             if below > 0.0 {

@@ -24,15 +24,15 @@ const FASTEST: f64 = 0.5;
 /// Ratio of successive relaxation times in the fit.
 const RATIO: f64 = 1.5;
 
-/// With fewer frequencies, changes that cancel from one value to the next cannot be separated from other noise.
+/// With fewer frequencies, the fit cannot distinguish the changes of an uncorrelated quantity from other noise.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
 /// Exponent of the prior, which is a power of `1 / S(0)`, where `S(0)` is the spectral density at frequency zero.
 /// Weights that cannot be negative always fit some of the noise, and the prior offsets this.
 const PRIOR: f64 = 0.5;
 
-/// Largest fraction of the variance in the slowest relaxation of the fit. If a series exceeds it, its motion is slower
-/// than the series can resolve.
+/// If the slowest relaxation of the fit has more than this fraction of the variance, the motion is too slow for the
+/// length of the series.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
 /// Limits for the share of the slowest relaxation in the density at frequency zero. Below the first limit, the estimate
@@ -50,13 +50,13 @@ const MOST_DOUBT: f64 = 3.0;
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
-/// The density at frequency zero is at least [`LEAST`] times the mean power at the [`LOWEST`] lowest frequencies. For
-/// white noise, this limit applies by chance once in 10,000 cases.
+/// The estimated density at frequency zero is raised to at least [`LEAST`] times the mean power at the [`LOWEST`]
+/// lowest frequencies. White noise is affected once in 10,000 cases.
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 
-/// Largest fraction of the power at the lowest frequency. If a series exceeds it, the series is a single oscillation or
-/// a drift, and its density at frequency zero is unknown.
+/// If the lowest frequency has more than this fraction of the total power, the series is a single oscillation or a
+/// drift. Its density at frequency zero is then unknown.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
 /// Lower limit for powers and densities, in units of the variance. It prevents divisions by zero.
@@ -94,9 +94,9 @@ struct Part {
 /// - white noise, `1`;
 /// - relaxations `exp(-k / t)` with about a dozen relaxation times `t`, up to a twelfth of the series. Their density is
 ///   `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
-/// - changes of a quantity without correlations from one interval to the next, `1 - cos w`;
-/// - if the likelihood increases enough, changes of a quantity with longer correlations, `2 (1 - cos w) S(w)`. A
-///   single relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one
+/// - changes of an uncorrelated quantity between successive values, `1 - cos w`;
+/// - if the likelihood increases enough, changes of a correlated quantity, `2 (1 - cos w) S(w)`. A single
+///   relaxation has `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, a double one
 ///   `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. Most of the virial of a crystal behaves like this, and so
 ///   does the momentum of particles that move to and fro between two walls. The sum of `n` changes is the difference
 ///   between both ends, so the variance of the mean is `2 / n^2` times the variance of the quantity.
@@ -233,8 +233,8 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// Components that a series of `n` values may contain: white noise, relaxations from slow to fast, and, if there are
-/// enough frequencies, changes of a quantity without correlations.
+/// Components that a series of `n` values may contain: white noise and relaxations from slow to fast. If there are
+/// enough frequencies, the changes of an uncorrelated quantity are a further component.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;
@@ -251,8 +251,8 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
 }
 
 /// Returns components for the changes of a quantity whose values are correlated. Each relaxation time has one component
-/// for a single relaxation and one for a double relaxation. The two end values of the quantity add `2 / n` to the
-/// density at all frequencies.
+/// for a single relaxation and one for a double relaxation. The difference between the first and the last value of the
+/// quantity adds `2 / n` to the density at all frequencies.
 fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let ends = 2.0 / n as f64;
     let mut parts = Vec::new();

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 /// values, at most one in 25 is called drifting.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// Limit for an error from the residuals about a straight line through the series or its second half. Such errors are
-/// too small, so the limit is larger than [`LIMIT`].
+/// Limit if the error is estimated from residuals about a straight line, for the whole series or its second half. Such
+/// an error is too small, so this limit is larger than [`LIMIT`].
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// Minimum number of independent values in the second half of a series that is called stationary.

@@ -50,7 +50,7 @@ fn anticorrelated_noise_reduces_the_error() {
 
 #[test]
 fn bounded_quantity_adds_no_error_to_its_rate() {
-    // Each series is the sum of the changes of a quantity and weak white noise. The quantity relaxes, like the momentum
+    // Each value of a series is the change of a quantity plus weak white noise. The quantity relaxes, like the momentum
     // between two walls, or oscillates, like the virial of a crystal. Two things contribute to the error of the mean:
     // the noise, and the difference of the quantity between both ends, divided by n.
     let (n, count) = (400_usize, 100);

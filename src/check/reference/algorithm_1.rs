@@ -144,7 +144,8 @@ pub(in super::super) fn first_on(f: &Polynomial, extents: &[Polynomial]) -> Opti
     if is_on(first) {
         return Some(first);
     }
-    // Between two successive sign changes of these polynomials, either all times meet the condition or none does.
+    // Between successive sign changes of these polynomials the condition does not change. One test in the middle is
+    // enough.
     let falls = f.derivative();
     let all = [f, &falls].into_iter().chain(extents);
     let mut times: Vec<f64> = all.flat_map(|polynomial| polynomial.sign_changes(first)).chain([first]).collect();

@@ -150,7 +150,7 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // The allowance is too small by the smallest amount that the sum resolves.
+        // A slightly smaller allowance is not enough.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

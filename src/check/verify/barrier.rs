@@ -75,10 +75,10 @@ impl ContactMemory {
     /// Returns the possible motions after a contact. There are several if round-off leaves the case open.
     ///
     /// A particle that leaves at the speed `v = closing t_c / 2` returns after the time `t_c`. A particle that arrives
-    /// at less than `v` divided by [`SLIDING`] slides: it leaves at this limit, and the energy for this comes from its
-    /// motion along the barrier. A faster contact is elastic if either particle had its previous contact less than
-    /// `t_c` ago. Otherwise, the particle leaves at no less than `v`, or at no less than its arrival speed if that is
-    /// lower.
+    /// at less than `v` divided by [`SLIDING`] slides. It leaves at the speed `v` divided by [`SLIDING`], or at its
+    /// total speed if that is lower. Its speed along the barrier decreases, so that the kinetic energy is constant.
+    /// A faster contact is elastic if either particle had its previous contact less than `t_c` ago. Otherwise, the
+    /// particle leaves at no less than `v` or its arrival speed, whichever is lower.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
         let Arrival { restitution, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);

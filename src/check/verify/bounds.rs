@@ -5,8 +5,8 @@ use super::world::World;
 use crate::Vector;
 use crate::engine::{Elapsed, States};
 
-/// Number of roundings in a bound. Each is at most one unit in the last place of the largest numbers, which [`Flight`]
-/// holds. Between a prediction and its event, each of the six coordinates of a pair collects rounding errors from the
+/// Number of roundings in a bound. Each is at most one unit in the last place of the magnitudes in [`Flight`].
+/// Between a prediction and its event, each of the six coordinates of a pair collects rounding errors from the
 /// free flight (three operations), from the event time, and from a wrap. They occur in the engine and again in the
 /// verifier. The sum in the overlap function has eight terms.
 const ROUNDINGS: f64 = 32.0;
@@ -28,7 +28,7 @@ pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
     length.abs() > MOST_OF_DISTANCE * distance
 }
 
-/// Largest numbers in the flight of a particle, which determine its round-off.
+/// Magnitudes that determine the round-off of a particle's flight.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flight {
     /// Largest coordinate rounded since the last event `[length]`.
@@ -136,7 +136,8 @@ impl Bounds {
         Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
     }
 
-    /// Bounds at a plane in any direction, or at a face of the given slenderness.
+    /// Bounds at a plane of any orientation. For a triangular face, `slenderness` is the error of its normal in units
+    /// of round-off; otherwise it is 1.
     pub fn plane(a: &Flight, plane: &Flight, radius: f64, slenderness: f64) -> Self {
         let (velocity, direction) = (a.velocity() + plane.velocity(), rounded(slenderness + plane.turning));
         let distance = rounded((a.length + plane.length) * slenderness + radius);

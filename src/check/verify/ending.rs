@@ -46,8 +46,8 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    /// Searches for a future contact of a particle with a wall, which would be an error. Returns a contact if the
-    /// search neither finds nor excludes it.
+    /// Searches for a future contact of a particle with a wall. A contact that is found is an error. Returns a contact
+    /// that is not found but cannot be excluded, if there is one.
     fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let mut open = None;
         for wall in &self.world.walls {
@@ -64,8 +64,8 @@ impl Verifier {
         Ok(open)
     }
 
-    /// Searches for a future contact of a particle with a surface, which would be an error. Returns a contact if the
-    /// search neither finds nor excludes it.
+    /// Searches for a future contact of a particle with a surface. A contact that is found is an error. Returns a
+    /// contact that is not found but cannot be excluded, if there is one.
     fn search_facets(&self, i: u32) -> Result<Option<Contact>, Fault> {
         let (world, states) = (&self.world, &self.before);
         let at = i as usize;
@@ -114,8 +114,8 @@ impl Verifier {
         Ok(false)
     }
 
-    /// Searches for a future event of a pair, which would be an error. Returns true if the search neither finds nor
-    /// excludes an event.
+    /// Searches for a future event of a pair. An event that is found is an error. Returns true if no event is found but
+    /// an event cannot be excluded.
     fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
         let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
         let state = self.pairs.get(i, j).unwrap_or(0);

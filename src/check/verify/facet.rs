@@ -68,7 +68,7 @@ fn images(feature: Feature, space: &Space, periods: &Vector, radius: f64) -> Vec
 impl Facet {
     fn of(feature: Feature) -> Self {
         let (farthest, slenderness) = (feature.farthest(), feature.slenderness());
-        // If the index is too large, it becomes an index that no surface has.
+        // An index that is too large is replaced by `u32::MAX`, which is not the index of any surface.
         let surface = u32::try_from(feature.surface).unwrap_or(u32::MAX);
         Self { feature, surface, bounds: feature.bounds(), farthest, slenderness }
     }

@@ -1,4 +1,4 @@
-//! Checks of free flights: all particles are where their flights lead, and only the current event changes velocities.
+//! Checks of free flights: all particles follow their flights, and only the current event changes velocities.
 
 use super::certificate::note;
 use super::verifier::Verifier;

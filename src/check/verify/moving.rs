@@ -20,12 +20,12 @@ const MOST_TURNS: f64 = 0.25;
 /// longest window.
 const MOST_SEARCHED: f64 = 1e3;
 /// The engine searches for a contact with an oscillating or rotating surface in time steps. The smallest step is the
-/// round-off of a time that includes this fraction of a period.
+/// round-off of a sum of times. One term of the sum is this fraction of a period.
 const RESOLVED: f64 = 0.125;
 
 #[derive(Debug, Default)]
 pub(super) struct Motions {
-    /// Simulated time at which the elapsed time of states is 0 `[time]`.
+    /// Simulated time at which the elapsed time is 0 `[time]`.
     start_time: f64,
     /// Motions of each surface of the scene; `None` for a surface that never moves. The list is empty if no surface
     /// moves.
@@ -76,7 +76,7 @@ pub(super) struct Sway {
 }
 
 impl Motions {
-    /// The elapsed time of states counts from the simulated time `start_time`.
+    /// `start_time` is the simulated time at which the elapsed time is 0.
     pub fn of(surfaces: &[SceneSurface], start_time: f64) -> Self {
         let timeline = |surface: &SceneSurface| surface.moves().then(|| Timeline::of(&surface.motions));
         let all: Vec<Option<Timeline>> = surfaces.iter().map(timeline).collect();
@@ -168,9 +168,8 @@ impl Motions {
         if moment.pose.is_turned {
             length += position.amax();
         }
-        // Bounds on the motion of the surface: its speed, acceleration, rate of change of the acceleration divided by
-        // the acceleration, and angular velocity. The last number is a time whose round-off adds to the error of
-        // contact times.
+        // Bounds on the motion of the surface: speed, acceleration, relative rate of change of the acceleration, and
+        // angular velocity. The round-off of the last number, a time, adds to the error of contact times.
         let (speed, push, rate, turning, resolved) = match piece.kind {
             None => (0.0, 0.0, 0.0, 0.0, 0.0),
             Some(MotionKind::Translation { velocity, acceleration }) => {

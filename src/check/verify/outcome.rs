@@ -177,7 +177,7 @@ impl Encounter<'_> {
     }
 
     /// Returns the outcome that the energies require, and whether the pair crosses the discontinuity. If the energies
-    /// are equal within round-off, the pair may cross or not, and `found` decides.
+    /// are equal within round-off, both are valid, and the pair crosses if it does so in `found`.
     fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
         let (crossing, barrier) = match side {
             Side::Positive => (Outcome::Capture, Outcome::Core),

@@ -136,7 +136,7 @@ struct Replay<'w> {
     watch: Watch<'w>,
     /// Remaining intervals of the run in reverse order.
     stretches: Vec<Stretch>,
-    /// The interval that the replay has begun, until the verifier is told about it; `None` afterwards.
+    /// An interval that the replay has begun but has not yet passed to the verifier.
     begun: Option<Stretch>,
     /// Simulated time and number of events at which the current interval ends; `None` between intervals.
     ends: Option<Until>,

@@ -14,8 +14,8 @@ pub(super) struct Stretch {
     pub limit: Limit,
 }
 
-/// Returns all intervals of a run in reverse order, or `None` if surfaces or gravity change after an interval that has
-/// no planned end.
+/// Returns the intervals of a run in reverse order. `None` if surfaces or gravity change after an equilibration that
+/// ends as soon as no observable drifts.
 pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<Stretch>> {
     let all = stretches(plan);
     let first_open = all.iter().position(|(_, is_open)| *is_open);
@@ -38,7 +38,7 @@ pub(super) fn schedule(plan: &RunPlan, surfaces: &[SceneSurface]) -> Option<Vec<
     Some(ends)
 }
 
-/// Returns the equilibration and the measurement of each stage in order, even if they have no planned end. The flag is
+/// Returns the equilibration and the measurement of each stage in order, including those without a limit. The flag is
 /// set for an equilibration that ends as soon as no observable drifts.
 fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
     let both = |name: &str, gravity: Option<Vector>, before: Equilibration, limit: Limit| {

@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 /// Tolerance of the smallest gap, relative to the magnitude of coordinates.
 const RESOLUTION: f64 = 8.0 * f64::EPSILON;
-/// Largest number of evaluations in one search for the next event. After these, the search returns the time that it has
-/// reached, as if an event were due, and later continues from there. This happens if a particle lies on a surface for
-/// ever, because only rounding then decides whether the particle comes closer.
+/// Largest number of intervals in one search for the next event. A search that reaches this limit returns the time that
+/// it has reached, as if an event were due, and later continues from there. The limit is reached if a particle stays
+/// on a surface: rounding alone then decides whether the particle comes closer.
 const MOST_LOOKS: u64 = 1 << 17;
 
 /// A particle beside a feature of a surface that oscillates or turns.

@@ -51,7 +51,8 @@ impl Verifier {
         Self::begin(scene, states, (scene.start_time, None), |world| Ok(Pairs::from_distances(world, states)))
     }
 
-    /// Starts a proof in the middle of a run, from the states at that time. `captured` lists the pairs that are not in state 0.
+    /// Starts a proof in the middle of a run, from the states at that time. `captured` lists the pairs that are not in
+    /// state 0.
     ///
     /// # Errors
     /// [`Fault::Incomplete`] if the number of states differs from the number of particles, [`Fault::Unknown`] if a pair
@@ -60,7 +61,7 @@ impl Verifier {
         Self::resume_from(scene, states, captured, scene.start_time)
     }
 
-    /// Works like [`Self::resume`], but the elapsed time of the states counts from the simulated time `start_time`.
+    /// Works like [`Self::resume`], but takes the simulated time `start_time` at which the elapsed time is 0.
     pub(super) fn resume_from(
         scene: &Scene,
         states: &States,
@@ -176,11 +177,11 @@ impl Verifier {
     /// Gives all moving particles another acceleration. `now` are the states at this time.
     ///
     /// # Errors
-    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if flights lead to other states, [`Fault::TooFast`] if a particle is
-    /// so fast that too many images of a pair would have to be searched.
+    /// [`Fault::Jumped`] or [`Fault::Disturbed`] if free flights do not lead to these states, [`Fault::TooFast`] if a
+    /// particle is so fast that too many images of a pair would have to be searched.
     pub fn turn_gravity(&mut self, gravity: &Vector, now: &States) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
-        // Up to now, flights have the previous acceleration.
+        // The flights up to the time of `now` have the previous acceleration.
         self.stream(now.elapsed.after(&self.states.elapsed), now.elapsed);
         self.check_flights(now, |_| false)?;
         if !self.world.turn_gravity(gravity) {

@@ -96,7 +96,8 @@ pub enum Fault {
         /// Speed at which the particles move away from the discontinuity.
         speed: f64,
     },
-    /// An event happened at a discontinuity, a wall or a particle that does not exist.
+    /// The contact of an event does not exist: no such particle, wall or surface, or no discontinuity at this distance.
+    /// Also reported for thermostat events, and for a pair that cannot be in its given state.
     #[error("{contact} had an event at the distance {distance}, where their pair state {state} has no discontinuity")]
     Unknown {
         /// The contact.
@@ -136,12 +137,12 @@ pub enum Fault {
         /// By how much.
         by: f64,
     },
-    /// A particle is not where its flight leads.
+    /// The position of a particle differs from the position after its free flight.
     #[error("particle {} is {by:.3e} away from where its flight leads; round-off explains {bound:.1e}", particle.0)]
     Jumped {
         /// The particle.
         particle: ParticleId,
-        /// Distance between the particle and the end of its flight.
+        /// Distance between the two positions.
         by: f64,
         /// Round-off bound.
         bound: f64,

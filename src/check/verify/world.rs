@@ -63,7 +63,7 @@ pub(super) struct World {
 }
 
 impl World {
-    /// The elapsed time of states counts from the simulated time `start_time`.
+    /// `start_time` is the simulated time at which the elapsed time is 0.
     pub fn new(scene: &Scene, start_time: f64) -> Self {
         let species: Vec<&Species> =
             (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();

@@ -237,6 +237,7 @@ fn audit_finds_dropped_contacts() {
     );
     decades.iter().for_each(|(decade, row)| println!("1e{decade}: {row:?}"));
     assert!(decades.values().all(|row| row[2] == 0));
-    // Most overlaps must be too deep for round-off. If round-off explained all of them, the test could not fail.
+    // Most overlaps must be deeper than round-off can explain. If round-off explained all of them, the test could not
+    // fail.
     assert!(within < judged, "{within} of {judged}");
 }

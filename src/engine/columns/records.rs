@@ -59,8 +59,9 @@ impl Record {
         Self { number, body, prediction: Some(prediction), ..record }
     }
 
-    /// Translates the numbers of other particles in the record. If `number` returns `None`, the other particle is
-    /// absent. Its pairs are dropped, but a prediction keeps its old number, marked as absent.
+    /// Replaces the numbers of other particles in the record; `number` gives the new number for an old one. If it
+    /// returns `None`, the other particle is absent. Pairs with an absent particle are dropped. A predicted contact
+    /// with an absent particle keeps the old number, which is marked as absent.
     pub fn renumber(&mut self, number: impl Fn(u32) -> Option<u32>) {
         if let Some(captured) = &mut self.captured {
             captured.retain_mut(|pair| number(pair.partner).map(|partner| pair.partner = partner).is_some());
@@ -81,7 +82,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for &particle in particles {
             let mut record = self.record(particle);
             if self.is_static(particle) {
-                // A pair with a static particle has its state stored with the other particle only.
+                // The state of a pair with a static particle is stored with the other particle only.
                 let state =
                     |other| self.pairs.states.get(other, particle).map(|pair| PairState { partner: other, ..pair });
                 record.captured = Some(self.particles().filter(|&other| other != particle).filter_map(state).collect());

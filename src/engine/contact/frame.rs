@@ -30,10 +30,10 @@ pub(in crate::engine) struct Frame {
 /// Returns a factor for the line of centres that keeps its squared length away from powers of two.
 ///
 /// The contact law divides by this squared length. Spheres of diameter 1 meet where `|r|^2` is within a few floats of
-/// 1, and a division by `1 + k eps` rounds up more often than down. The mean bias is a twentieth of a rounding, and it
-/// heats a fluid by the same amount in every event. If the squared length is multiplied by 9/16, the roundings are
-/// evenly distributed, and a head-on collision with simple numbers remains exact. A line keeps its length if this
-/// factor would bring the squared length close to a power of two, for example for spheres of diameter 4/3.
+/// 1, and a division by `1 + k eps` rounds up more often than down. The mean bias is a twentieth of a rounding error
+/// per event, which heats a fluid. If the squared length is multiplied by 9/16, the quotients are rounded up as often
+/// as down, and a head-on collision with simple numbers remains exact. If this factor would bring the squared length
+/// close to a power of two, for example for spheres of diameter 4/3, the line keeps its length.
 #[inline]
 pub(in crate::engine) fn stretch(squared: f64) -> f64 {
     // The mantissa of `9/16 |r|^2`, plus a constant. The sum wraps around, so that it is smallest for numbers close to
@@ -44,9 +44,9 @@ pub(in crate::engine) fn stretch(squared: f64) -> f64 {
 
 const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
 
-/// If a number differs from a power of two by fewer floats than this, it is treated as close to it. At a contact, the
-/// distance of a pair is within a few tens of floats of its exact value. The farther the divisor is from a power of
-/// two, the smaller is the bias of a division.
+/// A number counts as close to a power of two if fewer floats than this lie between the two. Round-off changes the
+/// distance of a pair at a contact by a few tens of floats only. The farther the divisor is from a power of two, the
+/// smaller is the bias of a division.
 const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

@@ -161,11 +161,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         velocities[1] -= of_j;
     }
 
-    /// Rounds a reflection so that the pair leaves the discontinuity in the rounded numbers that the next prediction
-    /// uses.
+    /// Adjusts a reflection so that the pair still moves away from the discontinuity when the next prediction reads the
+    /// rounded velocities.
     ///
-    /// A velocity change below the spacing of floats has no effect, and the same event would be due again forever. The
-    /// change is therefore replaced by this spacing, and doubled until it has an effect. This alters the energy by
+    /// Rounding can undo a small velocity change, and the same event would then be due again forever. A change as small
+    /// as the spacing of floats is therefore added, and doubled until the pair moves away. This alters the energy by
     /// round-off only. A pair in contact at its core may stay at relative rest. A pair at the maximum length of its
     /// bond must move inwards.
     #[inline]

@@ -17,7 +17,7 @@ pub struct Cut<const FALLING: bool, const TABLE: bool> {
     pub regions: Regions,
     /// The domains that this process runs.
     pub domains: Vec<Domain<FALLING, TABLE>>,
-    /// Time that all domains have reached, since the epoch.
+    /// Time that all domains have reached, counted from the epoch.
     pub now: f64,
     /// Time of the last step since the epoch, or the time limit once the run has reached it.
     pub latest: f64,

@@ -21,7 +21,7 @@ pub struct Step {
     pub time: f64,
     /// Hash of the time of the step and of the data that the step changed.
     pub hash: u64,
-    /// Domains whose particles can read this particle before or after the step, as bits.
+    /// Domains whose particles can read this particle before or after the step, one bit per domain.
     pub readers: u64,
 }
 
@@ -148,8 +148,8 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             if new != 0 {
                 compared.to_publish.push((particle, new));
                 // Some domains get a new copy of this particle. Such a domain may already hold a copy of a neighbour
-                // that is predicted to meet this particle. The copy of the neighbour still marks its partner as absent.
-                // The current prediction of the neighbour is therefore sent, too.
+                // that is predicted to meet this particle. The copied prediction still refers to this particle as
+                // absent. The current prediction of the neighbour is therefore sent, too.
                 self.engine.neighbours.find_candidates(particle, &mut near);
                 let captured = if TABLE { self.engine.pairs.states.of(particle) } else { &[] };
                 let captured = captured.iter().map(|pair| pair.partner);

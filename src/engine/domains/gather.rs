@@ -69,7 +69,7 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Cut<FALLING, TABLE> {
-    /// Passes data of each particle, taken from the domain that owns the particle, to `write`.
+    /// Passes data of each particle to `write`. The data come from the domain that owns the particle.
     fn gather<T: Serialize + DeserializeOwned>(
         &self,
         team: &Team,

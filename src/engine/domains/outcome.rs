@@ -59,7 +59,7 @@ pub fn quiet(outcomes: &[Outcome]) -> (Option<f64>, u64) {
     (last, outcomes.iter().map(after).sum::<usize>() as u64)
 }
 
-/// Returns the new `since` and `events` of the standstill watch after a window. Returns `None` if the outcomes do not
+/// Returns the new values of `since` and `events` in `watch` after a window. Returns `None` if the outcomes do not
 /// contain enough event times, or if time stands still. `span` is the span of the queue.
 pub fn standstill(outcomes: &[Outcome], watch: &StandstillWatch, span: f64) -> Option<(f64, u64)> {
     let shortest = span * SHORTEST_ADVANCE;

@@ -6,7 +6,8 @@ use crate::engine::neighbours::{Neighbours, Place};
 use crate::engine::parts::Engine;
 use crate::model::space::Boundary;
 
-/// Number of columns per range of the neighbour lists. Domains distinguish positions only by their columns.
+/// Number of columns that the range of the neighbour lists spans. Positions within the same column are not
+/// distinguished.
 const COLUMNS_PER_REACH: f64 = 8.0;
 
 /// Maximum number of columns of an axis, in total and per particle. It is limited because every cut of the box visits
@@ -53,8 +54,8 @@ struct Axis {
     slabs: Slabs,
 }
 
-/// For each column of an axis, sets of domains as bits. The sets consider this axis only. The domains of a place in the
-/// box are the intersection of the sets of its columns along all axes that are cut.
+/// Sets of domains for each column of an axis, one bit per domain. A set takes only this axis into account. A domain
+/// belongs to a place in the box if it is in the sets of the place's columns along all axes that are cut.
 #[derive(Debug, Clone, Default)]
 struct Slabs {
     /// Domains whose regions contain the column.
@@ -241,8 +242,8 @@ impl Axis {
     }
 }
 
-/// Returns the number of columns of an axis, and the distance in columns up to which the prediction of a particle can
-/// read other particles.
+/// Returns two numbers for an axis: its number of columns, and the distance in columns up to which the prediction of a
+/// particle can read other particles.
 ///
 /// Captured partners may be further apart than the range of the neighbour search.
 fn columns_and_reach<const FALLING: bool, const TABLE: bool>(

@@ -64,8 +64,8 @@ pub struct DomainWork {
     pub steps: [u64; 2],
     /// Wall time spent on the steps of windows.
     pub simulating: Duration,
-    /// Wall time of the slowest domain in each window, summed over all windows. Only domains of this process
-    /// count. The steps would take this time if each domain had its own core.
+    /// Wall time of the slowest domain in each window, summed over all windows. Only the domains of this process are
+    /// included. With one core per domain, the steps would take this time.
     pub slowest: Duration,
     /// Wall time in which threads and processes waited for the slowest thread or process.
     pub waiting: Duration,

@@ -110,7 +110,7 @@ impl EventCountsBySpecies {
         let named = |row: u32| species.get(row as usize).map_or(row, |id| id.0);
         let mut pairs = BTreeMap::new();
         self.for_each_pair(|[a, b], counts| {
-            // Rows are in the order of species, so that the lower species still comes first.
+            // Rows are in the order of species, so the species with the lower index still comes first.
             pairs.insert((named(a), named(b)), *counts);
         });
         let singles = self.singles.iter().map(|(row, counts)| (named(*row), *counts)).collect();

@@ -43,7 +43,7 @@ pub struct Cells {
 /// fractions of 0.02 and 0.1.
 const FINE: [f64; 3] = [1.0, 0.8, 0.7];
 
-/// Maximum number of cells per particle. More cells only cost memory and transitions.
+/// Maximum number of cells per particle. More cells would only cost memory and cause more transitions.
 const CELLS_PER_PARTICLE: f64 = 8.0;
 
 impl Cells {

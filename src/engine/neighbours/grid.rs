@@ -82,8 +82,8 @@ impl Grid {
         let counts = loop {
             let counts = std::array::from_fn(|k| {
                 let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
-                // If particles are few, cells could be so coarse that pairs would have to be tested in several
-                // images. This minimum number of cells avoids that, if the range permits.
+                // With few particles, cells could be so coarse that pairs would have to be tested in several images.
+                // This minimum number of cells avoids that, if the range permits.
                 let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
                 fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });

@@ -178,7 +178,7 @@ impl Lists {
         }
     }
 
-    /// The last entry takes its place.
+    /// Removes an entry. The last entry of the list takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
         let span = self.spans[particle as usize];
         let left = span.length() - 1;

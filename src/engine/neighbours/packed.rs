@@ -208,12 +208,12 @@ impl Packed {
         });
     }
 
-    /// Returns the largest rounding error of a distance up to `reach`. It is infinite for coordinates beyond
-    /// [`FAR`], where searches do not compare distances.
+    /// Returns the largest rounding error of a distance up to `reach`. It is infinite for coordinates beyond [`FAR`],
+    /// where searches do not compare distances.
     ///
-    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a unit in
-    /// the last place. In total, this is less than 8 rounding errors of the largest of these numbers along each
-    /// axis, or 14 in space.
+    /// Rounding moves each of the six coordinates, the three differences and the period by at most half a unit in the
+    /// last place. In units of `ROUNDING * scale`, these errors add up to less than 8 along each axis, and to less than
+    /// 14 in three dimensions.
     #[inline]
     fn slack(&self, reach: f64, centre: &Vector) -> f64 {
         let scale = self.scale.max(centre.amax()) + reach;
@@ -296,7 +296,7 @@ impl Packed {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Prefetches the first blocks in a cell and in the adjacent cells. The numbers of these blocks are read from
+    /// Prefetches the first blocks in a cell and in the adjacent cells. The indices of these blocks are read from
     /// memory that [`Self::prefetch_rows`] should have prefetched.
     #[inline]
     pub fn prefetch_near(&self, cell: u32) {

@@ -54,8 +54,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Records that a pair has crossed an energy step whose cost with the weights is `felt`. Returns the difference,
-    /// which counts as supplied energy.
+    /// Records that a pair has crossed a step of its potential. `step` is the change of the potential energy, and
+    /// `felt` is the cost of the step with the weights. Returns their difference, which counts as supplied energy.
     #[inline(always)]
     pub(in crate::engine) fn pay(&mut self, step: f64, felt: f64) -> f64 {
         match &mut self.pairs.bias {

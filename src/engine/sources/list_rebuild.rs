@@ -26,8 +26,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Predicts the first contact with the particles of a list. `listed` is the list, padded to whole blocks, and its
-    /// length without padding.
+    /// Predicts the first contact with the particles of a list. `listed` holds the list, padded to whole blocks, and
+    /// the length of the list without padding.
     #[inline]
     fn predict_listed(
         &self,
@@ -66,8 +66,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let has_own_interactions = self.has_own_interactions(particle);
         if FALLING && !has_own_interactions {
-            // The predicted time was only a lower bound. If the particle has moved less than half of the half skin from
-            // the centre of its list, the list stays valid, and only the time is predicted again.
+            // The predicted time was only a lower bound. If the particle is closer to the centre of its list than
+            // `half_skin / 2`, the list stays valid, and only the time is predicted again.
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];

@@ -144,9 +144,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// Returns the discontinuity next to a pair in `state`, its restitution, and the speed at which it moves outwards.
-    /// It is the inner discontinuity for the positive side and the outer one for the negative side. `None` if there is
-    /// none; no contact is then predicted on that side.
+    /// Returns the discontinuity that a pair in `state` can reach: the inner one if `side` is positive, the outer one
+    /// if it is negative. Also returns the restitution, and the speed at which the discontinuity moves outwards. `None`
+    /// if there is no discontinuity; no contact is then predicted on that side.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };

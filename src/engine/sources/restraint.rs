@@ -48,8 +48,8 @@ pub(in crate::engine) struct Restraint {
     window: [f64; 2],
     /// Time of the next reflection, counted from the epoch; infinite if there is none.
     next: f64,
-    /// The end of the window that the distance reaches at that time: positive for the lower end, negative for the upper
-    /// end.
+    /// The end of the window that the distance reaches at the time `next`: positive for the lower end, negative for the
+    /// upper end.
     side: Side,
 }
 
@@ -287,7 +287,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 /// Splits a change of the relative velocity between two groups, in proportion to their inverse masses. The first part
 /// is to be added to the velocity of the first group, and the second part subtracted from that of the second group. The
-/// larger part is what remains of the change after the smaller part, so that their sum has little round-off.
+/// larger part is computed as the change minus the smaller part, so that the sum of the parts has little round-off.
 fn shares(change: &Vector, [of_a, of_b]: [f64; 2]) -> [Vector; 2] {
     let less = change * (of_a.min(of_b) / (of_a + of_b));
     let more = change - less;

@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Predicts contacts with features that the particle can reach before its predicted event. If the transition of the
-    /// particle is postponed, the features must be searched again.
+    /// particle is postponed afterwards, this search must be repeated.
     #[inline(never)] // most scenes have only walls and never call this
     pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
         let flight = self.flight(me);

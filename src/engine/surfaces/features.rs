@@ -106,7 +106,7 @@ fn for_each(shape: &SurfaceShape, visit: &mut dyn FnMut(Shape)) {
     }
 }
 
-/// The surface around a line segment, without the surface around its end points. `None` if the segment has no length.
+/// Returns the cylinder around a line segment, without its ends. `None` if the segment has no length.
 fn segment([start, end]: &[Vector; 2], radius: f64) -> Option<Shape> {
     let along = end - start;
     let axis = along.try_normalize(0.0)?;
@@ -124,8 +124,8 @@ fn for_each_of_mesh(mesh: &TriangleMesh, visit: &mut dyn FnMut(Shape)) {
         uses[0].ends.iter().for_each(|vertex| is_corner[*vertex as usize] = true);
     }
     faces.into_iter().flatten().map(Shape::Face).for_each(&mut *visit);
-    // A triangle with two equal corners is a line, and with three equal corners a point. These are added as features,
-    // unless they also belong to other triangles.
+    // A triangle collapses to a line if two of its corners coincide, and to a point if all three do. These lines and
+    // points are added as features, unless they also belong to other triangles.
     let mut needles: Vec<[u32; 2]> = mesh.triangles.iter().filter_map(needle).collect();
     if !needles.is_empty() {
         let mut is_used = vec![false; mesh.vertices.len()];

@@ -15,8 +15,8 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Maximum number of steps in the search for a contact with one feature. The search is then interrupted and continued
-/// at a later time.
+/// Maximum number of steps in the search for a contact with one feature. After these steps, the search pauses and
+/// continues at a later time.
 const MOST_STEPS: u32 = 1_000;
 
 /// Maximum number of intervals in one search.
@@ -50,7 +50,7 @@ pub(super) struct Moving {
 pub(crate) enum Found {
     /// The first contact: the index of the feature, and the time from now `[time]`.
     Contact(u32, f64),
-    /// There is no contact before this time, counted from now `[time]`. The search must continue at that time.
+    /// There is no contact before this time, counted from now `[time]`. The search must continue from this time on.
     NoneUntil(f64),
 }
 

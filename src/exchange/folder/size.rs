@@ -8,7 +8,7 @@ use crate::run::FrameLimit;
 use crate::trajectory::extended_xyz::frame_bytes;
 
 impl ExchangeFolder {
-    /// Expected size of the files of the exchange of a scene, except for checkpoints `[bytes]`.
+    /// Expected total size of the files of a scene's exchange, without checkpoints `[bytes]`.
     #[must_use]
     pub fn expected_bytes(scene: &Scene) -> f64 {
         // Approximate size of a number in a table, with its comma `[bytes]`.

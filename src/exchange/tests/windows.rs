@@ -83,7 +83,7 @@ fn replicas_come_into_their_windows_and_stay() {
             let beyond = (distance - upper).max(lower - distance).max(0.0);
             assert_eq!(exchange.is_outside[place], beyond > 0.0);
             assert!(was_outside[place] || beyond == 0.0, "window {place}: {distance}");
-            // Once the distance is below 3 (half a period), it is held. It then moves away from the window by at most a
+            // Below 3 (half a period), the distance is restrained. It can then retreat from the window by at most a
             // tenth of the window's width.
             if distance < 3.0 {
                 let most = farthest[place] + 0.1 * (upper - lower);

@@ -71,7 +71,7 @@ impl Folder {
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
         // If the list was lost, the new list may lack files of this run. Files that are not listed are therefore not
-        // checked here. Their checksums identify them.
+        // rejected here. `check_files` compares the checksums of the files with those in the checkpoint.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -147,8 +147,9 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files and keeps existing ones. Their planes and cylinders extend beyond open sides of the box
-/// as far as the initial particles, which the scene of a resumed simulation may no longer contain.
+/// Writes missing surface files and keeps existing ones. Existing files may show more: planes and cylinders are drawn
+/// beyond open sides of the box as far as the initial particles, which the scene of a resumed simulation may no longer
+/// contain.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);

@@ -81,7 +81,7 @@ pub enum MeshFileProblem {
     /// The file has more triangles than a mesh can have.
     #[error("{place}: expected {MOST_TRIANGLES} triangles at most; export a coarser mesh")]
     TooManyTriangles {
-        /// Position of the first triangle above the limit.
+        /// Position in the file of the first triangle above the limit.
         place: Place,
     },
     /// A coordinate is NaN, infinite or too large.

@@ -9,8 +9,8 @@ use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Vertices and faces up to the present line. A face may refer to later vertices, so references are checked at the end
-/// of the file.
+/// Vertices and faces read so far. A face may refer to later vertices, so references are checked at the end of the
+/// file.
 #[derive(Debug, Default)]
 struct Faces {
     positions: Vec<Vector>,

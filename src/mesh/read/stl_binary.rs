@@ -14,7 +14,8 @@ const TRIANGLE: usize = 50;
 /// Length of the beginning of a file that is searched for zero bytes `[bytes]`.
 const PROBED: usize = 1024;
 
-/// Whether to read a file as binary STL. This is the case if it contains zero bytes or does not begin with `solid`.
+/// Whether to read a file as binary STL. This is the case if there are zero bytes near its beginning, or if it does not
+/// begin with `solid`.
 ///
 /// Many programs write `solid` at the beginning of binary files too. Zero bytes distinguish such files from text, even
 /// if they are truncated: attributes are usually zero, and so is the highest byte of a triangle count below 2^24.

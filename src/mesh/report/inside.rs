@@ -87,7 +87,7 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     }
 }
 
-/// Side of a directed line on which a point lies in a view from above; `Greater` is the left side. The point is first
+/// Side of a directed line on which a point lies, seen from above; `Greater` is the left side. The point is first
 /// shifted by an infinitesimal amount along x and a much smaller one along y.
 fn moved_turn(from: &Vector, to: &Vector, point: &Vector) -> Sign {
     let [_, _, along_z] = Projection::ALL;

@@ -63,8 +63,8 @@ fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     };
     let span = ends[1] - ends[0];
     let start = libm::atan2(span[y], span[x]);
-    // Half of the corners surround the second end, and half the first end. Each arc includes both of its ends, so that
-    // straight sides connect the arcs.
+    // The outline consists of two half circles, first around the second end and then around the first. Each half circle
+    // includes its two end points, so that straight sides connect the half circles.
     let half = CORNERS / 2;
     let corners = (0..2_u32).flat_map(|end| (0..=half).map(move |k| (end, end * half + k)));
     let outline: Vec<[Vector; 2]> = corners

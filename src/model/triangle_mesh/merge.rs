@@ -39,7 +39,7 @@ impl TriangleMesh {
             }
             numbers.push(nearest.map_or_else(
                 || {
-                    // The number fits, because there are at most as many vertices as before.
+                    // The index fits in 32 bits, because there are at most as many vertices as before.
                     let number = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
                     vertices.push(*vertex);
                     cells.entry(at).or_default().push(number);

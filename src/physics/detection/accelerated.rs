@@ -12,7 +12,8 @@ use super::roots::{bracketed, grow, sign_changes_of_cubic};
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quartic, Side};
 
-/// Time to the next event of a pair with overlap function `f`, seen from `side`, with `a_ij /= 0`.
+/// Time to the next event of a pair with relative acceleration, on the given side of a discontinuity with overlap
+/// function `f`.
 #[must_use]
 pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
     let value = |dt: f64| side.sign() * f.value(dt);
@@ -172,8 +173,8 @@ mod tests {
 
     #[test]
     fn algorithm_6_brackets_the_last_root_after_the_turning_point() {
-        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. After t = 4.0775, where r = 0,
-        // the only root left is the last one, where r = -1.
+        // The bead follows `r = 20 t - 4.905 t^2` and first reaches +1 on its way up. At t = 4.0775 it is back
+        // at r = 0. After this time only one root is left, where r = -1.
         let f = line(0.0, 20.0, -9.81);
         let first = next_event(&f, Side::Negative).unwrap();
         assert!((first - 0.050_628_7).abs() < 1e-6);

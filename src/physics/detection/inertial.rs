@@ -3,7 +3,8 @@
 use super::stretch::Stretch;
 use crate::physics::overlap::{Quadratic, Side};
 
-/// Time to the next event of a pair with overlap function `f`, seen from `side`.
+/// Time to the next event of a pair without relative acceleration, on the given side of a discontinuity with overlap
+/// function `f`.
 #[inline]
 #[must_use]
 pub fn next_event(f: &Quadratic, side: Side) -> Option<f64> {
@@ -35,7 +36,7 @@ pub fn positive(f: &Quadratic) -> Option<f64> {
 #[must_use]
 pub fn falling_stretch(f: &Quadratic) -> Option<Stretch> {
     let from = positive(f)?;
-    // For a grazing contact, the time of the shortest distance may be rounded to `from`.
+    // In a grazing contact, rounding may make the time of the shortest distance equal to `from`.
     Some(Stretch { from, until: (-f.b / f.v2).max(from.next_up()) })
 }
 

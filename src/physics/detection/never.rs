@@ -114,8 +114,8 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         if piece[0] <= least || piece[4] <= least {
             return false;
         }
-        // De Casteljau's algorithm halves the interval. The first coefficients of its rounds are the coefficients of
-        // the left half. The last coefficients are those of the right half.
+        // De Casteljau's algorithm halves the interval. The first coefficient after each round belongs to the left
+        // half. The coefficients that remain after the last round are those of the right half.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {

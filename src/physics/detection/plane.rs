@@ -40,7 +40,7 @@ pub fn falling_stretch(height: f64, distance: f64, velocity: f64, acceleration: 
         if acceleration > 0.0 { -velocity / acceleration } else { f64::INFINITY }
     });
     let falls_from = if velocity > 0.0 { -velocity / acceleration } else { 0.0 };
-    // A particle that falls from above takes some time from the height `distance` to the plane. If floats cannot
+    // A particle that falls from above needs some time to get from the height `distance` to the plane. If floats cannot
     // resolve this time, the interval is one float long.
     let until = if from > falls_from { until.max(from.next_up()) } else { until };
     Some(Stretch { from, until })

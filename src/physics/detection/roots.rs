@@ -84,7 +84,8 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut fraction = 0.5;
-    // The root is between `a`, the newest point, and `b`. The point `c` was removed from the bracket last.
+    // The root is between `a`, the newest point, and `b`. The point `c` is the one most recently removed from the
+    // bracket.
     for _ in 0..MOST_ITERATIONS {
         let mut x = a + fraction * (b - a);
         if x == a || x == b {

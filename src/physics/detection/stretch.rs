@@ -29,8 +29,8 @@ impl Stretch {
         // may then leave one of them negative at this time. The code therefore compares these times, not the values of
         // the extents.
         let mut at = self.from;
-        // Each extent becomes positive at most once. If one extent leads to a later time, the others have to be tested
-        // again at that time.
+        // Each extent becomes positive at most once. If one extent postpones the time, the others have to be tested
+        // again at the later time.
         for _ in 0..=extents.len() {
             for extent in extents {
                 at = extent.first_on(self.from, at).filter(|at| *at < self.until)?;

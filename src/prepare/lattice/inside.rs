@@ -14,7 +14,7 @@ const STEP: f64 = 1.02;
 /// many sites, some lie in any region that has room for a particle.
 const MOST_SITES: f64 = 20.0;
 
-/// Number of lattice sites over the box around a region such that about `count` sites are inside the region.
+/// Number of lattice sites in the bounding box of a region, such that about `count` of them lie inside the region.
 pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
     count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
 }

@@ -48,7 +48,7 @@ const FAST: f64 = 0.1;
 /// packing fraction is then within 0.3 % of its limit.
 const JAMMED: f64 = 1000.0;
 
-/// From this compressibility factor on, the limit `phi_J` can be estimated within [`TOLERANCE`].
+/// Above this compressibility factor, the limit `phi_J` can be estimated within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
 /// Factor by which an estimate of the limit `phi_J` may be wrong. The estimate comes from the compressibility factor

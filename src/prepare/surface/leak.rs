@@ -42,8 +42,7 @@ pub struct Leak {
     pub contact: f64,
 }
 
-/// A gap: an open end of a static-sphere surface along another surface, at a distance that a species can
-/// pass.
+/// A gap between an open end of a static-sphere surface and another surface, wide enough for a species to pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
     /// Name of the surface with the open end.
@@ -71,7 +70,7 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                // The surface need not hold a species that does not collide with it.
+                // A species that does not collide with the surface may pass through it.
                 if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
@@ -110,7 +109,7 @@ impl Scene {
         gaps
     }
 
-    /// Returns the surface to which an open end has a leaky joint, and the width of the gap.
+    /// If an open end is joined to another surface and the joint leaks, returns this surface and the width of the gap.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };

@@ -42,7 +42,8 @@ impl Simulation {
             false => Vector::zeros(),
         };
         let velocities: Vec<Vector> = particles.iter().map(|it| it.velocity + streaming(it)).collect();
-        // This cannot fail: each particle has one velocity, along axes on which it can move.
+        // This cannot fail: `velocities` has one entry for each particle, and static particles and flat axes have
+        // zeros.
         let set = self.set_velocities(&velocities);
         debug_assert_eq!(set, Ok(()));
         Ok(())

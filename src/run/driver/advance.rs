@@ -17,9 +17,9 @@ const CHUNK: u64 = 10_000;
 /// occur. There are at least [`CHUNK`] events between two checks.
 const IN_DOMAINS: u64 = 64;
 
-/// A run without a time limit gives up if nothing has happened for this many crossing times of the box: no event and no
-/// cell transition. Rounding then hides whether any event will occur. A run that can prove that no event is left ends
-/// earlier.
+/// Longest wait for an event or a cell transition in a run without a time limit, in crossing times of the box. After
+/// such a wait, rounding errors hide whether another event will occur, and the run gives up. A run that can prove that
+/// no event is left ends earlier.
 const LONGEST_WAIT: f64 = 1e12;
 
 /// Desired wall time between two calls of `watch`.

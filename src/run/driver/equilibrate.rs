@@ -16,9 +16,9 @@ const EVENTS_PER_SAMPLE: u64 = 2;
 /// (two particles take part in each event), which is enough to melt most lattices.
 const FEWEST_SAMPLES: u32 = 100;
 
-/// An equilibration without a limit gives up after this many times [`FEWEST_SAMPLES`]. It would never end for a system
-/// that keeps drifting, such as a cooling gas. Nor would it end for a system that cannot be tested, such as a single
-/// particle between walls.
+/// An equilibration without a limit gives up after `PATIENCE` times [`FEWEST_SAMPLES`] samples. It would never end for
+/// a system that keeps drifting, such as a cooling gas. Nor would it end for a system that cannot be tested, such as a
+/// single particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Number of events per particle after which an equilibration without a limit gives up.

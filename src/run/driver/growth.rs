@@ -30,8 +30,9 @@ pub(in crate::run) struct PressureCheck {
     next: u64,
     /// Sum of `r.p / (D N T)` over the contacts since the last check `[time]`, as explained for [`PressureCheck`].
     exchanged: f64,
-    /// Sum of the virial, and temperature, at the start of the present averaging interval.
+    /// Sum of the virial at the start of the present averaging interval.
     virial: f64,
+    /// Temperature at the start of the present averaging interval.
     temperature: f64,
 }
 

@@ -15,7 +15,7 @@ use crate::run::state::{Measurement, NEAR};
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl Driver<'_> {
-    /// Runs a measurement, or the rest of it.
+    /// Starts or continues a measurement.
     pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
@@ -63,7 +63,7 @@ impl Driver<'_> {
         self.state.stage.stage == Stage::Measurement
     }
 
-    /// Runs a stage without measurement, or the rest of it. Returns an ending only if the whole run ends in this stage.
+    /// Starts or continues a stage without measurement. Returns an ending only if the whole run ends in this stage.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {

@@ -20,14 +20,15 @@ const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
 /// A pilot run can become the beginning of its stage if it has at most `1 / MOST_OF_STAGE` of the events of this stage.
-/// The stage has about [`ROWS`] rows, so such a pilot run ends well before the first row is due.
+/// The interval of rows is about `1 / ROWS` of the stage, so such a pilot run normally ends before the first row is
+/// due.
 const MOST_OF_STAGE: u64 = 400;
 
 /// A pilot run stops at this fraction of an interval, so that rounding does not carry it beyond the first row.
 const EARLIER: f64 = 1.0 - 1e-6;
 
-/// If a pilot run is expected to need less work than this in total, its work limit is lifted, because it will stay well
-/// below [`MOST_WORK`].
+/// If a pilot run is expected to need less work than this in total, its work limit is removed: the work will probably
+/// stay well below [`MOST_WORK`].
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
 /// Sampling times of the rows and frames of a measurement, and its expected duration `[time]`.
@@ -162,8 +163,8 @@ impl Driver<'_> {
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let given = self.first_given();
-        // If the pilot run needs too much work, rows are planned with `without_rate` instead of an estimate. `early` is
-        // a time before the first of these rows.
+        // If the pilot run needs too much work, the rows are planned with the duration from `without_rate`. `early` is
+        // just before the first of these rows.
         let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
             let surely = soon.min(given);

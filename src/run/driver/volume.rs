@@ -76,7 +76,8 @@ impl Driver<'_> {
         };
         let Some(mut moves) = self.state.moves.take() else { return };
         let scaling = self.scaling.take().unwrap_or_else(|| Scaling::of(&self.simulation));
-        // Both random numbers are drawn for each move, so that later moves do not depend on its outcome.
+        // Both random numbers are drawn even if the move is impossible. The random numbers of later moves then do not
+        // depend on the outcome of this move.
         let (change, threshold) = (moves.done.amplitude * (2.0 * moves.random.uniform() - 1.0), moves.random.uniform());
         let volume = self.simulation.volume();
         let space = self.simulation.scaled_box(&scaling, change);

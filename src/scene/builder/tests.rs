@@ -53,7 +53,7 @@ fn unknown_ids_and_species_without_mass_are_rejected() {
     assert_eq!(insert(fill().count(27)).unwrap(), 27);
     let error = insert(fill().amount(Amount::NumberDensity(0.05))).unwrap_err().to_string();
     assert!(error.starts_with("particle[0] is given after a fill"), "{error}");
-    // A particle may follow a fill of unknown count if the caller does not request its id.
+    // A particle may be added after a fill of unknown count if the id of the particle is not requested.
     let (mut scene, _) = begun();
     let dense = fill().amount(Amount::NumberDensity(0.05)).region(Vector::repeat(4.0), Vector::repeat(11.0));
     scene.insert_fill(dense);

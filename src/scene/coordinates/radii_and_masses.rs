@@ -98,7 +98,8 @@ impl RadiiAndMasses {
             }
         }
         for (in_file, draft) in self.species.iter().filter_map(|it| Some((it, named(&it.name)?))) {
-            // The masses differ on purpose if a species is static only in the file or only in the scene.
+            // A species may be static only in the file or only in the scene. Its masses then differ on purpose and are
+            // not compared.
             if let (Some(mass), Some(of_scene)) = (in_file.mass.filter(|mass| mass.is_finite()), draft.mass)
                 && !is_same(mass, of_scene)
             {

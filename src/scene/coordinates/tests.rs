@@ -121,7 +121,7 @@ fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
         })
         .collect();
     assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
-    // The key `bond` selects one interaction for all bonds, whatever the file names.
+    // The key `bond` selects one interaction for all bonds, and the names in the file are ignored.
     let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
     assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
     let sized =
@@ -240,7 +240,7 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
         found.contains("line 2: the species `bead` has a mass of 2, but 1 in the scene: set its mass to 2"),
         "{found}"
     );
-    // A species may be static only in the file, and a file may lack masses.
+    // The masses are not compared if the species is static in the file, or if the file has no mass.
     let mut frozen = chains();
     (frozen.species[0].mass, frozen.species[0].is_static) = (Some(f64::INFINITY), true);
     started(&frozen, &format!("{BEADS}{file}")).unwrap();

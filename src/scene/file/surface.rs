@@ -37,7 +37,7 @@ pub(crate) struct SurfaceFile {
     /// Temperature of a thermal surface `[energy]`, instead of a restitution.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
-    /// Side of a sphere or an endless cylinder on which the particles are.
+    /// Whether the particles are `inside` or `outside` a sphere or an endless cylinder.
     #[schemars(extend("enum" = json!(words(&SIDES)), "default" = "outside"))]
     pub side: Option<String>,
     /// A point of a plane `[length]`.
@@ -113,7 +113,7 @@ pub(crate) struct MotionFile {
     /// `A` and the frequency `f`. A `rotation` turns it by the angle `2 pi f t`.
     #[schemars(extend("enum" = words(&MOTIONS)))]
     pub kind: String,
-    /// The times of the motion count from the start of this stage. `measurement` is the part of the run after all
+    /// The times of the motion are relative to the start of this stage. `measurement` is the part of the run after all
     /// stages. All earlier stages must end at given times.
     pub stage: Option<String>,
     /// Simulated time at which the motion begins `[time]`. If not given, the motion begins at the end of the previous

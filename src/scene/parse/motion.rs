@@ -12,8 +12,8 @@ pub(crate) const MOTIONS: [(&str, &[&str]); 3] = [
     ("rotation", &["point", "axis", "frequency"]),
 ];
 
-/// Parses the motions of a surface in order of time. If a motion names a stage, its times count from the start of that
-/// stage.
+/// Parses the motions of a surface in order of time. If a motion names a stage, its times are relative to the start of
+/// that stage.
 pub(super) fn parse_motions(
     files: Vec<MotionFile>,
     of: &ConfigPath,

@@ -32,7 +32,7 @@ pub(crate) const SHAPES: [(&str, &[&str]); 10] = [
     ("mesh", &["path", "closed", "weld", "scale", "rotation", "translation", "checksum"]),
 ];
 
-/// Words for the side of a surface on which the particles are, and whether this is the inside.
+/// Words for the side of a surface on which the particles are. The value is true for the inside.
 pub(crate) const SIDES: [(&str, bool); 2] = [("outside", false), ("inside", true)];
 
 /// Default distance between a round surface and its triangles, relative to the largest radius.

@@ -46,8 +46,8 @@ fn phases(scene: &Scene) -> impl Iterator<Item = Phase<'_>> {
     }])
 }
 
-/// Rejects barostats in scenes without an isothermal-isobaric ensemble, and features that need a constant
-/// volume.
+/// Rejects barostats in scenes without an isothermal-isobaric ensemble. Also rejects features that need a constant
+/// volume if the scene has a barostat.
 pub(super) fn check_barostats(scene: &Scene) -> Result<(), SceneError> {
     if !scene.run.has_barostat() {
         return Ok(());

@@ -156,7 +156,7 @@ impl SceneParts {
     }
 }
 
-/// Instruments that use the state at single times, and no events.
+/// Instruments that measure the state at single times and need no events.
 const AT_ONE_TIME: [&str; 5] = ["radial_distribution", "structure_factor", "chains", "bond_order", "profile"];
 
 impl SceneBuilder {
@@ -197,8 +197,9 @@ impl SceneBuilder {
     }
 }
 
-/// Minimum number of attempts in an equilibration that finds weights or moves replicas into their windows. In a
-/// multicanonical exchange, the first weights then follow from at least five attempts, a quarter of the equilibration.
+/// Minimum number of attempts to swap replicas in an equilibration that finds weights or brings replicas into their
+/// windows. In a multicanonical exchange, the first weights follow from a quarter of the equilibration, and so from at
+/// least five attempts.
 const LEAST_LEARNING: u64 = 20;
 
 const LOSSLESS: &str = "1 with [exchange]: a system that loses energy in contacts has no equilibrium";

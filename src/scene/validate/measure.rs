@@ -200,7 +200,8 @@ fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError
     Ok(())
 }
 
-/// A requested instrument: its key, its parameters that must be positive (each with its key), and its number of bins.
+/// A requested instrument: its key, the keys and values of the parameters that must be positive, and the number of
+/// bins.
 type Asked = (&'static str, Vec<(&'static str, Option<f64>)>, Option<u64>);
 
 /// The requested instruments, except profiles and flows.

@@ -22,9 +22,8 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
 /// Largest allowed round-off when the start time is added to a time of the run, relative to that time.
 const ROUNDED: f64 = 1e-3;
 
-/// Checks that the start time is not too large. When another time is added to it, the round-off may be at most a
-/// thousandth of each given duration and interval. During a time as long as the round-off, the fastest particle may
-/// move by at most the smallest diameter.
+/// Checks that the start time is not too large. Its round-off may be at most a thousandth of each given duration and
+/// interval. It may also be at most the time in which the fastest particle moves by the smallest diameter.
 pub(super) fn check_start_time(scene: &Scene) -> Result<(), SceneError> {
     let Scene { run, output, species, particles, start_time, .. } = scene;
     let stages = run.stages.iter().filter_map(|stage| stage.limit.time);
@@ -174,8 +173,8 @@ fn refuse_thermostat(error: ThermostatError, at: &ConfigPath) -> Result<(), Scen
     }
 }
 
-/// If any stage sets the gravity, all moving species must have the same acceleration. It becomes the gravity of the
-/// other stages. The moving species then get the gravity of the first stage.
+/// If any stage sets the gravity, all moving species must have the same acceleration. This acceleration becomes the
+/// gravity of all stages that do not set it. The moving species then get the gravity of the first stage.
 pub(super) fn settle_gravity(scene: &mut Scene) -> Result<(), SceneError> {
     if scene.run.gravities().next().is_none() {
         return Ok(());

@@ -54,7 +54,7 @@ pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
             continue;
         }
         let Ok(count) = text.trim().parse::<u32>() else {
-            // The line is not a number of particles. `frame_at` returns the appropriate error.
+            // The line does not contain a number of particles. `frame_at` returns the appropriate error.
             return frame_at(path, at).map(|_| places);
         };
         // Skips the comment and the lines of the particles.

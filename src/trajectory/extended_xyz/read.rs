@@ -30,9 +30,9 @@ pub(crate) struct Preamble {
 
 /// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
 ///
-/// Defaults for missing data: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the
-/// time is 0, images are unknown, and the box is the smallest that holds the spheres, not periodic. Unknown
-/// columns of one real number are kept as scalars if all their numbers are finite.
+/// Missing data get default values. Velocities are zero, radii are 1/2, ids count from 0 in the order of the lines, and
+/// the time is 0. [`Frame::images`] is empty. The box is the smallest box that contains the spheres, and is not
+/// periodic. Unknown columns of one real number are kept as scalars if all their numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,

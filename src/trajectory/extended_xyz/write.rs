@@ -172,7 +172,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
     if !frame.bond_kinds.is_empty() {
         write_list(text, " bond_table", &frame.bond_names)?;
     }
-    // With a single name, the interaction of each bond is known without an index.
+    // If there is only one name, it applies to all bonds, so the indices are not written.
     if !frame.bond_kinds.is_empty() && frame.bond_names.len() > 1 {
         write_list(text, " bond_kind", &frame.bond_kinds)?;
     }

@@ -41,7 +41,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
             Some(last) => (0..27)
                 .map(|k| {
                     let (from, to) = (before.particles[k].position, frame.particles[k].position);
-                    // Images of the box `boxes_up` rows higher have slid by this much since the last frame.
+                    // Distance by which box images `boxes_up` rows higher have slid along x since the previous frame.
                     let boxes_up = ((last[k].y - from.y) / frame.size.y).round();
                     let slid = boxes_up * shear_rate.unwrap_or(0.0) * frame.size.y * (frame.time - before.time);
                     last[k] + frame.nearest_image(to - from) + Vector::new(slid, 0.0, 0.0)

@@ -188,12 +188,13 @@ class LiveEditor {
     const value = written(toml);
     const text = toml.with(slider.key, value);
     this.editor.write(text, `slider ${slider.key}`);
-    // A value is changed in the running scene if the texts differ in nothing else. Otherwise the scene starts again.
+    // If nothing else in the text has changed, the running scene takes the new value of a live slider. Otherwise the
+    // scene starts again.
     const isAlone = this.runs === text || this.isOnly(slider.key);
     this.queue(slider.isLive && isAlone ? { changes: { [slider.key]: value } } : { text });
   }
 
-  /** Returns whether the running text and the present text differ only in the value of a key. */
+  /** Returns whether the running text and the text in the editor differ only in the value of a key. */
   isOnly(key) {
     const plain = (text) => new Toml(text).with(key, "0");
     const waiting = this.waiting?.changes ?? {};
@@ -318,7 +319,7 @@ class LiveEditor {
     field.select();
   }
 
-  /** Saves the present text, or the present state if particles were moved by hand. */
+  /** Saves the text in the editor, or the current state if particles were moved by hand. */
   async download() {
     const { text, error } = this.live.isKicked ? await this.live.ask({ kind: "scene" }) : this.editor;
     if (error) {

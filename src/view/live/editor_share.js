@@ -8,7 +8,7 @@ const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // If writing fails, reading fails too and reports the error.
+  // An error of writing is ignored here, because it also makes reading fail.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];

@@ -90,7 +90,7 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // An unfinished string that ends in a backslash, or an unusual space, matches no pattern.
+        // Two things match no pattern: an unfinished string that ends in a backslash, and an unusual space character.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");

@@ -77,7 +77,7 @@ struct Head {
     bonds: Vec<[u32; 2]>,
     stages: Vec<String>,
     live: LivePlan,
-    /// Duration of the last measurement, if it is limited by time `[time]`.
+    /// Duration of the last measurement `[time]`, if it is limited by time.
     until_time: Option<f64>,
     /// Number of events in the last measurement, if it is limited by events.
     until_events: Option<u64>,

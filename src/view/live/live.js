@@ -58,7 +58,7 @@ class Live {
       try {
         handler(value);
       } catch (error) {
-        // An error in a display beside the picture does not stop the picture.
+        // An error in one handler, such as a plot, must not stop the others.
         console.error(error);
       }
     }

@@ -5,8 +5,8 @@ use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html};
 /// URL schemes of the links that are kept.
 const SCHEMES: [&str; 3] = ["https://", "http://", "mailto:"];
 
-/// Converts a Markdown text with tables to HTML. HTML in the text is shown as text, links with other URL schemes are
-/// removed, and images become their alternative texts, because the page has no network.
+/// Converts a Markdown text with tables to HTML. HTML in the text is shown as text. A link whose URL scheme is not in
+/// `SCHEMES` loses its address. An image is replaced by its alternative text, because the page has no network access.
 pub(super) fn html(text: &str) -> String {
     let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
         Event::Html(markup) | Event::InlineHtml(markup) => Some(Event::Text(markup)),

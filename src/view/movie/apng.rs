@@ -92,7 +92,7 @@ impl<W: Write> Track for ApngTrack<W> {
             control.extend(u32::try_from(pixels).map_err(io::Error::other)?.to_be_bytes());
         }
         control.extend([1_u16.to_be_bytes(), self.per_second.to_be_bytes()].as_flattened());
-        // Disposal 0 keeps the canvas for the next image.
+        // Disposal method 0 keeps the canvas for the next image.
         control.extend([0, if is_first { 0 } else { OVER }]);
         self.writer.write_chunk(CONTROL, &control).map_err(failed)?;
         if is_first {

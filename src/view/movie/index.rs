@@ -53,8 +53,8 @@ pub(super) struct Index {
     /// The first frame, without its particles.
     stage: Frame,
     framing: Framing,
-    /// Lower corner and edges of the framed region: it contains the boxes of all frames, or all particles
-    /// `[length]`.
+    /// Lower corner and edges of the framed region `[length]`. Depending on the framing, the region contains the boxes
+    /// of all frames, or all particles.
     region: Option<(Vector, Vector)>,
     /// Largest radius of the particles in the framed region. Particles extend at most this far beyond the region
     /// `[length]`.

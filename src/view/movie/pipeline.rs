@@ -38,9 +38,9 @@ pub(super) struct Pipeline<'a, P> {
 /// drawn or being drawn.
 struct Task {
     place: usize,
-    /// Receives the previous image.
+    /// Channel that receives the previous image.
     before: Option<Receiver<Arc<Image>>>,
-    /// Sends this image to the next task.
+    /// Channel that sends this image to the next task.
     next: Sender<Arc<Image>>,
 }
 

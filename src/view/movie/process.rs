@@ -173,10 +173,11 @@ impl Drop for Process {
     }
 }
 
-/// Output of a program that only prints something.
+/// Runs a program and returns what it prints.
 ///
 /// # Errors
-/// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not end.
+/// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not finish within `patience`,
+/// [`ViewError::Threads`] if no thread can be started.
 pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<String, ViewError> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;

@@ -28,8 +28,8 @@ const LARGEST_STEP: f64 = 4.0;
 /// itself begins well beyond it.
 pub(super) const NEAREST: f32 = 0.05;
 
-/// Direction to the sun, relative to the camera of the first image, in components right, up and horizontally
-/// into the image: from above left, behind the viewer.
+/// Direction to the sun in the first image. The components point right, up, and horizontally into the image. The sun is
+/// behind the viewer, above and to the left.
 const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
 
 /// A sphere that the image must contain; a corner of the box has radius 0.
@@ -302,7 +302,7 @@ fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
         return [azimuth, style.elevation.to_radians()];
     };
     let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
-    // In a view straight from above or below, the right direction is the same as at azimuth 0.
+    // In a view straight from above or below, `right` is the same direction as at azimuth 0.
     let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }

@@ -9,7 +9,7 @@ const MOST_PER_CELL: u32 = 128;
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// Extent of a body along each axis of a grid: from, to.
+/// Extent of a body along each axis of a grid: lower and upper end.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
 /// Lists for a grid over `[-1, 1]` along each axis, with the same number of cells along each.

@@ -21,7 +21,7 @@ pub(super) struct Rays {
     slope: f32,
 }
 
-/// Depth and body that each sample in some rows of the image sees, row by row.
+/// The body seen by each sample in a range of rows, and its depth. Samples are stored row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
     /// Index of the first row of the layer in the image.
@@ -32,7 +32,7 @@ pub(super) struct Layer {
     pub body: Vec<u32>,
 }
 
-/// Which surface a layer keeps if a ray hits several.
+/// Which body a layer keeps if a ray hits several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,

@@ -26,7 +26,7 @@ const SUN: f32 = 0.62;
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
-/// Factor on the opacity of static spheres that have only the background behind them.
+/// The opacity of static spheres is multiplied by this factor where only the background is behind them.
 const LAST_SIDE: f32 = 2.2;
 
 /// Largest additional opacity of a translucent surface, at its rim.

@@ -64,8 +64,7 @@ pub(super) struct Pen {
     pub width: f32,
     pub colour: Colour,
     pub opacity: f32,
-    /// Whether the edge is behind everything: any body at the same place in the image hides it, even a body that is
-    /// farther away.
+    /// Whether the edge is drawn behind all bodies, even behind bodies that are farther away.
     pub is_behind: bool,
 }
 

@@ -67,8 +67,8 @@ pub struct Style {
     pub azimuth: f64,
     /// Elevation of the camera above the horizon `[degrees]`.
     pub elevation: f64,
-    /// Direction of the camera from the middle of the scene. It replaces the elevation, and the azimuth is then
-    /// measured from it. Flat and one-dimensional scenes are seen from the front.
+    /// Direction from the middle of the scene to the camera. If it is set, the elevation is ignored, and the azimuth is
+    /// measured from this direction. Flat and one-dimensional scenes are seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,

@@ -37,7 +37,7 @@ const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR)
 /// Quantities that come first in tables and plots.
 const FIRST: [&str; 4] = [DISTANCE.0, "temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
-/// Makes the page of a complete exchange from its files.
+/// Makes the page of a completed replica exchange from its files.
 ///
 /// # Errors
 /// [`ExchangeFolderError::Read`] if a file is missing or damaged.

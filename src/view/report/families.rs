@@ -27,8 +27,8 @@ pub(super) struct Member {
     pub curves: Vec<Curve>,
 }
 
-/// Returns one figure for each function of one variable that at least two members have measured. `files` completes the
-/// sentence that says where the numbers are, for example "in the folder of each temperature".
+/// Returns one figure for each function of one variable that at least two members of the family have measured. `files`
+/// completes the sentence that says where the numbers are, for example "in the folder of each temperature".
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));

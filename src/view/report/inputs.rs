@@ -87,7 +87,7 @@ impl Inputs {
     }
 }
 
-/// A trajectory of more than `most_bytes` is left out.
+/// Reads the files of a run. A trajectory larger than `most_bytes` is left out.
 pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     if !run.is_dir() {
         return Err(ViewError::NotFolder(run.to_owned()));

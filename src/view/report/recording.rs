@@ -71,10 +71,10 @@ pub(super) struct Head {
     /// Index of the axis that is vertical in the picture. It points down if `is_upside_down` is set.
     pub up: usize,
     pub is_upside_down: bool,
-    /// Azimuth and elevation of the first view `[degrees]`, if the scene asks for one.
+    /// Azimuth and elevation of the first view `[degrees]`, if the scene sets them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look: Option<[f64; 2]>,
-    /// Colouring of the first picture, if the scene asks for one: the index of a channel, or -1 for species.
+    /// Colouring of the first picture, if the scene sets it: the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],
@@ -154,7 +154,8 @@ impl Recording {
     }
 }
 
-/// The scene provides gravity and the ranges of wells. `Err` says why there is nothing to play.
+/// Reads a trajectory for the player. The scene provides gravity and the ranges of wells. The error text says why there
+/// is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;

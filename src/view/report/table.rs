@@ -5,7 +5,8 @@ use std::io::{self, BufRead};
 
 use crate::io::summary::Column;
 
-/// Number of spans at which neighbouring spans are merged in pairs. It is about two spans per pixel of a plot.
+/// When a trace has this number of spans, its spans are merged in pairs. The number is about two spans per pixel of a
+/// plot.
 const MOST_SPANS: usize = 1024;
 
 /// A time series: a column of `thermo.csv` against the time in the first column.

@@ -44,7 +44,7 @@ pub struct Approach {
 const EXACT_FRAME: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
 impl Approach {
-    /// A contact with all numbers of order one and with the foot of the perpendicular on the feature.
+    /// A contact in which all numbers are of order one. The foot of the perpendicular is on the feature.
     pub fn new(random: &mut Random, target: Target) -> Self {
         let is_exact = random.chance(0.35);
         let frame = if is_exact {

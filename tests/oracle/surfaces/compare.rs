@@ -18,8 +18,8 @@ pub fn largest_ratio(kind: Kind) -> f64 {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judgement {
-    /// The answer has the oracle's verdict. The number is the error of a time after now, divided by the error that
-    /// rounding allows.
+    /// The answer has the oracle's verdict. If this is a time after now, the number is the error of the answer, divided
+    /// by the error that rounding allows.
     Right(Option<f64>),
     /// The answer has the verdict of a witness. The number is the largest shift of a coefficient, divided by its error
     /// bound.

@@ -1,4 +1,5 @@
-//! Families of states for which a contact with a feature may be missed or invented.
+//! Families of states for which a detection function may miss a contact with a feature, or report one that does not
+//! occur.
 
 use super::approach::{Approach, Target};
 use super::feature::{Feature, State};

@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // The root is sqrt(2). The parabolas vanish there, or are zero at a distance of about 2^-200.
+    // The root is sqrt(2). The parabolas have a zero exactly there, or about 2^-200 away from it.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);

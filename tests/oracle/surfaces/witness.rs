@@ -10,9 +10,9 @@ use crate::measure::last_place;
 /// first.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// The shift of the first witness found, as a fraction of the boxes. The search begins at the centres of the boxes and
-/// at Carom's own coefficients. Overlap functions and extents are then shifted as a whole. After that, extents are
-/// tilted. The last attempts are all corners, edges and faces of the boxes, and a pair of witnesses.
+/// Searches for a witness. Returns the shift of the first one found, as a fraction of the boxes. The search begins at
+/// the centres of the boxes and at Carom's own coefficients. Then it shifts overlap functions and extents as a whole,
+/// and after that it tilts extents. Last, it tries all corners, edges and faces of the boxes, and pairs of witnesses.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -133,11 +133,12 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// Extents are raised to this fraction of their error bounds. The fraction is so small that no event becomes earlier.
+/// Value of an extent that is shifted to be just positive, in units of its error bound. The value is so small that no
+/// event becomes earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Shifts the coefficients of a polynomial within their box, until a linear function of them is `to` times its error.
-/// `parts` is the initial shift. Also returns the largest shift as a fraction of the box.
+/// Shifts the coefficients of a polynomial within their box until `functional` has the value `to`, in units of its
+/// error. The search begins at the shift `parts`. Also returns the largest shift as a fraction of the box.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);

@@ -8,8 +8,8 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 
-/// The autocorrelation is integrated only if its second value is more than this fraction of its first value. For an
-/// exponential decay at this rate, the integration by cubics has an error of 0.1 %.
+/// The autocorrelation is integrated only if its second value is more than this fraction of its first value. If an
+/// exponential decay has this ratio, the integration by cubics has an error of at most about 0.1 %.
 const SMOOTH: f64 = 0.6;
 
 /// Particles are localised, as in a crystal, if their mean square displacement grows by no more than this

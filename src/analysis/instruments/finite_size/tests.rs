@@ -113,8 +113,8 @@ fn no_correction_if_mean_free_path_exceeds_the_box() {
         complete_diffusion(&mut measured, &system);
         measured.number("diffusion_coefficient_infinite").unwrap().mean
     };
-    // The masses are one 7 and seven 1, so `<v^2> / 3 = 1.5 (7 + 1 / 7) / 8`. The mean free path is `L / (2
-    // pi)` for `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`.
+    // One particle has the mass 7 and seven have the mass 1, so `<v^2> / 3 = 1.5 (7 + 1 / 7) / 8`. The mean free path
+    // equals `L / (2 pi)` if `D = 0.95778 sqrt(<v^2> / 3) 10 / (2 pi) = 1.7641`.
     assert!(measured(1.76).is_some() && measured(1.77).is_none(), "{:?} {:?}", measured(1.76), measured(1.77));
 }
 

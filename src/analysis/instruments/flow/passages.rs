@@ -94,7 +94,8 @@ impl Passages {
                 index += 1;
                 index % 2 == 1
             });
-            // The newest row is dropped too. The samples since the row before it count towards the next row.
+            // The number of rows was even, so the newest row is dropped too. The samples after the last remaining row
+            // count towards the next row.
             self.skipped = self.stride;
             self.stride *= 2;
         }
@@ -188,8 +189,8 @@ mod tests {
         let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
         assert_eq!(error(true, discharge), error(false, discharge));
         assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
-        // Passages alternate in direction, so one side has one particle more for half of the time. The
-        // variance of this number is `s^2 = 1/4`.
+        // Passages alternate in direction. For half of the time, there is one more particle on one side. The variance
+        // of the number of particles on this side is `s^2 = 1/4`.
         let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
         assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }

@@ -66,8 +66,8 @@ pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
 /// box. The number of shells and their bounds do not depend on it.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
-    // The smallest of the units is also the smallest wave number, whatever the displacement: the first nonzero
-    // number among `n_x`, `n_y` and `n_z` contributes at least its unit.
+    // The smallest unit is also the smallest wave number, for any displacement: along the axis of the first nonzero
+    // number among `n_x`, `n_y` and `n_z`, the wave vector has at least one unit.
     let smallest = lattice.units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
     if !smallest.is_finite() {
         return Vec::new();

@@ -21,9 +21,9 @@ fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
     measure(&mut simulation, &system, &mut instrument, 500.0);
     let measured = report(&instrument, &system);
     let fluid = HardSphereFluid::reduced(0.2);
-    // At this density simulations deviate from Enskog by a few per cent (Alder, Gass and Wainwright), and
-    // small systems of constant energy and momentum have smaller values. In long runs 108 spheres had 5, 5
-    // and 11 % less than Enskog, and 500 had 1, 4 and 4 % less, each to within 2 to 4 %.
+    // At this density, simulations deviate from Enskog's theory by a few per cent (Alder, Gass and Wainwright). Small
+    // systems of constant energy and momentum have smaller coefficients. In long runs, the three coefficients were 5, 5
+    // and 11 % below Enskog's values for 108 spheres, and 1, 4 and 4 % below for 500 spheres, each to within 2 to 4 %.
     for (name, enskog, deviation) in [
         ("shear_viscosity", fluid.shear_viscosity(), 0.05),
         ("bulk_viscosity", fluid.bulk_viscosity(), 0.1),

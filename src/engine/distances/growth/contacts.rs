@@ -15,8 +15,8 @@ const TOGETHER: usize = 32;
 /// decides.
 const SLACK: f64 = 1e-9;
 
-/// Relative uncertainty of contact times. It is larger than [`SLACK`]: if a discriminant is only the fraction `SLACK`
-/// of its terms, it has lost digits, and so has the contact time.
+/// Relative uncertainty of contact times. It is larger than [`SLACK`] because of cancellation: a discriminant that is
+/// only the fraction `SLACK` of its terms has lost digits, and so has the contact time computed from it.
 const SLACK_OF_TIMES: f64 = 1e-6;
 
 struct GrowingContacts<'a> {

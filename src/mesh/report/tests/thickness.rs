@@ -54,8 +54,9 @@ fn tree_finds_the_same_thinnest_wall_as_brute_force() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // The line along the normal crosses the plane of the other triangle at one point. The point is inside the other
-        // triangle if the triangles that it forms with two corners each have the same total area as the other triangle.
+        // The line along the normal crosses the plane of the other triangle at one point, the foot. The foot forms a
+        // triangle with each side of the other triangle. The foot lies inside the other triangle if these three
+        // triangles have the same total area.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

@@ -116,8 +116,8 @@ fn foot_entering_at_a_corner_hits_the_face() {
         let sides = [Parabola([-1.5, 1.0, 0.0]), Parabola([leaves, -1.0, 0.0])];
         assert_eq!(face(&Parabola([2.0, -0.5, 0.0]), 1.5, &sides), expected);
     }
-    // In the first case, the extent that becomes positive last is tested first. The extent `dips` is negative between
-    // t = 1.5 and t = 2.
+    // The first case lists the extent that becomes positive last before the others. The extent `dips` is negative
+    // between t = 1.5 and t = 2.
     let rising = |at: f64| Parabola([-at, 1.0, 0.0]);
     let dips = Parabola([1.5 * 2.0, -3.5, 1.0]);
     let height = Parabola([2.0, -0.5, 0.0]);

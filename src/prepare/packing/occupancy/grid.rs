@@ -193,7 +193,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Returns the bucket of a cell in the hash table. Neighbours along x share cache lines. If two cells share a
-    /// bucket, the search is only slower.
+    /// bucket, the search is slower but still correct.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
         #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]

@@ -60,8 +60,8 @@ fn very_different_sizes_use_separate_grids() {
                 assert_eq!(overlap.is_some(), !expected.is_empty());
                 assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
                 found += expected.len();
-                // Nine out of ten overlapping particles are not placed, because their overlaps could hide an overlap
-                // that the search has missed.
+                // Nine out of ten particles that overlap are not placed. Otherwise, their overlaps could hide one that
+                // the search has missed.
                 if expected.is_empty() || random.below(10) == 0 {
                     occupancy.take(position, species);
                     taken.push((position, species));

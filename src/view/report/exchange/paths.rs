@@ -5,14 +5,15 @@ use crate::exchange::ExchangeSummary;
 use crate::view::report::figures::curves_figure;
 use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
-/// Largest number of rows of `exchange.csv` that are plotted, and approximate number of round trips in the plot.
+/// Largest number of rows of `exchange.csv` that are plotted.
 const MOST_ROWS: u64 = 120;
+/// Approximate number of round trips in the plot.
 const ROUND_TRIPS: u64 = 4;
 
 /// Largest number of replica paths in the plot. More could not be told apart.
 const MOST_PATHS: usize = 3;
 
-/// Returns which rows of `exchange.csv` are drawn: every n-th row, up to a last row. The result is n and the last row.
+/// Returns `[n, last]`: every n-th row of `exchange.csv` is plotted, up to row `last`.
 pub(super) fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
     let attempts = summary.results.attempts;
     let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);

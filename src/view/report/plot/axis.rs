@@ -112,7 +112,7 @@ impl Axis {
 
     /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there are fewer
     /// than three labels, the ticks at two and five times each power get labels too. If there are still too few, all
-    /// ticks get one. `None` if even these are fewer than three.
+    /// ticks get labels. `None` if there are fewer than three ticks.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;

@@ -10,8 +10,7 @@ const RIGHT: f64 = WIDTH - 14.0;
 /// Lines with more points show their errors as a band instead of bars.
 const MOST_BARS: usize = 60;
 
-/// Largest number of markers on a line that is too long for a marker at each point. The markers distinguish the lines
-/// of a plot.
+/// Largest number of markers on a line without error bars. The markers distinguish the lines of a plot.
 const SPARSE: usize = 9;
 
 /// Largest ratio of values on a linear axis: two and a half decades.
@@ -90,7 +89,7 @@ impl Curves {
         let foot = if has_strip { STRIP[1] } else { BOTTOM };
         let mut svg = open(&self.label, foot);
         frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
-        // A nested image clips everything outside the plot area.
+        // A nested `svg` element clips everything outside the plot area.
         let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");

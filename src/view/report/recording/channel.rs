@@ -15,7 +15,7 @@ const MOST_GIVEN: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
     Speed,
-    /// Coordinate along an axis, multiplied by a sign.
+    /// Height: the coordinate along the given axis, times the given sign.
     Height(usize, f64),
     /// Number of neighbours within the range of a potential with finite steps.
     Captured(WellNeighbours),

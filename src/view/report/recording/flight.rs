@@ -123,7 +123,8 @@ impl FlightFinder {
 
 /// Returns the shortest displacement from any periodic image of one point to any image of another. `way` is the
 /// displacement between two of these images. Also returns the number of periods along y by which the end point was
-/// moved. In a sheared box, images along y are displaced along x as in `frame`, the later of the two frames.
+/// moved. `frame` is the later of the two frames. In a sheared box, it gives the displacement along x of images along
+/// y.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };

@@ -78,7 +78,8 @@ fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     (lower, upper - lower)
 }
 
-/// Returns a position in steps of the field. All steps are `BEYOND` if the position is outside the field.
+/// Returns a position in units of the steps of the field. All three values are `BEYOND` if the position is outside the
+/// field.
 fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
     let fractions = [0, 1, 2].map(fraction);

@@ -90,7 +90,8 @@ fn positions_and_speeds_are_recorded_within_quantisation_step() {
         }
         assert_eq!(recording.frames[index].len(), 308 + 51 + 7);
     }
-    // The constants are 52 radii, the position of the pivot, the two ends and the radius of the bond, and 52 species.
+    // The constants are, in order: 52 radii, the position of the pivot, the bond (its two ends and its radius), and 52
+    // species.
     assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
     let float = |at: usize| f32::from_le_bytes(recording.constants[at..at + 4].try_into().unwrap());
     assert_eq!([0, 204, 208, 212, 216].map(float), [0.5, 0.25, 1.0, 2.0, -1.0]);
