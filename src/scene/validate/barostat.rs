@@ -141,9 +141,8 @@ fn check_bonds(scene: &Scene, at: &ConfigPath) -> Result<(), SceneError> {
     let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass).collect();
     let Some(bond) = Molecules::of(scene, masses).bond_around_the_box(scene) else { return Ok(()) };
     let [a, b] = bond.pair.map(|id| id.0);
-    let what = format!(
-        "given with a chain of bonds that crosses the periodic box and returns to itself, through the bond between particles {a} and {b}"
-    );
+    let what =
+        format!("given with a chain of bonds around the periodic box, through the bond between particles {a} and {b}");
     refuse(
         at.clone(),
         what,
