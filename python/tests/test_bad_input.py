@@ -411,7 +411,7 @@ def test_failed_run_raises_an_error_with_its_folder(fluid: dict, tmp_path: Path)
         ({"fill.0.packing_fraction": [float("nan")]}, "finite"),
         ({"fill.0.packing_fraction": ["0.1"]}, "string"),
         ({"run.until_events": ["100", "200"]}, "string"),
-        ({("seed", "run.until_events"): [(1, 2), (3,)]}, "every entry"),
+        ({("seed", "run.until_events"): [(1, 2), (3,)]}, "a list of tuples"),
     ],
 )
 def test_sweep_rejects_invalid_axes(fluid: dict, vary: dict, words: str, tmp_path: Path) -> None:
