@@ -1,5 +1,5 @@
-//! Independent checks: the reference engine, the proof of a run event by event, the comparison of its files with those
-//! of a replay, and the comparison with published results.
+//! Independent checks: the reference engine, the proof of a run event by event, the comparison of its files with a
+//! replay, and the comparison with published results.
 
 pub mod compare;
 pub mod reference;

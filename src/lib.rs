@@ -2,7 +2,7 @@
 //! meshes and dissipation.
 //!
 //! Between events every particle flies freely, so there is no time step. Carom computes the time of the next
-//! event, executes it, and predicts again only what it has changed. The algorithms are those of M. N.
+//! event, executes it, and predicts again only what it has changed. The algorithms come from M. N.
 //! Bannerman and S. Strobl, *Stable Event-Driven Particle Dynamics: Spherically Symmetric Potentials*. They
 //! stay stable when rounding puts particles on the wrong side of a discontinuity.
 //!

@@ -40,7 +40,7 @@ impl Beside {
     }
 }
 
-/// Returns the saved state and scene. Without `threads`, the number of threads is that of the scene.
+/// Returns the saved state and scene. Without `threads`, the scene gives the number of threads.
 pub fn engine_of((mut engine, beside): (Engine, Beside), threads: Option<Threads>) -> (State, Scene) {
     let Beside { model, text, name, set, given, pending, baths } = beside;
     engine.set_threads(threads.unwrap_or(model.run().threads));

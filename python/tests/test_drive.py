@@ -63,7 +63,7 @@ def test_thermalize_handles_walls_gravity_planes_and_shear(fluid: dict, mixture:
     plane.thermalize(0.7, seed=3)
     assert (plane.velocities[:, 2] == 0.0).all() and (plane.velocities[0] == 0.0).all()
     assert plane.temperature == pytest.approx(0.7, rel=1e-12)
-    # In a sheared box, the temperature is that of the velocities relative to the streaming velocity.
+    # In a sheared box, the temperature follows from the velocities relative to the streaming velocity.
     sheared = carom.Simulation({**large(fluid), "space": {"shear_rate": 0.5}})
     sheared.thermalize(1.0, seed=4)
     y = sheared.positions[:, 1] - 0.5 * sheared.scene.size[1]

@@ -37,7 +37,7 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
     found = [carom.mean_and_error(autoregressive(generator, correlation, count)) for _ in range(200)]
     means, errors = np.array([it.mean for it in found]), np.array([it.error for it in found], dtype=float)
     exact = math.sqrt(exact_variance(correlation, count))
-    assert abs(means.std() / exact - 1.0) < 0.15, "the formula is that of the series"
+    assert abs(means.std() / exact - 1.0) < 0.15, "the formula fits the series"
     # The estimated errors may be too large, by up to 12 %, or 25 % for the strongest correlation.
     assert 0.97 < np.median(errors) / exact < (1.25 if correlation == 0.9 else 1.12)
     # Two thirds of all means should be within one standard error. The lower bound allows three standard

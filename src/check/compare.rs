@@ -23,7 +23,7 @@ use crate::run::checkpoint::CheckpointError;
 use crate::run::{Finished, Progress, Run, RunError};
 use crate::scene::SceneError;
 
-/// Result of comparing the files of a run with those of its replay.
+/// Result of comparing the files of a run with the files of its replay.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Comparison {

@@ -33,9 +33,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Replaces the heat bath by that of a thermostat, which was validated with its scene; `None` removes the heat
-    /// bath. For velocity rescaling, the heat bath is removed, because the driver of the run rescales the velocities
-    /// itself.
+    /// Sets the heat bath of a thermostat, which was validated with its scene. `None` removes the present heat bath.
+    /// Velocity rescaling also removes it, because the driver of the run rescales the velocities itself.
     ///
     /// `seed` is the value of [`Self::stream_seed`] at the beginning of the stage.
     pub(crate) fn set_planned_thermostat(&mut self, thermostat: Option<&Thermostat>, seed: u64, stage: usize) {

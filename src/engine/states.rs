@@ -23,8 +23,8 @@ impl Elapsed {
     /// Returns the time from `earlier` to this time `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        // Epochs are multiples of a power of two, so their difference is exact. The total times are not subtracted,
-        // because their round-off can be much larger than that of the short time between them.
+        // Epochs are multiples of a power of two, so their difference is exact. The total times are not subtracted:
+        // they are long, and their round-off could exceed the short time between them.
         ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 

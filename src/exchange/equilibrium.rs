@@ -8,9 +8,9 @@ use crate::model::ExchangeEnsemble;
 /// initial state is still too strong for reliable errors.
 const FEWEST_TRIPS: u64 = 10;
 
-pub(super) const TORN: &str = "there are no curves: the energies at some temperatures do not overlap with those at the others; add temperatures between them";
+pub(super) const TORN: &str = "there are no curves: some temperatures share no energies with the other temperatures; add temperatures between them";
 
-pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: the distances in some windows do not overlap with those in the others; let the windows overlap more";
+pub(super) const TORN_WINDOWS: &str = "there is no potential of mean force: some windows share no distances with the other windows; let the windows overlap more";
 
 impl ExchangeResults {
     /// Reasons why the exchange may not be in equilibrium, in words; empty if there are none.

@@ -49,7 +49,7 @@ pub struct MeanForce {
     /// Points of all visited bins, by ascending distance; empty if the distances in some windows do not overlap
     /// sufficiently with those in the others.
     pub points: Vec<MeanForcePoint>,
-    /// Whether the distances in some windows do not overlap sufficiently with those in the others.
+    /// Whether some windows share too few distances with the other windows.
     pub is_torn: bool,
 }
 

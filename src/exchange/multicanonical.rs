@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(weights.nodes().iter().map(|node| node.0).collect::<Vec<_>>(), [-3.0, -2.0, -1.0, 0.0]);
         let differences: Vec<f64> = weights.nodes().iter().zip(STATES).map(|(node, n)| node.1 - n.ln()).collect();
         assert!(differences.iter().all(|it| (it - differences[0]).abs() < 0.2), "{differences:?}");
-        // Outside these levels, the weights are those of the canonical ensembles at the lowest and the highest
+        // Outside these levels, the weights equal the weights of the canonical ensembles at the lowest and the highest
         // temperature.
         assert!((weights.at(-4.0) - weights.at(-3.0) + 1.0 / 0.2).abs() < 1e-12);
         assert!((weights.at(1.0) - weights.at(0.0) - 1.0 / 1.4).abs() < 1e-12);

@@ -316,7 +316,7 @@ fn one_falling_particle_has_the_barometric_energy() {
         let expected = 1.5 + 1.0 - x * x * x.exp() / x.exp_m1().powi(2);
         let deviation = (heat_capacity.mean - expected) / heat_capacity.standard_error.unwrap();
         assert!(deviation.abs() < 3.0, "{}: {heat_capacity:?}, expected {expected}", at.temperature);
-        // A continuous energy has no exact levels, so its populations are those of bins.
+        // A continuous energy has no exact levels, so its populations are given per bin.
         assert!(at.populations.iter().all(|it| it.width > 0.0));
         let all: f64 = at.populations.iter().map(|it| it.population.mean).sum();
         assert!((all - 1.0).abs() < 1e-9);

@@ -64,7 +64,7 @@ pub fn read_scene_text(
 /// use carom::trajectory::Frame;
 ///
 /// # let text = std::fs::read_to_string("configs/hard_sphere_fluid.toml")?;
-/// // `text` is that of a scene with a `[[fill]]`.
+/// // `text` is the text of a scene with a `[[fill]]`.
 /// let scene = read_scene_text(text.as_str(), "fluid.toml", &[])?;
 /// let mut given = GivenParticles::new("start", Frame::start_of(&scene));
 /// given.has_box = true;

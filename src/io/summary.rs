@@ -321,7 +321,7 @@ fn observables(
 }
 
 /// Returns published values for the system at the mean temperature of a stage, or of the last measurement if `stage` is
-/// `None`. `scale` is the ratio of the diameters in the measurement to those in the scene.
+/// `None`. `scale` is the ratio of a diameter in the measurement to the same diameter in the scene.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,

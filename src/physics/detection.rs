@@ -8,7 +8,7 @@
 //! interacts immediately. Nothing here depends on absolute time, particle ids or boxes. At a zero of `df/dt`,
 //! the next derivative that is not zero decides whether `f` falls at once.
 //!
-//! The result is that of exact arithmetic, either for the given coefficients or for coefficients that differ
+//! The result equals the result of exact arithmetic, either for the given coefficients or for coefficients that differ
 //! from them by no more than their rounding errors. This holds if every component is zero or between `1e-50`
 //! and `1e50` in magnitude, as the test target `oracle` shows. Scenes with larger numbers are rejected,
 //! because a product of four such numbers would overflow.

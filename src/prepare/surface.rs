@@ -154,7 +154,7 @@ impl Surface {
         matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
     }
 
-    /// Spacing at which the holes of this surface are as large as those of a square grid with the spacing `of_grid`.
+    /// Spacing at which the holes of this surface are as large as the holes of a square grid with the spacing `of_grid`.
     /// With the spacing `d`, the holes have the radius `d / 2` along a curve, and `d / sqrt(2)` in a grid.
     pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
         if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }

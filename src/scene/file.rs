@@ -63,11 +63,11 @@ pub(crate) struct SceneFile {
     pub space: Option<SpaceFile>,
     /// Gravity, and the contact time of the TC model.
     pub dynamics: Option<DynamicsFile>,
-    /// Species of particles, at least one. If a scene with `start` has no species, it takes those of the earlier run.
+    /// Species of particles, at least one. A scene with `start` may leave them out, and takes them from the earlier run.
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// Interactions of pairs of species and of bonded particles. If a scene with `start` has no interactions, it takes
-    /// those of the earlier run.
+    /// Interactions of pairs of species and of bonded particles. A scene with `start` may
+    /// leave them out, and takes them from the earlier run.
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
     pub particle: Vec<ParticleFile>,

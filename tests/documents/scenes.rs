@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// The tables of the fragment replace those of the base scene.
+/// The tables of the fragment replace the tables of the base scene.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();

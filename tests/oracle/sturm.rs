@@ -44,7 +44,7 @@ pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
 }
 
 /// The sequence `f, g, -(f mod g), ...` down to the last nonzero element, each element up to a positive factor. The
-/// degree of `g` must not be larger than that of `f`.
+/// degree of `g` must not exceed the degree of `f`.
 ///
 /// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a known factor, which keeps the
 /// coefficients short. The signs of the factors are tracked separately, because Sturm's theorem needs them.

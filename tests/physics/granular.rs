@@ -241,7 +241,7 @@ fn the_scene_of_the_cooling_gas_follows_haffs_law_early() {
     let scene = Scene::from_file("configs/granular_cooling.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy().kinetic;
-    // The 10,000 events are 5 contacts per particle. The relative error of the energy loss is that of one contact,
+    // The 10,000 events are 5 contacts per particle. The energy loss has the relative error of one contact,
     // divided by the square root of the number of contacts.
     simulation.advance(Until::events(10_000)).unwrap();
     let fall = (start / simulation.energy().kinetic).ln();

@@ -2,7 +2,7 @@
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 
-/// An engine module that claims to be built from sources other than those of the program.
+/// An engine module that claims to be built from other sources than the program.
 const MODULE: &str = "carom engine 0123456789abcdef\npacked";
 
 const ENGINE: [&str; 2] = ["--module", "engine.module"];

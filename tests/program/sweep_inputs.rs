@@ -82,6 +82,25 @@ fn sweep_checks_the_input_files_of_all_points() {
 }
 
 #[test]
+fn sweep_checks_the_meshes_of_all_points() {
+    let surface = "[[surface]]\nshape = \"mesh\"\npath = \"one.obj\"\n";
+    let place = Place::with(&format!("{FROM_FILE}{surface}"));
+    place.write("start.xyz", &start(1.0));
+    let mesh = |x: f64| format!("v 1 6 6\nv {x} 6 6\nv 4 7 7\nf 1 2 3\n");
+    for name in ["one.obj", "two.obj"] {
+        place.write(name, &mesh(6.0));
+    }
+    let sweep =
+        || place.carom(&["sweep", "scene.toml", "--vary", "surface.0.path=one.obj,two.obj", "--out", "s", "-q"]);
+    let first = sweep();
+    assert_eq!(code(&first), 0, "{}", errors(&first));
+    place.write("two.obj", &mesh(7.0));
+    let other = sweep();
+    assert_eq!(code(&other), 2, "{}", words(&other));
+    assert!(errors(&other).contains("two.obj has changed"), "{}", errors(&other));
+}
+
+#[test]
 fn sweep_over_seeds_without_effect_is_rejected() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "-q", "--out", "first"])), 0);

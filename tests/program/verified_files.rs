@@ -204,7 +204,7 @@ fn verify_finds_any_change_or_names_the_file_as_not_compared() {
 
 #[test]
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
-    // The run has so many events that no machine can finish it within these few progress calls.
+    // The run has far too many events for any machine to finish it within these few progress calls.
     let place = Place::with(&MIXTURE.replace("until_events = 900", "until_events = 40000"));
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();

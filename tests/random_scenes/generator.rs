@@ -190,7 +190,7 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
 
 /// Returns whether the scene has an interaction for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Energies are about those of a particle of mass 1 at the typical speed of the scene. A few scenes have far larger
+    // Typical energies correspond to a particle of mass 1 at the typical speed of the scene. A few scenes have far larger
     // energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };

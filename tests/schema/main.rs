@@ -99,6 +99,16 @@ fn every_key_is_described() {
 }
 
 #[test]
+fn shapes_are_described_for_their_own_table() {
+    let mut left = vec![("fill.0.region.shape", "of the region"), ("mesh.0.surface", "of the static surface")];
+    walk(&schema(), None, "", &mut |path, property, _| {
+        let description = property["description"].as_str().unwrap_or_default();
+        left.retain(|(place, expected)| path != *place || !description.contains(expected));
+    });
+    assert_eq!(left, [], "not found, or with another description");
+}
+
+#[test]
 fn schema_accepts_scenes_of_configs_and_of_carom_new() {
     let schema = schema();
     let mut texts = vec![("every_key".to_owned(), EVERY_KEY.to_owned())];

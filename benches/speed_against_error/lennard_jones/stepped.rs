@@ -19,7 +19,7 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Starts from the positions of a state. The velocities are scaled so that the total energy is that of the state.
+    /// Starts from a state. The velocities are scaled so that the total energy equals the energy of the state.
     ///
     /// `None` if the steps are so coarse that the potential energy alone is larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {

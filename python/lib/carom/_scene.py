@@ -133,7 +133,7 @@ class Scene:
         if particles is not None and frame is not None:
             raise TypeError("expected particles or a frame, found both")
         if bond is not None and frame is None:
-            raise TypeError("bond: belongs to a frame; that of arrays is particles['bond']")
+            raise TypeError("bond: only for a frame; for arrays, use particles['bond']")
         text, name, pairs, given = _parts(source, pairs)
         if particles is not None:
             given = given_of_arrays(particles, lambda: _carom.Scene.species_named_in(text, name, pairs))

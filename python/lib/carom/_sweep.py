@@ -147,7 +147,7 @@ def sweep(
                 raise
     else:
         if jobs is not None:
-            raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")
+            raise ValueError("jobs: is the number of threads of this process; an executor has its own number of workers")
         _submit(core, folder, executor, (orders, functions), progress, name)
     return _finished(core, folder, functions)
 

@@ -37,7 +37,7 @@ class _Absent:
     """A dictionary method that :class:`Columns` does not provide."""
 
     def __get__(self, instance: object, owner: type | None = None) -> Any:
-        raise AttributeError("columns cannot be replaced; those of dict(table) can")
+        raise AttributeError("columns cannot be replaced: make a copy with dict(table)")
 
 
 class Columns(dict[str, NDArray[Any]]):
@@ -56,13 +56,13 @@ class Columns(dict[str, NDArray[Any]]):
         raise KeyError(f"no column {shown(name)}; there are {', '.join(self)}")
 
     def __setitem__(self, name: str, column: NDArray[Any]) -> None:
-        raise TypeError(f"{name}: columns cannot be replaced; those of dict(table) can")
+        raise TypeError(f"{name}: columns cannot be replaced: make a copy with dict(table)")
 
     def __delitem__(self, name: str) -> None:
-        raise TypeError(f"{name}: columns cannot be removed; those of dict(table) can")
+        raise TypeError(f"{name}: columns cannot be removed: make a copy with dict(table)")
 
     def __ior__(self, columns: object) -> Any:  # type: ignore[misc]
-        raise TypeError("columns cannot be replaced; those of dict(table) can")
+        raise TypeError("columns cannot be replaced: make a copy with dict(table)")
 
 
 class Table(Columns):

@@ -1,4 +1,4 @@
-//! Bond-orientational order, which compares the directions from a particle to its neighbours with those in a
+//! Bond-orientational order, which compares the directions from a particle to its neighbours with the directions in a
 //! crystal.
 //!
 //! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),

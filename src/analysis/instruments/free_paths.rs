@@ -29,7 +29,7 @@ const BLOCK: u64 = 64;
 /// accelerated particles, nor in a sheared box, where particles accelerate relative to the streaming around
 /// them.
 ///
-/// The relative error of the mean free time is that of `N t / n`, where `n` flights end in a time `t`. The
+/// The mean free time has the relative error of `N t / n`, where `n` flights end in a time `t`. The
 /// error of the mean free path follows in the same way from the total distance. The scatter of single flights
 /// says little about these errors: all flights share the total time and distance, so a long flight leaves
 /// less for the others.

@@ -211,7 +211,7 @@ const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair
     the frame of the centre of mass, with N / (N - 1), or between walls sum c_i / sum c_i (1 - m_i / M), where c_i is one over the volume of i; it is exact between events.";
 const TRACE: &str =
     "Mean of the diagonal of the pressure tensor over all axes; in a box with walls, over the axes that have walls.";
-const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure divided by that of its kinetic part.";
+const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean pressure divided by the mean of its kinetic part.";
 
 #[cfg(test)]
 mod tests {
@@ -260,7 +260,7 @@ mod tests {
         let mut instrument = tensor(&simulation, &system, 20.0);
         measure(&mut simulation, &system, &mut instrument, 20.0);
         let measured = report(&instrument, &system);
-        // The pressure of 256 spheres is 0.2 % lower than that of an infinite system.
+        // The pressure of 256 spheres is 0.2 % lower than in an infinite system.
         let expected = crate::analysis::published::hard_spheres(0.3) * 0.572_957_8;
         for ab in ["xx", "yy", "zz"] {
             let (mean, error) = estimate(&measured, &format!("pressure_{ab}"));

@@ -93,7 +93,8 @@ impl Profile {
     }
 }
 
-/// Reduces the numbers of bins so that there are at most [`MOST_CELLS`] cells. The last axes lose bins first.
+/// Limits the numbers of bins so that there are at most [`MOST_CELLS`] cells. Each axis gets its bins, or as many as the
+/// axes before it leave.
 fn affordable(bins: [u64; 3]) -> [usize; 3] {
     let mut left = MOST_CELLS;
     bins.map(|count| {

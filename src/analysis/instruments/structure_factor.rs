@@ -186,7 +186,7 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescripti
     for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
-            // The phases below are those of a box without shear. So the shear is removed from x: the shift is
+            // The phases below assume a box without shear, so x is corrected for the shear. The shift is
             // proportional to the height above the lower corner of the box.
             position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }

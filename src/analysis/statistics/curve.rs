@@ -169,7 +169,7 @@ mod tests {
         // `(2 x y - R x) / <x> = 2 x (2 y - 1)`, which is 4 / 9.
         let (a, b) = (curve.means()[2].unwrap(), curve.means()[0].unwrap());
         let ratio = curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap();
-        assert!(ratio.mean.abs() < 1e-12, "the derivatives are those of a ratio");
+        assert!(ratio.mean.abs() < 1e-12, "derivatives of a ratio");
         let exact = (4.0 / 9.0 / 5_000.0_f64).sqrt();
         let of_seed = |seed: u64| {
             let curve = measured(seed, 5_000);

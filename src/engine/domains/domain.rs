@@ -191,7 +191,7 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
         record
     }
 
-    /// Whether so many copies have arrived since the cut that the system should be cut again. A new cut removes stale
+    /// Whether the number of copies that arrived since the cut is large enough for a new cut. A new cut removes stale
     /// copies.
     fn has_grown(&self) -> bool {
         self.held.len() > most(self.first)

@@ -47,7 +47,7 @@ pub struct Outcome {
     /// Event counts of owned particles.
     pub counts: Box<Counts>,
     pub tally: Tally,
-    /// Whether the domain has received so many copies that it pays to cut the system again.
+    /// Whether the domain has received enough copies for a new cut of the system to be worthwhile.
     pub has_grown: bool,
 }
 

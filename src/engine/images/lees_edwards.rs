@@ -91,7 +91,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streaming
     }
 
-    /// Replaces a separation and a relative velocity by those of the nearest image at a time since the epoch.
+    /// Changes a separation and a relative velocity to the separation and velocity of the nearest image, at a time
+    /// since the epoch.
     /// Returns whether this image lies across a sliding side.
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 /// Maximum number of cells per point. More cells would only cost memory.
 const CELLS_PER_POINT: f64 = 2.0;
 
-/// Points sorted into cells no smaller than a range. The separation of a pair is that of its nearest images.
+/// Points sorted into cells no smaller than a range. The separation of a pair is measured between its nearest images.
 #[derive(Debug)]
 pub(crate) struct CellList {
     grid: Grid,

@@ -348,7 +348,7 @@ impl Grid {
     }
 
     /// Returns the cell that replaces `cell` when a particle crosses a sliding side. It is in the first or last
-    /// row along the gradient. Its index along the flow is that of the cell `along`.
+    /// row along the gradient. It has the same index along the flow as the cell `along`.
     #[must_use]
     pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
         let mut at = self.split(cell);

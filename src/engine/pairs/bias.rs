@@ -27,7 +27,7 @@ impl Bias {
 impl Simulation {
     /// Replaces the potential energy `U` of all pairs by `T w(U)`; `None` restores `U`. In a heat bath of temperature
     /// `T` `[energy]`, configurations then have the weights `exp(-w(U))`. Contact distances do not change, but energy
-    /// steps have a different cost. Reported energies are still those of `U`, and the difference counts as supplied
+    /// steps have a different cost. Reported energies still refer to `U`, and the difference counts as supplied
     /// energy.
     ///
     /// The scene must have no gravity, so that energies change only in steps.

@@ -159,7 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// Puts a pair back into state 0. If its interaction is that of its species, the pair is then uncaptured. If it has
+    /// Puts a pair back into state 0. If its interaction belongs to its species, the pair is then uncaptured. If it has
     /// an interaction of its own, such as a bond, its state remains stored.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));

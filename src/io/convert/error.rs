@@ -134,7 +134,7 @@ pub enum FrameError {
     /// The file has more array names than the format can number with 16 bits.
     #[error("`{0}` is one name of an array more than the format can hold, 65536")]
     TooManyNames(String),
-    /// The particles differ from those of the first frame. NumPy arrays need the same particles in all frames.
+    /// The frame and the first frame have different particles. NumPy arrays need the same particles in all frames.
     #[error(
         "its {0} differ from those of the first converted frame: arrays need the same particles, in the same order, in all frames"
     )]

@@ -71,7 +71,7 @@ impl Folder {
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
         // If the list was lost, the new list may lack files of this run. Files that are not listed are therefore not
-        // rejected here. `check_files` compares the checksums of the files with those in the checkpoint.
+        // rejected here. `check_files` compares the checksums of the files with the checkpoint.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;

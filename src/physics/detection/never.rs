@@ -28,7 +28,7 @@ pub struct Doubt {
 
 impl Doubt {
     /// Returns the rounding errors of a relative position and a relative velocity. `lengths` is the sum of the
-    /// magnitudes of the positions, and `speeds` that of the velocities.
+    /// magnitudes of the positions, and `speeds` the sum for the velocities.
     #[must_use]
     pub fn of(lengths: f64, speeds: f64) -> Self {
         Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
@@ -115,7 +115,7 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
             return false;
         }
         // De Casteljau's algorithm halves the interval. The first coefficient after each round belongs to the left
-        // half. The coefficients that remain after the last round are those of the right half.
+        // half. After the last round, the coefficients of the right half remain.
         let mut first = [piece[0]; 5];
         for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {

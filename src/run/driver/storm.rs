@@ -1,5 +1,5 @@
 //! Detects event storms. Spheres that rest in contact under gravity make tiny bounces, and the TC model makes all these
-//! contacts elastic. There can then be so many events per unit of time that simulated time hardly advances.
+//! contacts elastic. The number of events per unit of time can then be very large, and simulated time hardly advances.
 //!
 //! Dissipative particles at rest under gravity normally have a few contacts per particle within one contact time. A
 //! storm has thousands of times as many.

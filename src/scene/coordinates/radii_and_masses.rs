@@ -1,4 +1,4 @@
-//! Compares the radii and masses in a coordinate file with those of the scene's species.
+//! Compares the radii and masses in a coordinate file with the species of the scene.
 
 use std::collections::{HashMap, HashSet};
 
@@ -63,7 +63,7 @@ impl RadiiAndMasses {
         }
     }
 
-    /// Rejects a file whose radii or masses differ from those of the scene's species. Otherwise the values of the scene
+    /// Rejects a file whose radii or masses differ from the species of the scene. Otherwise the values of the scene
     /// would silently replace them.
     pub(in crate::scene) fn agree(&self, scene: &SceneBuilder) -> Result<(), SceneError> {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);

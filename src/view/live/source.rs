@@ -1,4 +1,4 @@
-//! The contents of a live page: the text of a scene, values that override those in the text, and the files that the
+//! The contents of a live page: the text of a scene, values that override values in the text, and the files that the
 //! scene reads.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
     pub(super) text: String,
-    /// Values that override those in the text, by key.
+    /// Values that override values in the text, by key.
     pub(super) changes: BTreeMap<String, String>,
     /// The files that the scene reads, under the names used in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,

@@ -39,7 +39,7 @@ fn state(equilibrium: &Equilibrium) -> String {
         ),
         Answer::No => format!(
             "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
-             measurement {reasons}: means and errors are not those of a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
+             measurement {reasons}: means and errors do not describe a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
         ),
         Answer::Unknown => {
             let reasons = if reasons.is_empty() { "this run does not tell".to_owned() } else { reasons };

@@ -193,7 +193,7 @@ fn temperatures(summary: &ExchangeSummary) -> String {
         + &mean_force::sentence(summary)
         + &format!(
             "<p class=\"aside\">{whose} The heat capacity is that at constant volume, in units of k_B: D / 2 \
-           and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>, those of instruments in <code>measurements.json</code>.</p>\n"
+           and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>, and results of instruments are in <code>measurements.json</code>.</p>\n"
         )
 }
 

@@ -102,7 +102,7 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let rows: Vec<String> = results.means().map(|(group, means)| row(group, means)).collect();
     table("Means over seeds, with standard errors from the runs and from their scatter", &heads, &rows)
         + "<p class=\"aside\">The two errors should agree: where the scatter is much larger, the runs are too short for their own errors. \
-           The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
+           The same numbers are in <code>sweep-mean.csv</code>, and the numbers of each run are in <code>sweep.csv</code>.</p>\n"
 }
 
 fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {

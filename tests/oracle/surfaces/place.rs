@@ -21,7 +21,7 @@ impl Place<'_> {
         }
     }
 
-    /// The sign of a polynomial just after this time: that of the first derivative that is not zero.
+    /// The sign of a polynomial just after this time: the sign of the first nonzero derivative.
     pub fn sign_after(&self, g: &Polynomial) -> i32 {
         if g.is_zero() {
             return 0;

@@ -48,12 +48,12 @@ impl Form {
 /// How the coefficients of the first polynomial define an overlap function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// The coefficients are those of the height above a plane.
+    /// The coefficients describe the height above a plane.
     Linear,
-    /// The coefficients are those of a squared distance, multiplied by this sign. The leading coefficient has the same
+    /// The coefficients describe a squared distance, multiplied by this sign. The leading coefficient has the same
     /// sign.
     Square(i32),
-    /// The coefficients are those of the height above a face, followed by the contact distance. The face is solid on
+    /// The coefficients describe the height above a face, followed by the contact distance. The face is solid on
     /// both sides.
     TwoSided,
 }

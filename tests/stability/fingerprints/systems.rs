@@ -104,7 +104,7 @@ particle = [
 ]
 "#;
 
-/// A system: its name, a scene, and values that override those of the scene.
+/// A system: its name, a scene, and values that override values of the scene.
 type System = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const ANDERSEN: (&str, &str) = ("run.thermostat", r#"{ kind = "andersen", temperature = 0.9, rate = 0.7 }"#);

@@ -239,7 +239,7 @@ fn verifier_with_outdated_gravity_finds_a_fault() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // The verifier rejects a change of gravity if the given positions differ from those of the particles at this time.
+    // The verifier rejects a change of gravity if the given positions differ from the particles at this time.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();

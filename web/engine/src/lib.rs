@@ -1,5 +1,5 @@
 //! Carom's engine as WebAssembly. It takes the text of a scene and returns positions and velocities that are
-//! bit-identical to those of the native program.
+//! bit-identical to the results of the native program.
 //!
 //! The module has no imports. A page writes a request in JSON into the buffer from [`room`], calls a function, and
 //! reads the answer in JSON at [`message`]. [`look`] writes positions and velocities, which the page reads at

@@ -1,6 +1,6 @@
 //! Compresses the engine for pages: `carom-pack MODULE.wasm OUT`.
 //!
-//! The output starts with a line `carom engine FINGERPRINT`. The fingerprint is that of the sources that determine the
+//! The output starts with a line `carom engine FINGERPRINT`. The fingerprint identifies the sources that determine the
 //! bits of a run. The module follows in the `.lzma` format, with its uncompressed length in the header. The output is a
 //! third smaller than with gzip, and a page decompresses it in a quarter of a second.
 

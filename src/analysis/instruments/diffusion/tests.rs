@@ -102,7 +102,7 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
     let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
-    // The centre of mass moves at (4, 1). Relative to it, the speed of A is 3 and that of B is 1. The squared
+    // The centre of mass moves at (4, 1). Relative to it, A has the speed 3 and B the speed 1. The squared
     // speeds divided by `1 - m / M` are 9 / (1 - 1/4) = 12 for A and 1 / (1 - 3/4) = 4 for B. Their mean is
     // 8.
     for (series, square) in curve.series.iter().zip([8.0, 12.0, 4.0]) {

@@ -72,7 +72,7 @@ fn cubic_box_has_the_yeh_hummer_correction_with_both_errors() {
     ];
     assert_eq!(names(&measured), all);
     // The finite-size term is 2.837297 * 1.5 / (6 pi * 2 * 10) = 4.2559455 / 376.991118, times nu / (nu +
-    // 0.1) with nu = 2 * 1000 / 14. Its relative error is that of the viscosity, 0.4 / 2.
+    // 0.1) with nu = 2 * 1000 / 14. It has the relative error of the viscosity, 0.4 / 2.
     let whole = 0.011_289_246;
     let term = whole * 0.999_300_49;
     let infinite = measured.number("diffusion_coefficient_infinite").unwrap();

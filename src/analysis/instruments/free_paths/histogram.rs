@@ -46,7 +46,7 @@ impl Histogram {
     }
 
     /// Returns the bin width and the density of each bin: the fraction of all values in the bin, divided by the
-    /// width. Errors are those of independent values; the error of an empty bin is unknown. Returns no bins if
+    /// width. Errors are computed as for independent values; the error of an empty bin is unknown. Returns no bins if
     /// there are no values, or only a few that are all zero.
     pub fn density(&self) -> (f64, Vec<Option<Estimate>>) {
         let mut binned = self.clone();

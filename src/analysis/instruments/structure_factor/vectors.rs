@@ -105,7 +105,7 @@ fn upper(n: [i32; 3]) -> [i32; 3] {
     if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
 }
 
-/// Wave vectors along the axes, along the diagonals of the faces, and along those of the box. Crystals aligned
+/// Wave vectors along the axes, along the face diagonals, and along the space diagonals. Crystals aligned
 /// with the box have their strongest peaks there.
 fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
     let mut found = BTreeSet::new();

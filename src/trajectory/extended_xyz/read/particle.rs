@@ -36,7 +36,7 @@ impl Beside {
     }
 }
 
-/// Species by name: first those of the file's table, then others in the order of their appearance.
+/// Species by name: first the species in the table of the file, then others in the order of their appearance.
 pub(super) struct SpeciesTable {
     pub species: Vec<FrameSpecies>,
     index: HashMap<String, u32>,

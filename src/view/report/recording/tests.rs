@@ -243,7 +243,7 @@ fn the_view_of_an_unbounded_system_contains_the_particles_of_all_frames() {
         frame.particles[0].position = Vector::new(x, 0.0, 0.0);
         frame
     };
-    // The field of the first frame ends before that of the second begins.
+    // The two fields do not overlap.
     let recording = read(text(&[at(0.0, -3.0), at(1.0, 50.0)]).as_slice(), None).unwrap();
     let [lower, upper] = recording.head.view;
     assert!(lower[0] <= -3.0 && upper[0] >= 50.0, "{lower:?} {upper:?}");
