@@ -109,6 +109,7 @@ fn an_import_that_goes_up_is_noticed_in_every_form() {
     }
     for text in [
         "//! use crate::cli::x;\nuse crate::scene::{A, b};\nuse super::{limits, super::names};",
+        "mod inner { use super::super::super::view::x; }",
         "use crate::{Vector, engine::Simulation}; use std::{fs, io};",
         "#[cfg(test)]\nmod tests { use crate::view::V; }",
         "#[cfg(test)]\nuse crate::view::V;",
