@@ -149,6 +149,9 @@ impl Scene {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
 
+    /// Tables of a scene that may name files or runs, which [`Self::inputs_named`] collects.
+    pub(crate) const TABLES_WITH_INPUTS: [&str; 4] = ["file", "output", "start", "surface"];
+
     pub(crate) fn inputs_named(
         text: &str,
         name: &Path,

@@ -9,9 +9,6 @@ use crate::io::inputs::present;
 use crate::model::{InputFile, Scene};
 use crate::scene::NamedInput;
 
-/// Tables of a scene that refer to files and runs.
-const NAMING: [&str; 4] = ["file", "output", "start", "surface"];
-
 /// Checksums of files by their absolute paths.
 pub(super) type Inputs = BTreeMap<String, String>;
 
@@ -19,7 +16,8 @@ impl Sweep {
     /// Checksums of the input files at all points: the files that the scenes name, and the last checkpoints of the runs
     /// from which the scenes start. Missing files are left out.
     pub(super) fn inputs(&self) -> Inputs {
-        let is_naming = |key: &str| key.split('.').next().is_some_and(|table| NAMING.contains(&table.trim()));
+        let is_table = |table: &str| Scene::TABLES_WITH_INPUTS.contains(&table.trim());
+        let is_naming = |key: &str| key.split('.').next().is_some_and(is_table);
         // If no varied key names files or runs, the scenes at all points read the same files.
         let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
         let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();

@@ -163,8 +163,11 @@ fn turned(
     finite_vector(&base, &at.key(base_key))?;
     finite_vector(&axis, &at.key("axis"))?;
     positive(axis.norm(), at.key("axis"))?;
-    let given = [(file.profile.is_some(), "profile"), (file.radii.is_some(), "radii"), (true, "radius")];
-    let key = at.key(given.into_iter().find(|(is_given, _)| *is_given).map_or("radius", |(_, key)| key));
+    let key = at.key(match (&file.profile, &file.radii) {
+        (Some(_), _) => "profile",
+        (None, Some(_)) => "radii",
+        (None, None) => "radius",
+    });
     for [radius, height] in profile {
         not_negative(*radius, key.clone())?;
         finite(*height, key.clone())?;
