@@ -55,7 +55,8 @@ pub trait Recorder {
     /// If the row cannot be recorded.
     fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Self::Error>;
 
-    /// Records a frame: the positions and velocities of all particles, and other scalars measured for each particle.
+    /// Records a frame: the positions and velocities of all particles, and any additional scalars, each with one value
+    /// per particle.
     ///
     /// # Errors
     /// If the frame cannot be recorded.

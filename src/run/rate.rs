@@ -20,7 +20,7 @@ const STEPS: u64 = 500_000;
 /// and a single engine step may need very many of them. A trial with the maximum number takes one or two seconds.
 const SEARCH_STEPS: u64 = if cfg!(test) { 200_000 } else { 10_000_000 };
 
-/// Number of engine steps after which the number of search steps is checked.
+/// Number of engine steps between two checks of the number of search steps.
 const BETWEEN: u64 = 64;
 
 /// Minimum number of events from which a rate is calculated.

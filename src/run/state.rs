@@ -44,8 +44,8 @@ pub(super) const NEAR: f64 = 1e-9;
 /// Time of the first check for remaining initial overlaps, as a fraction of the crossing time of the box.
 const FIRST_CHECK: f64 = 1e-4;
 
-/// Intervals up to the next check for remaining initial overlaps: a number of physical events and a simulated time. The
-/// check is made when either has passed.
+/// Number of physical events and simulated time until the next check for remaining initial overlaps. The check is made
+/// when either has passed.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct OverlapCheck {
     pub events: u64,
@@ -153,7 +153,8 @@ pub struct RunState {
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
-/// Properties of a scene that depend on its initial particles. They are calculated before these particles may be freed.
+/// Properties of a scene that depend on its initial particles. They are calculated in advance, because these particles
+/// may be freed later.
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
@@ -234,8 +235,8 @@ impl RunState {
         self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
-    /// Changes the limit of the last measurement, if this is the present stage. In an earlier stage, nothing changes:
-    /// the measurement takes its limit from the scene when it begins.
+    /// Changes the limit of the last measurement if the run is in this measurement. Before that, nothing changes: the
+    /// measurement takes its limit from the scene when it begins.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
             if self.measurement.is_some() && limit != self.stage.limit {

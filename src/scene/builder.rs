@@ -109,7 +109,8 @@ impl SceneBuilder {
         seed(seed: u64) => parts.seed;
         /// Sets the simulated time at the start `[time]`.
         start_time(time: f64) => parts.start_time;
-        /// Sets whether particles may overlap at the start. If they do, overlaps never grow deeper during the run.
+        /// Sets whether particles may overlap at the start. If they do, overlaps never grow deeper, and disappear unless
+        /// gravity or wells hold the particles together.
         allow_invalid_start(allow: bool) => parts.allow_invalid_start;
         /// Sets the boundary conditions of a box whose size follows from a fill.
         boundary(boundary: [Boundary; 3]) => parts.space.boundary;

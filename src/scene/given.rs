@@ -112,7 +112,8 @@ impl GivenParticles {
         text
     }
 
-    /// Adds the box to the tables of a scene, if the box comes from the particles of the program.
+    /// Adds the box that the program passed with the particles to the tables of a scene. Adds nothing if there is no
+    /// such box, or if the scene gives a size or a fill.
     pub(super) fn put_box(&self, scene: &Scene, table: &mut Table) {
         let has_fill = table.get("fill").and_then(Value::as_array).is_some_and(|fills| !fills.is_empty());
         let space = table.entry("space").or_insert_with(|| Value::Table(Table::new()));

@@ -1,4 +1,4 @@
-//! Stages, thermostats and replica exchange in the file of a scene.
+//! Stages, thermostats and replica exchange in a scene file.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};

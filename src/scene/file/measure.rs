@@ -1,4 +1,4 @@
-//! Measurements in the file of a scene. Each kind is `true`, or a table of settings.
+//! Measurements in a scene file. Each kind is `true`, or a table of settings.
 
 use std::borrow::Cow;
 

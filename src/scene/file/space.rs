@@ -31,7 +31,7 @@ pub(crate) struct SpaceFile {
     pub z: Option<AxisFile>,
 }
 
-/// Sides across an axis: a word such as `"periodic"`, or a table such as
+/// Sides of the box along an axis: a word such as `"periodic"`, or a table such as
 /// `{ lower = "wall", upper = "open", restitution = 0.5 }`. Each wall may be a table as well.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
@@ -40,7 +40,7 @@ pub(crate) enum AxisFile {
     Sides(SidesFile),
 }
 
-/// The two sides of the box across an axis.
+/// The lower and the upper side of the box along an axis.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SidesFile {

@@ -39,7 +39,7 @@ pub(crate) struct Placing<'a> {
 }
 
 impl<'a> Placing<'a> {
-    /// Rejects groups of particles that need more memory than there is, before any particle is created.
+    /// Rejects groups of particles that do not fit into memory, before any particle is created.
     pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
         for placed in &self.scene.groups {

@@ -19,7 +19,7 @@ fn check_gravity(gravity: Option<Vector>, space: &Space, at: &ConfigPath) -> Res
     gravity.map_or(Ok(()), |gravity| on_flat_axes(&gravity, &Vector::zeros(), space, &at.key("gravity")))
 }
 
-/// Largest allowed round-off when the start time is added to a time of the run, relative to that time.
+/// Largest allowed round-off of the start time, relative to the shortest duration or interval.
 const ROUNDED: f64 = 1e-3;
 
 /// Checks that the start time is not too large. Its round-off may be at most a thousandth of each given duration and

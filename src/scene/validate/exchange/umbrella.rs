@@ -10,8 +10,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::positive;
 
-/// Minimum width of a window relative to its upper end. In a narrower one, reflections would dominate the
-/// run.
+/// Minimum width of a window relative to its upper end. In a narrower window, reflections would dominate the run.
 const NARROWEST: f64 = 1e-6;
 
 fn at() -> ConfigPath {
