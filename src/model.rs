@@ -30,6 +30,7 @@ pub mod threads;
 pub mod triangle_mesh;
 pub mod umbrella_plan;
 
+pub use crate::physics::response::ContactLaw;
 pub use barostat::{Barostat, BarostatError, VolumeMoves};
 pub use energy_weights::EnergyWeights;
 pub use error::PotentialError;

@@ -108,8 +108,8 @@ fn overrides_replace_and_add_values_by_index_or_name() {
     )
     .unwrap();
     assert_eq!((scene.seed(), scene.name(), scene.run().limit.events), (5, "swing", Some(1000)));
-    assert_eq!(scene.interactions()[0].restitution, 0.1);
-    assert_eq!(scene.interactions()[scene.bonds()[0].interaction.0 as usize].restitution, 1.0);
+    assert_eq!(scene.interactions()[0].law.restitution, 0.1);
+    assert_eq!(scene.interactions()[scene.bonds()[0].interaction.0 as usize].law.restitution, 1.0);
     assert_eq!(scene.species()[2].mass, 2.5);
     assert_eq!(scene.output().frame_interval, Some(0.5));
 }

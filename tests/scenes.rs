@@ -43,7 +43,7 @@ fn pendulum_is_straight_and_its_links_have_equal_slack() {
         let core = interaction.potential.core().unwrap();
         assert!((interaction.potential.range() / core - 1.06).abs() < 1e-15);
         assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
-        assert_eq!(interaction.restitution, 0.9);
+        assert_eq!(interaction.law.restitution, 0.9);
     }
     // The bonds between beads share one interaction. The bond of the bob has an interaction of its own.
     assert_eq!(scene.bonds()[0].interaction, scene.bonds()[8].interaction);
@@ -252,7 +252,7 @@ fn a_distribution_of_diameters_becomes_classes() {
         let contact = 0.5 * (scene.species()[a].diameter + scene.species()[b].diameter);
         assert_eq!(interaction.potential.core(), Some(contact));
         assert_eq!(interaction.potential.range(), range * contact);
-        assert_eq!(interaction.restitution, if a == 2 { 0.9 } else { 1.0 });
+        assert_eq!(interaction.law.restitution, if a == 2 { 0.9 } else { 1.0 });
     }
     assert_eq!(scene, Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap());
 }

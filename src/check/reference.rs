@@ -327,7 +327,7 @@ impl Reference {
             let [from_lower, from_upper] =
                 [self.scene.space.lower[k], self.scene.space.upper()[k]].map(|at| self.positions[i as usize][k] - at);
             for (is_upper, face, height) in [(false, lower, from_lower), (true, upper, -from_upper)] {
-                if matches!(face, Face::Wall { .. }) {
+                if matches!(face, Face::Wall(_)) {
                     let inwards = if is_upper { -1.0 } else { 1.0 };
                     let f = Polynomial::new(&[
                         height - radius,

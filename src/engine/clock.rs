@@ -124,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             partner: partner.map(|partner| self.name(partner)),
             surface: None,
             moving: self.sources.surfaces.moving_at(self.time()),
-            has_losses: self.pairs.rules.steps.iter().any(|steps| steps.restitution < 1.0)
+            has_losses: self.pairs.rules.steps.iter().any(|steps| steps.law.dissipates())
                 || self.sources.surfaces.dissipate(),
             time: self.time(),
             standstill,

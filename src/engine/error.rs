@@ -229,6 +229,7 @@ mod tests {
     use crate::engine::parts::Engine;
     use crate::engine::prediction::{Contact, Prediction};
     use crate::engine::{Reason, Until};
+    use crate::model::ContactLaw;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
     use crate::physics::overlap::Side;
@@ -255,7 +256,7 @@ mod tests {
     /// Square wells, or hard spheres without a `range`, in a wide box whose only wall is at the lower end of x.
     /// Particle 40 hits particle 41, and particle 42 flies away.
     fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
-        let wall = Face::Wall { restitution: 1.0 };
+        let wall = Face::Wall(ContactLaw::smooth(1.0));
         let x = Boundary::Bounded { lower: wall, upper: Face::Open };
         let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(60.0) };
         let potential =

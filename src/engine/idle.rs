@@ -177,6 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 mod tests {
     use crate::Vector;
     use crate::engine::{Reason, Simulation, Until};
+    use crate::model::ContactLaw;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
     use crate::scene::SceneBuilder;
@@ -200,7 +201,7 @@ mod tests {
 
     #[test]
     fn run_is_over_only_if_nothing_can_collide_again() {
-        let wall = Face::Wall { restitution: 1.0 };
+        let wall = Face::Wall(ContactLaw::smooth(1.0));
         let below = Boundary::Bounded { lower: wall, upper: Face::Open };
         for (boundary, velocity, expected) in [
             ([OPEN; 3], [0.0, 1.0, 0.0], true),

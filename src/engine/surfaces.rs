@@ -1,6 +1,6 @@
 //! Surfaces that particles meet: the walls of the box, and the surfaces of a scene.
 //!
-//! A surface has a shape ([`Surface`]) and a law of contact ([`Law`]). A mesh consists of several shapes: its faces,
+//! A surface has a shape ([`Surface`]) and a law of contact ([`crate::model::SurfaceLaw`]). A mesh consists of several shapes: its faces,
 //! edges and corners ([`features`]). A shape computes the time of a particle's next contact for the prediction, and the
 //! normal for the execution. It computes the gap for the audit, for the proof that the dynamics have ended, and for the
 //! checks of initial positions. To add a shape, write a file like [`wall`] or [`plane`], and add a variant to
@@ -205,15 +205,6 @@ impl Surface for Shape {
     fn side(&self) -> Option<(u8, bool)> {
         with_shape!(self, surface => surface.side())
     }
-}
-
-/// How a surface changes the velocity of a particle at a contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Law {
-    /// Reflection. The restitution is the ratio of the normal speeds after and before the contact.
-    Reflecting { restitution: f64 },
-    /// Particles leave with velocities drawn from the flux distribution of a gas at this temperature `[energy]`.
-    Thermal { temperature: f64 },
 }
 
 #[cfg(test)]

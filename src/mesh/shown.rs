@@ -71,7 +71,7 @@ impl Region {
     fn hold(&mut self, centre: &Vector, radius: f64) {
         for k in 0..3 {
             let Boundary::Bounded { .. } = self.boundary[k] else { continue };
-            let [lower, upper] = self.boundary[k].restitutions().map(|wall| wall.is_none());
+            let [lower, upper] = self.boundary[k].contact_laws().map(|wall| wall.is_none());
             if lower {
                 self.lower[k] = self.lower[k].min(centre[k] - radius);
             }
@@ -112,7 +112,7 @@ impl Region {
 
     fn is_open(&self, axis: usize, side: usize) -> bool {
         match &self.boundary[axis] {
-            Boundary::Bounded { .. } => self.boundary[axis].restitutions()[side].is_none(),
+            Boundary::Bounded { .. } => self.boundary[axis].contact_laws()[side].is_none(),
             Boundary::Periodic | Boundary::Flat => false,
         }
     }

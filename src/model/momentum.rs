@@ -34,9 +34,10 @@ impl Scene {
     }
 
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
-        let walls = |k: usize| self.space.boundary[k].restitutions();
+        let walls = |k: usize| self.space.boundary[k].contact_laws();
         let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
-        let is_altered = |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|e| e < 1.0);
+        let is_altered =
+            |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|law| law.dissipates());
         let is_slid: [bool; 3] =
             std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
         let redrawn = match thermostat {
@@ -58,7 +59,7 @@ impl Scene {
     }
 
     pub(crate) fn has_elastic_pairs(&self) -> bool {
-        self.interactions.iter().all(|interaction| interaction.restitution == 1.0)
+        self.interactions.iter().all(|interaction| !interaction.law.dissipates())
     }
 
     /// The axes along which the total momentum of the moving particles is conserved in the last measurement,
@@ -125,12 +126,13 @@ impl Scene {
     }
 
     fn loses_energy(&self) -> bool {
-        let loses_at_walls = self.space.boundary.iter().flat_map(Boundary::restitutions).flatten().any(|e| e < 1.0)
-            || self.surfaces.iter().any(|surface| surface.law.dissipates());
+        let loses_at_walls =
+            self.space.boundary.iter().flat_map(Boundary::contact_laws).flatten().any(|law| law.dissipates())
+                || self.surfaces.iter().any(|surface| surface.law.dissipates());
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
         let moves = |species: usize| is_there[species] && !self.species[species].is_static();
-        let loses = |id: InteractionId| self.interactions[id.0 as usize].restitution < 1.0;
+        let loses = |id: InteractionId| self.interactions[id.0 as usize].law.dissipates();
         let loses_in_pairs =
             self.table.iter().any(|([a, b], id)| loses(id) && is_there[a] && is_there[b] && (moves(a) || moves(b)));
         loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))

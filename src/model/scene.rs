@@ -1,5 +1,6 @@
 //! A scene: everything that determines a trajectory, in reduced units.
 
+use crate::model::ContactLaw;
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
@@ -61,13 +62,13 @@ impl Species {
     }
 }
 
-/// A pair interaction: a stepped potential, and the coefficient of restitution of its infinite barriers.
+/// A pair interaction: a stepped potential, and the contact law of its infinite barriers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interaction {
     /// The steps.
     pub potential: Potential,
-    /// Ratio of the normal speeds after and before a contact with an infinite barrier, in `[0, 1]`.
-    pub restitution: f64,
+    /// Law of contacts at an infinite barrier.
+    pub law: ContactLaw,
     /// Name by which bonds refer to the interaction. Interactions for pairs of different diameters may share a name.
     pub name: Option<String>,
 }

@@ -1,20 +1,18 @@
 //! The region that holds the particles: a box whose axes are periodic, bounded or flat.
 
 use crate::Vector;
+use crate::physics::response::ContactLaw;
 use serde::{Deserialize, Serialize};
 
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Boundary condition at one face of the box: open, or a wall with a coefficient of restitution.
+/// Boundary condition at one face of the box: open, or a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {
     /// No boundary. Particles leave the box here and are still simulated.
     Open,
     /// A flat wall. A particle touches it when its centre is half a diameter away.
-    Wall {
-        /// Ratio of the normal speeds after and before a contact, in `[0, 1]`.
-        restitution: f64,
-    },
+    Wall(ContactLaw),
 }
 
 /// Boundary condition along one axis: periodic, bounded or flat.
@@ -40,9 +38,9 @@ impl Boundary {
     /// Both sides open.
     pub const OPEN: Self = Self::Bounded { lower: Face::Open, upper: Face::Open };
 
-    /// Coefficients of restitution at the lower and the upper side; `None` for a side that is not a wall.
-    pub(crate) fn restitutions(&self) -> [Option<f64>; 2] {
-        let of = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
+    /// Contact laws of the walls at the lower and the upper side; `None` for a side that is not a wall.
+    pub(crate) fn contact_laws(&self) -> [Option<ContactLaw>; 2] {
+        let of = |face: &Face| if let Face::Wall(law) = face { Some(*law) } else { None };
         match self {
             Self::Bounded { lower, upper } => [of(lower), of(upper)],
             Self::Periodic | Self::Flat => [None; 2],
@@ -52,7 +50,8 @@ impl Boundary {
     /// Walls with the same coefficient of restitution on both sides.
     #[must_use]
     pub const fn walls(restitution: f64) -> Self {
-        Self::Bounded { lower: Face::Wall { restitution }, upper: Face::Wall { restitution } }
+        let wall = Face::Wall(ContactLaw::smooth(restitution));
+        Self::Bounded { lower: wall, upper: wall }
     }
 }
 
@@ -96,7 +95,7 @@ impl Space {
     /// Returns for the lower and the upper side across an axis whether the side is a wall.
     #[must_use]
     pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
-        self.boundary[axis].restitutions().map(|wall| wall.is_some())
+        self.boundary[axis].contact_laws().map(|wall| wall.is_some())
     }
 
     /// Keeps the values of sides that are walls, and replaces the other values by `None`. `values` has one entry for

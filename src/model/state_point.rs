@@ -27,7 +27,7 @@ impl StatePoint {
         let interaction = |id: usize| {
             let interaction = &scene.interactions[id];
             let potential = &interaction.potential;
-            Self(0).with(potential.radii()).with(potential.energies()).with(&[interaction.restitution])
+            Self(0).with(potential.radii()).with(potential.energies()).with(&[interaction.law.restitution])
         };
         let present = (0..scene.species.len()).filter(|&id| population[id] > 0);
         let meet = |pair: [usize; 2]| pair.iter().all(|&id| population[id] > 0);
@@ -35,8 +35,8 @@ impl StatePoint {
             let [a, b] = pair.map(|id| species(id).0);
             interaction(id.0 as usize).and(a.wrapping_add(b))
         });
-        let walls = scene.space.boundary.iter().flat_map(Boundary::restitutions).flatten();
-        let walls = walls.map(|restitution| Self(1).with(&[restitution]));
+        let walls = scene.space.boundary.iter().flat_map(Boundary::contact_laws).flatten();
+        let walls = walls.map(|law| Self(1).with(&[law.restitution]));
         let of_surfaces = scene.surfaces.iter().filter_map(|surface| surface.law.temperature());
         let temperatures = scene.wall_temperatures.iter().flatten().flatten().copied().chain(of_surfaces);
         let temperatures = temperatures.map(|temperature| Self(2).with(&[temperature]));

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{SpeciesId, SurfaceMotion, TriangleMesh};
 use crate::Vector;
+use crate::physics::response::ContactLaw;
 
 /// A surface: its shape, the species that collide with it, its law of contact, and its motions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,10 +62,7 @@ impl SceneSurface {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum SurfaceLaw {
     /// Reflection.
-    Reflecting {
-        /// Ratio of the normal speeds after and before a contact, in `[0, 1]`.
-        restitution: f64,
-    },
+    Reflecting(ContactLaw),
     /// A thermal surface. Particles leave it with velocities from the flux distribution of a gas at this temperature.
     Thermal {
         /// `[energy]`
@@ -78,14 +76,14 @@ impl SurfaceLaw {
     pub fn temperature(&self) -> Option<f64> {
         match *self {
             Self::Thermal { temperature } => Some(temperature),
-            Self::Reflecting { .. } => None,
+            Self::Reflecting(_) => None,
         }
     }
 
     /// Whether particles lose kinetic energy in a contact with the surface.
     #[must_use]
     pub fn dissipates(&self) -> bool {
-        matches!(*self, Self::Reflecting { restitution } if restitution < 1.0)
+        matches!(self, Self::Reflecting(law) if law.dissipates())
     }
 }
 

@@ -6,6 +6,27 @@
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
+/// Contact law of an infinite barrier: the core of a pair, the end of a bond, a wall or a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ContactLaw {
+    /// Coefficient of restitution: ratio of the normal relative speeds after and before a contact, in `[0, 1]`.
+    pub restitution: f64,
+}
+
+impl ContactLaw {
+    /// Law of a smooth barrier, which leaves the tangential velocity unchanged.
+    #[must_use]
+    pub const fn smooth(restitution: f64) -> Self {
+        Self { restitution }
+    }
+
+    /// Whether contacts dissipate kinetic energy.
+    #[must_use]
+    pub fn dissipates(&self) -> bool {
+        self.restitution < 1.0
+    }
+}
+
 /// Outcome of an event at a discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
@@ -44,6 +65,8 @@ pub struct Response {
     pub outcome: Outcome,
     /// Radial motion after the event, `B' = v_ij' . r_ij` `[length^2 / time]`.
     pub radial: f64,
+    /// Factor that multiplies the relative tangential velocity; 1 except in sliding contacts of the TC model.
+    pub tangential_scale: f64,
 }
 
 /// Decides the response of a pair at a discontinuity.
@@ -58,25 +81,26 @@ pub struct Response {
 /// | a finite step | `mu/2 vn^2 <= dU` | Bounce | `-vn` |
 #[inline]
 #[must_use]
-pub fn respond(side: Side, energy_step: f64, approach: &Approach, restitution: f64) -> Response {
+pub fn respond(side: Side, energy_step: f64, approach: &Approach, law: &ContactLaw) -> Response {
     let &Approach { radial, squared, reduced_mass } = approach;
+    let smooth = |outcome, radial| Response { outcome, radial, tangential_scale: 1.0 };
     if energy_step == f64::INFINITY {
         let outcome = match side {
             Side::Positive => Outcome::Core,
             Side::Negative => Outcome::Bounce,
         };
-        return Response { outcome, radial: reflect(side, radial, restitution) };
+        return smooth(outcome, reflect(side, radial, law.restitution));
     }
     let beyond = radial * radial - 2.0 * energy_step / reduced_mass * squared;
     if beyond <= 0.0 {
-        return Response { outcome: Outcome::Bounce, radial: reflect(side, radial, 1.0) };
+        return smooth(Outcome::Bounce, reflect(side, radial, 1.0));
     }
     let outcome = match side {
         Side::Positive => Outcome::Capture,
         Side::Negative => Outcome::Release,
     };
     // The pair crosses the discontinuity, even from a turning point, where its radial speed is zero.
-    Response { outcome, radial: -side.sign() * beyond.sqrt() }
+    smooth(outcome, -side.sign() * beyond.sqrt())
 }
 
 /// Returns the radial motion after a reflection. At a turning point, the pair may already move towards the valid side
@@ -114,7 +138,7 @@ const SLIDING: f64 = 64.0;
 #[inline]
 #[must_use]
 pub fn tc_contact(
-    restitution: f64,
+    law: &ContactLaw,
     is_recent: bool,
     approach: f64,
     tangential: f64,
@@ -129,7 +153,8 @@ pub fn tc_contact(
         let left = (energy - speed * speed).max(0.0).sqrt();
         return Leaving { speed, tangential_scale: if tangential > 0.0 { left / tangential } else { 1.0 } };
     }
-    let speed = if is_recent { approach } else { (restitution * approach).max(away_for_contact_time.min(approach)) };
+    let speed =
+        if is_recent { approach } else { (law.restitution * approach).max(away_for_contact_time.min(approach)) };
     Leaving { speed, tangential_scale: 1.0 }
 }
 
@@ -143,7 +168,7 @@ mod tests {
     }
 
     fn outcome_and_normal_velocity(side: Side, energy_step: f64, vn: f64, restitution: f64) -> (Outcome, f64) {
-        let response = respond(side, energy_step, &at(vn), restitution);
+        let response = respond(side, energy_step, &at(vn), &ContactLaw::smooth(restitution));
         (response.outcome, response.radial / 2.0)
     }
 
@@ -204,27 +229,35 @@ mod tests {
     #[test]
     fn the_tc_model_makes_frequent_contacts_elastic() {
         let leaving = |speed| Leaving { speed, tangential_scale: 1.0 };
-        assert_eq!(tc_contact(0.5, true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
-        assert_eq!(tc_contact(0.5, false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
-        assert_eq!(tc_contact(0.0, false, 3.0, 1.0, -1.0, 0.1), leaving(0.0), "the pair separates by itself");
+        assert_eq!(tc_contact(&ContactLaw::smooth(0.5), true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
+        assert_eq!(tc_contact(&ContactLaw::smooth(0.5), false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
+        assert_eq!(
+            tc_contact(&ContactLaw::smooth(0.0), false, 3.0, 1.0, -1.0, 0.1),
+            leaving(0.0),
+            "the pair separates by itself"
+        );
     }
 
     #[test]
     fn tc_model_gives_enough_speed_to_separate_for_a_contact_time() {
         // With speed 0.05 and acceleration 1, the pair is in contact again after one contact time, 0.1.
-        assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
-        assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "the speed never increases");
+        assert_eq!(tc_contact(&ContactLaw::smooth(0.0), false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
+        assert_eq!(
+            tc_contact(&ContactLaw::smooth(0.0), false, 0.01, 0.0, 1.0, 0.1).speed,
+            0.01,
+            "the speed never increases"
+        );
     }
 
     #[test]
     fn the_tc_model_turns_a_sliding_contact_at_constant_energy() {
-        let leaving = tc_contact(0.0, true, 0.0, 2.0, 1.0, 0.128);
+        let leaving = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 2.0, 1.0, 0.128);
         assert_eq!(leaving.speed, 0.001);
         let energy = leaving.speed.powi(2) + (2.0 * leaving.tangential_scale).powi(2);
         assert!((energy - 4.0).abs() < 4.0 * f64::EPSILON);
-        let slow = tc_contact(0.0, true, 0.0, 1e-6, 1.0, 0.128);
+        let slow = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 1e-6, 1.0, 0.128);
         assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0 }, "all of a slow motion");
-        let rest = tc_contact(0.0, true, 0.0, 0.0, 1.0, 0.128);
+        let rest = tc_contact(&ContactLaw::smooth(0.0), true, 0.0, 0.0, 1.0, 0.128);
         assert_eq!(rest, Leaving { speed: 0.0, tangential_scale: 1.0 }, "a pair at rest stays at rest");
     }
 }

@@ -7,8 +7,8 @@
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::CellList;
-use crate::engine::surfaces::{Law, Surface, Surfaces};
-use crate::model::{ParticleId, Scene, SpeciesId};
+use crate::engine::surfaces::{Surface, Surfaces};
+use crate::model::{ParticleId, Scene, SpeciesId, SurfaceLaw};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Ground {
@@ -56,7 +56,7 @@ pub(crate) fn resting(scene: &Scene) -> Vec<Resting> {
         let around = radius * (1.0 + ROUNDING);
         surfaces.for_each_near((&particle.position, around), row, surfaces.start_time(), |surface, position| {
             let rounding = ROUNDING * (surface.shape.terms(position) + radius);
-            let reflects = matches!(surface.law, Law::Reflecting { .. });
+            let reflects = matches!(surface.law, SurfaceLaw::Reflecting(_));
             if !reflects || !surface.is_at_rest() || surface.shape.gap(position, radius).abs() > rounding {
                 return;
             }

@@ -77,12 +77,9 @@ fn unsteady(scene: &Scene) -> Option<NoRate> {
 }
 
 fn loses_energy(scene: &Scene) -> bool {
-    use crate::model::space::{Boundary, Face};
-    let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
-    let is_soft_side =
-        |side: &Boundary| matches!(side, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper));
-    scene.interactions.iter().any(|interaction| interaction.restitution < 1.0)
-        || scene.space.boundary.iter().any(is_soft_side)
+    let walls = scene.space.boundary.iter().flat_map(crate::model::space::Boundary::contact_laws).flatten();
+    scene.interactions.iter().any(|interaction| interaction.law.dissipates())
+        || walls.into_iter().any(|law| law.dissipates())
 }
 
 /// Duration of a run `[time]`; `None` if the scene does not give it, or if a thermostat or growth acts in a stage.

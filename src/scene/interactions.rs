@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::base::numbers::id;
 use crate::model::error::PotentialError;
 use crate::model::species_pairs::SpeciesPairs;
-use crate::model::{Interaction, InteractionId, Species, SpeciesId};
+use crate::model::{ContactLaw, Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse, unknown};
@@ -109,7 +109,11 @@ impl<'a> Interactions<'a> {
             return refuse(at, steps, expected);
         }
         let id = potential.map(|potential| {
-            self.list.push(Interaction { potential, restitution: draft.restitution, name: draft.name.clone() });
+            self.list.push(Interaction {
+                potential,
+                law: ContactLaw::smooth(draft.restitution),
+                name: draft.name.clone(),
+            });
             InteractionId(id(self.list.len() - 1))
         });
         self.made.insert((index, key), id);
@@ -123,7 +127,7 @@ impl<'a> Interactions<'a> {
         species: &'a [Species],
     ) -> Result<Self, SceneError> {
         for (index, interaction) in list.iter().enumerate() {
-            restitution(interaction.restitution, ConfigPath::entry("interaction", index).key("restitution"))?;
+            restitution(interaction.law.restitution, ConfigPath::entry("interaction", index).key("restitution"))?;
         }
         let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
         if table.species() != species.len() || !is_in_list {

@@ -1,6 +1,6 @@
 //! Surfaces of a scene before validation.
 
-use crate::model::{SurfaceLaw, SurfaceMotion, SurfaceShape};
+use crate::model::{ContactLaw, SurfaceLaw, SurfaceMotion, SurfaceShape};
 
 /// A surface that particles collide with, and the names of the species on which it acts.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,14 +18,14 @@ impl SurfaceDraft {
     /// Creates a surface that acts on all species and reflects them without loss.
     #[must_use]
     pub fn new(name: &str, shape: SurfaceShape) -> Self {
-        let law = SurfaceLaw::Reflecting { restitution: 1.0 };
+        let law = SurfaceLaw::Reflecting(ContactLaw::smooth(1.0));
         Self { name: name.to_owned(), shape, species: Vec::new(), law, stages: Vec::new(), motions: Vec::new() }
     }
 
     /// Sets the ratio of the normal speeds after and before a contact, 0 to 1.
     #[must_use]
     pub fn restitution(self, restitution: f64) -> Self {
-        Self { law: SurfaceLaw::Reflecting { restitution }, ..self }
+        Self { law: SurfaceLaw::Reflecting(ContactLaw::smooth(restitution)), ..self }
     }
 
     /// Sets the temperature of the surface `[energy]`. Particles leave it with velocities from the flux distribution of

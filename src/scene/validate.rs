@@ -219,8 +219,8 @@ impl SceneBuilder {
             for temperature in self.parts.wall_temperatures[k].into_iter().flatten() {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
-            for value in boundary.restitutions().into_iter().flatten() {
-                restitution(value, at.key(["x", "y", "z"][k]).key("restitution"))?;
+            for law in boundary.contact_laws().into_iter().flatten() {
+                restitution(law.restitution, at.key(["x", "y", "z"][k]).key("restitution"))?;
             }
         }
         let unsized_space = &self.parts.space;

@@ -95,8 +95,8 @@ pub fn space(scene: &Scene) -> Vec<String> {
 fn face(face: &Face, temperature: Option<f64>) -> String {
     match (face, temperature) {
         (Face::Open, _) => "open".to_owned(),
-        (Face::Wall { .. }, Some(temperature)) => format!("wall (temperature {temperature})"),
-        (Face::Wall { restitution }, None) => format!("wall (restitution {restitution})"),
+        (Face::Wall(_), Some(temperature)) => format!("wall (temperature {temperature})"),
+        (Face::Wall(law), None) => format!("wall (restitution {})", law.restitution),
     }
 }
 
@@ -133,8 +133,8 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
 /// Describes an interaction in one line.
 #[must_use]
 pub fn interaction(interaction: &Interaction) -> String {
-    let restitution = if interaction.restitution < 1.0 {
-        format!(", restitution {}", interaction.restitution)
+    let restitution = if interaction.law.dissipates() {
+        format!(", restitution {}", interaction.law.restitution)
     } else {
         String::new()
     };

@@ -75,7 +75,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings.extend(burdens(scene));
     warnings.extend(at_rest(scene));
     warnings.extend(describe::idle_surfaces(scene));
-    let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
+    let is_dissipative = scene.interactions().iter().any(|interaction| interaction.law.dissipates());
     let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time().is_none() {
         warnings.push(

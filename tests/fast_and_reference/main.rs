@@ -4,9 +4,9 @@ use carom::Vector;
 use carom::check::reference::{self, Reference};
 use carom::engine::event::{Event, EventKind, Other, Outcome};
 use carom::engine::{Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::{Fill, Lattice, SceneBuilder, SurfaceDraft};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -121,8 +121,10 @@ fn potential(kind: usize, depth: f64) -> Potential {
 
 impl Recipe {
     fn scene(&self) -> Option<Scene> {
-        let wall =
-            |restitution| Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Wall { restitution } };
+        let wall = |restitution| Boundary::Bounded {
+            lower: Face::Wall(ContactLaw::smooth(restitution)),
+            upper: Face::Wall(ContactLaw::smooth(restitution)),
+        };
         let mut space = Space::periodic_cube(self.box_length);
         for axis in 0..3 {
             space.boundary[axis] = match self.boundary[axis] {

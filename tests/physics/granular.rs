@@ -4,9 +4,9 @@ use crate::measure::Mean;
 use carom::Vector;
 use carom::engine::event::EventKind;
 use carom::engine::{Reason, Simulation, Standstill, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::{Amount, Lattice, SceneBuilder};
 
 fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
@@ -129,7 +129,7 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
 }
 
 fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
-    let floor = Face::Wall { restitution };
+    let floor = Face::Wall(ContactLaw::smooth(restitution));
     let space = Space {
         lower: Vector::zeros(),
         size: Vector::new(4.0, 4.0, 16.0),
@@ -167,7 +167,7 @@ fn a_column_of_spheres_arrests_unless_the_tc_model_holds_it() {
 
 #[test]
 fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
-    let floor = Face::Wall { restitution: 0.5 };
+    let floor = Face::Wall(ContactLaw::smooth(0.5));
     let space = Space {
         lower: Vector::zeros(),
         size: Vector::repeat(4.0),

@@ -8,7 +8,7 @@ use carom::analysis::statistics::Estimate;
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Limit, RunPlan};
+use carom::model::{ContactLaw, Limit, RunPlan};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 
@@ -109,7 +109,7 @@ fn thermal_wall_sets_the_temperature_and_elastic_wall_has_no_flux() {
 
 #[test]
 fn heat_through_all_walls_equals_the_energy_change() {
-    let wall = |restitution: f64| Face::Wall { restitution };
+    let wall = |restitution: f64| Face::Wall(ContactLaw::smooth(restitution));
     let boundary = [
         Boundary::walls(1.0),
         Boundary::Bounded { lower: wall(0.8), upper: wall(0.55) },
@@ -156,7 +156,7 @@ fn heat_through_all_walls_equals_the_energy_change() {
 
 #[test]
 fn each_wall_of_a_line_dissipates_by_its_own_restitution() {
-    let wall = |restitution: f64| Face::Wall { restitution };
+    let wall = |restitution: f64| Face::Wall(ContactLaw::smooth(restitution));
     let walls = Boundary::Bounded { lower: wall(0.9), upper: wall(0.5) };
     let space = Space { boundary: [walls, Boundary::Flat, Boundary::Flat], ..plates([11.0, 0.0, 0.0]) };
     let scene = SceneBuilder::new("line")

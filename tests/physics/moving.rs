@@ -5,7 +5,7 @@ use carom::engine::Until;
 use carom::model::potential::Potential;
 use carom::model::run_plan::StagePlan;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Limit, MotionKind, RunPlan, SurfaceMotion, SurfaceShape};
+use carom::model::{ContactLaw, Limit, MotionKind, RunPlan, SurfaceMotion, SurfaceShape};
 use carom::scene::{SceneBuilder, SurfaceDraft};
 use carom::{Run, Vector};
 
@@ -53,7 +53,7 @@ fn gravity_of_each_stage_acts_in_turn() {
 /// The relative change of `v_z L` for balls between a floor and a piston that halves their distance at a
 /// given speed.
 fn changes(speed: f64) -> Vec<f64> {
-    let walls = Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open };
+    let walls = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
     let piston = SurfaceShape::Plane { point: Vector::z() * 10.0, normal: -Vector::z() };
     let kind = MotionKind::Translation { velocity: Vector::z() * -speed, acceleration: Vector::zeros() };

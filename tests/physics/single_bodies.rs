@@ -3,9 +3,9 @@
 use carom::Vector;
 use carom::engine::event::EventKind;
 use carom::engine::{Reason, Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::SceneBuilder;
 use std::f64::consts::PI;
 
@@ -177,7 +177,7 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     let boundary = [
         Boundary::Periodic,
         Boundary::OPEN,
-        Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open },
+        Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open },
     ];
     let scene = body(boundary)
         .gravity(Vector::new(0.0, 0.0, -0.5))

@@ -152,7 +152,7 @@ fn spheres_far_away_change_no_event() {
             text +=
                 &format!("[[interaction]]\nspecies = [\"{}\", \"far\"]\npotential = \"hard-sphere\"\n", species.name);
         }
-        let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
+        let is_closed = |face| matches!(face, carom::model::space::Face::Wall(_));
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
         // The added sphere is just beyond a wall, or so far away that no particle reaches it within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };

@@ -8,7 +8,7 @@ use carom::engine::event::{Event, EventKind};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Limit, OutputPlan, RunPlan, Scene, Thermostat};
+use carom::model::{ContactLaw, Limit, OutputPlan, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
@@ -37,7 +37,7 @@ fn mixture(builder: SceneBuilder) -> SceneBuilder {
 }
 
 pub fn everything() -> Scene {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.8 }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(0.8)), upper: Face::Open };
     let space = Space {
         lower: Vector::new(-5.0, -5.0, 0.0),
         size: Vector::new(10.0, 10.0, 20.0),

@@ -4,8 +4,8 @@ use crate::listed::hard_sphere;
 use crate::watched::Watched;
 use carom::Vector;
 use carom::engine::{Reason, Until};
-use carom::model::Scene;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ const COUNT: u64 = 24;
 
 /// Grains that fall into a box with a floor and four walls, about three layers high.
 fn grains(restitution: f64) -> Scene {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(restitution)), upper: Face::Open };
     let space = Space {
         lower: Vector::zeros(),
         size: Vector::new(3.3, 2.9, 16.0),

@@ -2,15 +2,15 @@
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::SceneBuilder;
 
 /// A ball between two walls, above a row of static spheres. The row is parallel to the x-axis and extends beyond each
 /// wall by `overhang`.
 fn over_a_row(overhang: f64) -> Scene {
-    let wall = Face::Wall { restitution: 1.0 };
+    let wall = Face::Wall(ContactLaw::smooth(1.0));
     let mut space = Space::periodic_cube(10.0);
     space.boundary[0] = Boundary::Bounded { lower: wall, upper: wall };
     let mut scene = SceneBuilder::new("row")

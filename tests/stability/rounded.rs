@@ -9,7 +9,7 @@ use carom::Vector;
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Growth, GrowthTarget, Limit, RunPlan, Scene, StagePlan, Thermostat};
+use carom::model::{ContactLaw, Growth, GrowthTarget, Limit, RunPlan, Scene, StagePlan, Thermostat};
 use carom::run::{Finished, run};
 use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
 use std::ops::ControlFlow;
@@ -99,7 +99,7 @@ fn rods_on_a_long_ring_pass_their_audit() {
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     for height in [10.0, 1e3, 1e5] {
-        let wall = carom::model::space::Face::Wall { restitution: 0.0 };
+        let wall = carom::model::space::Face::Wall(ContactLaw::smooth(0.0));
         let mut space = periodic(2, 0.0, 3.0);
         space.boundary[1] = Boundary::Bounded { lower: wall, upper: carom::model::space::Face::Open };
         space.size.y = 2.0 * height;

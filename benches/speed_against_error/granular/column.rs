@@ -6,9 +6,9 @@ use crate::Outcome;
 use crate::sheet::number;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
-use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
+use carom::model::{ContactLaw, Scene};
 use carom::scene::SceneBuilder;
 
 pub const SHEET: &str = "granular_column";
@@ -53,7 +53,7 @@ fn error(positions: &[Vector]) -> f64 {
 const AMOUNT: f64 = GRAINS as f64 * TIME;
 
 fn scene(contact_time: f64) -> Outcome<Scene> {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution: RESTITUTION }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(RESTITUTION)), upper: Face::Open };
     let space = Space {
         lower: Vector::zeros(),
         size: Vector::new(4.0, 4.0, 16.0),

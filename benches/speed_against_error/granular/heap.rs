@@ -7,6 +7,7 @@ use crate::clock::Stopwatch;
 use crate::sheet::number;
 use carom::Vector;
 use carom::engine::{Simulation, Until};
+use carom::model::ContactLaw;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
@@ -59,7 +60,7 @@ pub fn measure() -> Outcome {
 }
 
 fn simulation(seed: u64, contact_time: f64) -> Outcome<Simulation> {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution: RESTITUTION }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(RESTITUTION)), upper: Face::Open };
     let space = Space {
         lower: Vector::zeros(),
         size: Vector::new(BASE, BASE, 24.0),

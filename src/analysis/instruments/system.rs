@@ -6,8 +6,8 @@ use crate::base::numbers::id;
 use crate::engine::surfaces::FIRST_SURFACE;
 use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::SurfaceShape;
-use crate::model::space::{AXES, Boundary, Face, Space};
-use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
+use crate::model::space::{AXES, Boundary, Space};
+use crate::model::{Bond, ContactLaw, InteractionId, Scene, SpeciesPairs};
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
@@ -131,10 +131,7 @@ impl SystemDescription {
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
         let steps_outside_cores = steps_outside_cores(scene, &species);
-        let is_soft = |boundary: &Boundary| {
-            let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
-            matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))
-        };
+        let is_soft = |boundary: &Boundary| boundary.contact_laws().iter().flatten().any(ContactLaw::dissipates);
         Self {
             space: scene.space.clone(),
             species_names: scene.species.iter().map(|species| species.name.clone()).collect(),

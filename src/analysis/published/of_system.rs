@@ -120,7 +120,7 @@ fn hard(scene: &Scene, is_bathed: bool, population: &[usize], scale: f64, temper
     let species: &Species = scene.species.get(at)?;
     let interaction = &scene.interactions[scene.table.get(at, at)?.0 as usize];
     let is_plain = interaction.potential.is_hard_sphere()
-        && interaction.restitution == 1.0
+        && !interaction.law.dissipates()
         && interaction.potential.core() == Some(species.diameter)
         && !species.is_static()
         && species.acceleration == Vector::zeros()

@@ -5,12 +5,12 @@ use super::rules::{Discontinuity, seen};
 use super::{Event, EventKind, Outcome, Reference, Side};
 use crate::Vector;
 use crate::model::space::{Boundary, Face};
-use crate::model::{Interaction, ParticleId, Species, SurfaceLaw};
+use crate::model::{ContactLaw, Interaction, ParticleId, Species, SurfaceLaw};
 
 impl Reference {
     pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side) -> Option<Event> {
         let (interaction, state) = *self.pairs.get(&(i, j))?;
-        let Interaction { ref potential, restitution, .. } = *self.interaction(interaction);
+        let Interaction { ref potential, law, .. } = *self.interaction(interaction);
         let seen = seen(potential, state, side)?;
         let apart = self.nearest_image(i, j);
         let (velocity, acceleration) = self.relative_motion(i, j);
@@ -19,7 +19,7 @@ impl Reference {
         let [wi, wj] = [i, j].map(|p| self.species(p).inverse_mass());
         let reduced_mass = 1.0 / (wi + wj);
         let curvature = 1.0 / apart.norm().max(f64::MIN_POSITIVE);
-        let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, restitution };
+        let encounter = Encounter { seen, side, normal, velocity, acceleration, curvature, reduced_mass, law };
         // Like a wall, a static particle has no memory of its contacts in the TC model.
         let moving: Vec<u32> = [i, j].into_iter().filter(|&p| !self.species(p).is_static()).collect();
         let (outcome, after) = encounter.leave(self.tc_model.as_mut(), &moving, self.time);
@@ -52,22 +52,22 @@ impl Reference {
     pub(super) fn execute_wall(&mut self, i: u32, axis: u8, is_upper: bool) -> Option<Event> {
         let k = usize::from(axis);
         let Boundary::Bounded { lower, upper } = self.scene.space.boundary[k] else { return None };
-        let Face::Wall { restitution } = (if is_upper { upper } else { lower }) else { return None };
+        let Face::Wall(law) = (if is_upper { upper } else { lower }) else { return None };
         let mut normal = Vector::zeros();
         normal[k] = if is_upper { -1.0 } else { 1.0 };
-        let encounter = self.encounter_at_rest(i, normal, restitution);
+        let encounter = self.encounter_at_rest(i, normal, law);
         Some(self.reflect(i, &encounter, EventKind::Wall { axis, is_upper }))
     }
 
     pub(super) fn execute_surface(&mut self, i: u32, feature: u32) -> Option<Event> {
         let feature = *self.features.get(feature as usize)?;
-        let SurfaceLaw::Reflecting { restitution } = self.scene.surfaces[feature.surface].law else { return None };
+        let SurfaceLaw::Reflecting(law) = self.scene.surfaces[feature.surface].law else { return None };
         let (place, before) = (self.positions[i as usize], self.velocities[i as usize]);
         let moment = self.timelines[feature.surface].as_ref().map(|timeline| timeline.at(self.time()));
         let (position, velocity) = moment.map_or((place, before), |moment| moment.seen(&place, &before));
         let contact = feature.contact(&position);
         let curvature = contact.curvature_for(&velocity);
-        let encounter = self.encounter_at_rest(i, contact.normal, restitution);
+        let encounter = self.encounter_at_rest(i, contact.normal, law);
         let push = encounter.acceleration;
         let acceleration = moment.map_or(push, |moment| moment.acceleration_seen(&place, &before, &push));
         let encounter = Encounter { side: contact.side, curvature, velocity, acceleration, ..encounter };
@@ -89,7 +89,7 @@ impl Reference {
         })
     }
 
-    fn encounter_at_rest(&self, i: u32, normal: Vector, restitution: f64) -> Encounter {
+    fn encounter_at_rest(&self, i: u32, normal: Vector, law: ContactLaw) -> Encounter {
         let Species { diameter, mass, acceleration, .. } = *self.species(i);
         Encounter {
             seen: Discontinuity { distance: 0.5 * diameter, energy_step: f64::INFINITY },
@@ -99,7 +99,7 @@ impl Reference {
             acceleration,
             curvature: 0.0,
             reduced_mass: mass,
-            restitution,
+            law,
         }
     }
 

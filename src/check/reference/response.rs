@@ -2,6 +2,7 @@
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
+use crate::model::ContactLaw;
 
 /// Outcome of a pair event (paper, figure 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -23,7 +24,7 @@ pub enum Outcome {
 /// The pair crosses the discontinuity if the radial kinetic energy `mu/2 vn^2` exceeds the step `dU`. Then
 /// `vn'^2 = vn^2 - 2 dU / mu`. Otherwise it is reflected: `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a
 /// finite step.
-pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restitution: f64) -> (Outcome, f64) {
+pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, law: &ContactLaw) -> (Outcome, f64) {
     let across = -side.sign();
     if 0.5 * mu * vn * vn > seen.energy_step {
         let outcome = if side == Side::Positive { Outcome::Capture } else { Outcome::Release };
@@ -31,7 +32,7 @@ pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restit
     }
     let is_barrier = seen.energy_step == f64::INFINITY;
     let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
-    let e = if is_barrier { restitution } else { 1.0 };
+    let e = if is_barrier { law.restitution } else { 1.0 };
     // Near a turning point, round-off may already have made the pair recede. The pair then keeps its velocity.
     (outcome, if across * vn > 0.0 { -e * vn } else { vn })
 }
@@ -52,8 +53,8 @@ pub(super) struct Encounter {
     pub curvature: f64,
     /// `mu = 1 / (w_i + w_j)`, with the inverse masses `w_i` and `w_j` `[mass]`.
     pub reduced_mass: f64,
-    /// Restitution `e` at infinite barriers.
-    pub restitution: f64,
+    /// Law of infinite barriers.
+    pub law: ContactLaw,
 }
 
 impl Encounter {
@@ -62,12 +63,12 @@ impl Encounter {
         let Self { seen, side, normal, velocity, acceleration, .. } = self;
         let vn = velocity.dot(normal);
         let along = velocity - normal * vn;
-        let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, self.restitution);
+        let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, &self.law);
         let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
             return (outcome, along + normal * after);
         };
         let arrival = Arrival {
-            restitution: self.restitution,
+            restitution: self.law.restitution,
             approach: (-side.sign() * vn).max(0.0),
             tangential: along.norm(),
             // The second derivative of the distance is a . rhat + |v along|^2 / |r|.

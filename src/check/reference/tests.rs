@@ -108,7 +108,7 @@ impl Judge<'_> {
         let i = event.particle;
         let known = self.reference.pairs.get_mut(&(i.0.min(j.0), i.0.max(j.0)));
         let (interaction, state) = known.ok_or_else(|| TestCaseError::fail(format!("no interaction: {event:?}")))?;
-        let Interaction { potential, restitution, .. } = &self.reference.scene.interactions[interaction.0 as usize];
+        let Interaction { potential, law, .. } = &self.reference.scene.interactions[interaction.0 as usize];
         let sides = [Side::Positive, Side::Negative].map(|side| (side, seen(potential, *state, side)));
         let at = sides
             .into_iter()
@@ -125,7 +125,7 @@ impl Judge<'_> {
             acceleration: species[0].acceleration - species[1].acceleration,
             curvature: 1.0 / apart.norm(),
             reduced_mass: 1.0 / (weights[0] + weights[1]),
-            restitution: *restitution,
+            law: *law,
         };
         let moving: Vec<u32> = [i, j].into_iter().zip(weights).filter(|(_, w)| *w > 0.0).map(|(p, _)| p.0).collect();
         let outcome = match found {
@@ -146,8 +146,7 @@ impl Judge<'_> {
 
     fn wall(&mut self, event: &engine::Event, axis: u8) -> Result<(), TestCaseError> {
         let species = self.reference.species(event.particle.0);
-        let Boundary::Bounded { lower: Face::Wall { restitution }, .. } =
-            self.reference.scene.space.boundary[usize::from(axis)]
+        let Boundary::Bounded { lower: Face::Wall(law), .. } = self.reference.scene.space.boundary[usize::from(axis)]
         else {
             return Err(TestCaseError::fail("no wall"));
         };
@@ -160,7 +159,7 @@ impl Judge<'_> {
             acceleration: species.acceleration,
             curvature: 0.0,
             reduced_mass: species.mass,
-            restitution,
+            law,
         };
         self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
     }

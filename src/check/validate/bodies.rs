@@ -4,6 +4,7 @@ use super::state_point::{Compared, StatePointError, Watch, advance, build};
 use super::{Comparison, Effort, Source};
 use crate::Vector;
 use crate::engine::{Simulation, Until};
+use crate::model::ContactLaw;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space};
 use crate::scene::SceneBuilder;
@@ -31,7 +32,7 @@ const CONTACT_TIME: f64 = 1e-9;
 const MOST_BOUNCES: u64 = 1000;
 
 pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(restitution)), upper: Face::Open };
     let space =
         Space { lower: Vector::zeros(), size: Vector::repeat(4.0), boundary: [Boundary::OPEN, Boundary::OPEN, floor] };
     let scene = SceneBuilder::new("validate")

@@ -2,11 +2,12 @@
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;
+use crate::model::ContactLaw;
 
 /// Relative motion on arrival at a barrier. Each pair of numbers is a value and its uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arrival {
-    pub restitution: f64,
+    pub law: ContactLaw,
     /// Normal speed towards the barrier; 0 if the particle moves away from it `[length / time]`.
     pub approach: (f64, f64),
     /// Speed along the barrier `[length / time]`.
@@ -80,7 +81,7 @@ impl ContactMemory {
     /// A faster contact is elastic if either particle had its previous contact less than `t_c` ago. Otherwise, the
     /// particle leaves at no less than `v` or its arrival speed, whichever is lower.
     pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
-        let Arrival { restitution, approach, tangential, closing } = *arrival;
+        let Arrival { law, approach, tangential, closing } = *arrival;
         let away = (0.5 * closing.0 * self.contact_time).max(0.0);
         let away = (away, 0.5 * closing.1 * self.contact_time + rounded(away));
         let slowest = (away.0 / SLIDING, away.1 / SLIDING);
@@ -92,7 +93,7 @@ impl ContactMemory {
                 leavings.push(Leaving { speed: approach, sliding: None });
             }
             if is_recent != Some(true) {
-                let speed = (restitution * approach.0).max(away.0.min(approach.0));
+                let speed = (law.restitution * approach.0).max(away.0.min(approach.0));
                 leavings.push(Leaving { speed: (speed, approach.1 + away.1), sliding: None });
             }
         }
@@ -123,7 +124,12 @@ mod tests {
     const AT_ONE: Elapsed = Elapsed { epoch: 0.0, since_epoch: 1.0, epochs: 0 };
 
     fn arrival(restitution: f64, approach: f64, tangential: f64, closing: f64) -> Arrival {
-        Arrival { restitution, approach: (approach, 0.0), tangential: (tangential, 0.0), closing: (closing, 0.0) }
+        Arrival {
+            law: ContactLaw::smooth(restitution),
+            approach: (approach, 0.0),
+            tangential: (tangential, 0.0),
+            closing: (closing, 0.0),
+        }
     }
 
     fn speeds(memory: &ContactMemory, arrival: &Arrival, at: f64) -> Vec<f64> {

@@ -13,6 +13,7 @@ use super::window::wall_approach;
 use crate::check::reference::{Motion, Touch};
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
+use crate::model::ContactLaw;
 
 /// A particle at a feature of a surface, with the data needed to check the event.
 struct Meeting {
@@ -80,7 +81,7 @@ impl Verifier {
     ) -> Result<(), Fault> {
         let (i, j) = (event.particle.0, event.partner().unwrap_or(event.particle).0);
         let state = self.pairs.get(i, j).unwrap_or(0);
-        let Some((side, seen, restitution)) = self.seen(event, outcome, i, j, state) else {
+        let Some((side, seen, law)) = self.seen(event, outcome, i, j, state) else {
             return Err(Fault::Unknown { contact, distance: event.distance, state });
         };
         let (now, boundary) =
@@ -89,7 +90,7 @@ impl Verifier {
         let flights = [i, j].map(|particle| self.flight(particle));
         let bounds = self.bounds(&contact, &approach, &flights);
         self.check_contact(contact, &approach, &bounds, seen.distance)?;
-        self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, restitution, outcome)?;
+        self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, &law, outcome)?;
         if seen.is_barrier() {
             self.note_contact(&[i, j], after);
         }
@@ -112,9 +113,9 @@ impl Verifier {
         Ok(())
     }
 
-    /// Returns the discontinuity at the distance of an event, with the side of the pair and the restitution. The side
+    /// Returns the discontinuity at the distance of an event, with the side of the pair and the contact law. The side
     /// that fits the outcome is tried first.
-    fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, f64)> {
+    fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, ContactLaw)> {
         let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
         let sides = match outcome {
             Outcome::Release => [Side::Negative, Side::Positive],
@@ -122,7 +123,7 @@ impl Verifier {
         };
         let seen = sides.into_iter().filter_map(|side| Some((side, Step::seen(&interaction.potential, state, side)?)));
         let (side, seen) = seen.into_iter().find(|(_, seen)| seen.distance == event.distance)?;
-        Some((side, seen, interaction.restitution))
+        Some((side, seen, interaction.law))
     }
 
     pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
@@ -148,14 +149,14 @@ impl Verifier {
         let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };
         let Contact::Surface { surface, .. } = contact else { return Err(unknown) };
         let is_its = event.distance == self.world.radius(i);
-        let restitution = self.world.surface_restitution(i, surface).filter(|_| is_its).ok_or(unknown)?;
+        let law = self.world.law_of_surface(i, surface).filter(|_| is_its).ok_or(unknown)?;
         let meetings = self.meetings(contact, surface);
         let (proof, mut fault) = (self.proof, None);
         for meeting in meetings {
             if fault.is_some() && !meeting.is_in_contact() {
                 break;
             }
-            match self.check_meeting(event, after, &meeting, restitution) {
+            match self.check_meeting(event, after, &meeting, &law) {
                 Ok(()) => {
                     self.note_contact(&[i], after);
                     self.proof.counts.surface += 1;
@@ -206,18 +207,14 @@ impl Verifier {
         event: &Event,
         after: &States,
         meeting: &Meeting,
-        restitution: f64,
+        law: &ContactLaw,
     ) -> Result<(), Fault> {
         let (i, contact) = (event.particle.0, Contact::of(event));
         let radius = self.world.radius(i);
         let unit = if radius > 0.0 { radius } else { 1.0 };
         self.check_contact(contact, &meeting.approach, &meeting.bounds, unit)?;
         let flights = self.flights(&contact);
-        self.encounter(event, after, meeting.bounds, flights).check_surface(
-            &meeting.touch,
-            restitution,
-            &meeting.carried,
-        )
+        self.encounter(event, after, meeting.bounds, flights).check_surface(&meeting.touch, law, &meeting.carried)
     }
 
     fn note_contact(&mut self, particles: &[u32], now: &States) {

@@ -12,6 +12,7 @@ use crate::Vector;
 use crate::check::reference::Touch;
 use crate::engine::States;
 use crate::engine::event::{Event, Outcome};
+use crate::model::ContactLaw;
 
 /// An event, with all data that determine its outcome.
 pub(super) struct Encounter<'a> {
@@ -74,7 +75,7 @@ impl Encounter<'_> {
         j: u32,
         side: Side,
         seen: &Step,
-        restitution: f64,
+        law: &ContactLaw,
         found: Outcome,
     ) -> Result<(), Fault> {
         let i = self.event.particle.0;
@@ -109,7 +110,7 @@ impl Encounter<'_> {
         let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
         let radius = apart.norm().max(f64::MIN_POSITIVE);
         let bend = Bend { radius, along: None, acceleration, rounded_with: 0.0 };
-        self.check_barrier(&motion, restitution, &bend, &arriving)
+        self.check_barrier(&motion, law, &bend, &arriving)
     }
 
     pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
@@ -118,24 +119,24 @@ impl Encounter<'_> {
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
         let acceleration = self.world.accelerations[self.event.particle.0 as usize];
         let bend = Bend { radius: f64::INFINITY, along: None, acceleration, rounded_with: 0.0 };
-        self.check_reflection(&normal, wall.restitution, &bend, &Vector::zeros())
+        self.check_reflection(&normal, &wall.law, &bend, &Vector::zeros())
     }
 
     /// Checks a reflection off a feature of a surface, in the frame of the surface.
-    pub fn check_surface(&mut self, touch: &Touch, restitution: f64, carried: &Carried) -> Result<(), Fault> {
+    pub fn check_surface(&mut self, touch: &Touch, law: &ContactLaw, carried: &Carried) -> Result<(), Fault> {
         let sign = touch.side.sign();
         let normal = touch.normal * sign;
         self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
         let Carried { velocity, acceleration, rounded_with } = *carried;
         let bend = Bend { radius: sign / touch.curvature, along: touch.along, acceleration, rounded_with };
-        self.check_reflection(&normal, restitution, &bend, &velocity)
+        self.check_reflection(&normal, law, &bend, &velocity)
     }
 
     /// The normal points to the particle.
     fn check_reflection(
         &mut self,
         normal: &Vector,
-        restitution: f64,
+        law: &ContactLaw,
         bend: &Bend,
         surface: &Vector,
     ) -> Result<(), Fault> {
@@ -155,7 +156,7 @@ impl Encounter<'_> {
             surface: *surface,
         };
         let bounds = self.bounds;
-        self.check_barrier(&motion, restitution, bend, &bounds)
+        self.check_barrier(&motion, law, bend, &bounds)
     }
 
     /// Adjusts the round-off bounds to the velocities after the event.
@@ -197,12 +198,12 @@ impl Encounter<'_> {
     fn check_barrier(
         &mut self,
         motion: &Motion,
-        restitution: f64,
+        law: &ContactLaw,
         bend: &Bend,
         arriving: &Bounds,
     ) -> Result<(), Fault> {
         let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
-        let plain = || vec![Leaving { speed: (restitution * approach, slack), sliding: None }];
+        let plain = || vec![Leaving { speed: (law.restitution * approach, slack), sliding: None }];
         let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
             let Bend { radius, acceleration, .. } = *bend;
             let around = bend.along.map_or(motion.tangential(), |along| {
@@ -215,7 +216,7 @@ impl Encounter<'_> {
                 + (acceleration.norm() + centrifugal.abs()) * (arriving.direction + rounded(1.0))
                 + rounded(bend.rounded_with);
             let (approach, tangential) = ((approach, slack), (tangential, slack));
-            let arrival = Arrival { restitution, approach, tangential, closing: (closing, bound) };
+            let arrival = Arrival { law: *law, approach, tangential, closing: (closing, bound) };
             contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
         });
         let mut fault = None;

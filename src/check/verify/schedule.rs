@@ -55,7 +55,7 @@ fn stretches(plan: &RunPlan) -> Vec<(Stretch, bool)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{SurfaceLaw, SurfaceShape};
+    use crate::model::{ContactLaw, SurfaceLaw, SurfaceShape};
 
     fn of(stages: &[(&str, bool)], gate: &[&str]) -> Option<Vec<Stretch>> {
         let stage = |&(name, until_stationary): &(&str, bool)| StagePlan {
@@ -65,7 +65,7 @@ mod tests {
             ..StagePlan::default()
         };
         let shape = SurfaceShape::Plane { point: Vector::zeros(), normal: Vector::z() };
-        let mut surface = SceneSurface::new("gate", shape, SurfaceLaw::Reflecting { restitution: 1.0 });
+        let mut surface = SceneSurface::new("gate", shape, SurfaceLaw::Reflecting(ContactLaw::smooth(1.0)));
         surface.stages = gate.iter().map(|name| (*name).to_owned()).collect();
         let stages = stages.iter().map(stage).collect();
         schedule(&RunPlan { stages, limit: Limit::time(2.0), ..RunPlan::default() }, &[surface])

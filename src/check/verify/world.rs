@@ -7,7 +7,7 @@ use crate::Vector;
 use crate::engine::States;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
-use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw};
+use crate::model::{ContactLaw, Interaction, InteractionId, ParticleId, Scene, Species, SpeciesId, SurfaceLaw};
 use std::collections::BTreeMap;
 
 #[derive(Debug, Clone, Copy)]
@@ -16,7 +16,7 @@ pub(super) struct Wall {
     pub is_upper: bool,
     /// Coordinate of the wall along its axis `[length]`.
     pub at: f64,
-    pub restitution: f64,
+    pub law: ContactLaw,
 }
 
 impl Wall {
@@ -119,13 +119,13 @@ impl World {
         &self.meetings[self.scene.particles[i as usize].species.0 as usize]
     }
 
-    /// Returns the restitution between a particle and a surface. Returns `None` if they do not interact, or if the
+    /// Returns the contact law between a particle and a surface. Returns `None` if they do not interact, or if the
     /// surface has a temperature.
-    pub fn surface_restitution(&self, i: u32, surface: u32) -> Option<f64> {
+    pub fn law_of_surface(&self, i: u32, surface: u32) -> Option<ContactLaw> {
         let surface = surface as usize;
         let is_met = self.meets(i).get(surface).copied().unwrap_or(false) && !self.is_static(i);
         match self.scene.surfaces.get(surface).filter(|_| is_met)?.law {
-            SurfaceLaw::Reflecting { restitution } => Some(restitution),
+            SurfaceLaw::Reflecting(law) => Some(law),
             SurfaceLaw::Thermal { .. } => None,
         }
     }
@@ -247,8 +247,8 @@ fn walls(scene: &Scene) -> Vec<Wall> {
         let Boundary::Bounded { lower, upper } = scene.space.boundary[k] else { continue };
         let ends = [(false, lower, scene.space.lower[k]), (true, upper, scene.space.upper()[k])];
         for (is_upper, face, at) in ends {
-            if let Face::Wall { restitution } = face {
-                walls.push(Wall { axis, is_upper, at, restitution });
+            if let Face::Wall(law) = face {
+                walls.push(Wall { axis, is_upper, at, law });
             }
         }
     }

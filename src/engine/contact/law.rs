@@ -8,7 +8,7 @@ use crate::Vector;
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::parts::Engine;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Leaving, Response, respond, tc_contact};
+use crate::physics::response::{ContactLaw, Leaving, Response, respond, tc_contact};
 
 /// Uncertainty of a relative velocity, as a fraction of the sum of the two speeds. The velocity of each particle was
 /// rounded at each of its last two events.
@@ -27,25 +27,25 @@ pub(in crate::engine) struct Arrival {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Returns the radial motion of a pair after the event, and the factor of its tangential velocity.
+    /// Returns the outcome of a pair event, and the relative motion of the pair after it.
     #[inline]
     pub(in crate::engine) fn leave(
         &mut self,
         pair: &Frame,
         seen: &Discontinuity,
-        restitution: f64,
+        law: &ContactLaw,
         time: f64,
-    ) -> (Response, f64) {
+    ) -> Response {
         let Frame { i, j, side, ref line, ref velocity, ref approach, .. } = *pair;
-        let mut response = respond(side, seen.energy_step, approach, restitution);
+        let mut response = respond(side, seen.energy_step, approach, law);
         if seen.energy_step != f64::INFINITY {
-            return (response, 1.0);
+            return response;
         }
         if self.pairs.contact_times.is_none() {
-            if restitution < 1.0 {
-                self.note_lost_speed(pair, restitution);
+            if law.dissipates() {
+                self.note_lost_speed(pair, law.restitution);
             }
-            return (response, 1.0);
+            return response;
         }
         let length = approach.squared.sqrt();
         let vn = approach.radial / length;
@@ -61,14 +61,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             _ => &[i, j],
         };
         let arrival = Arrival { speed: arriving, tangential: tangential.sqrt(), closing };
-        let leaving = self.tc_model(moving, restitution, arrival, time);
+        let leaving = self.tc_model(moving, law, arrival, time);
         // Elastic contacts, and contacts that the TC model does not alter, need no square root and avoid its round-off.
         if leaving.speed == arriving {
-            response = respond(side, seen.energy_step, approach, 1.0);
-        } else if leaving.speed != restitution * arriving {
+            response = respond(side, seen.energy_step, approach, &ContactLaw::smooth(1.0));
+        } else if leaving.speed != law.restitution * arriving {
             response.radial = side.sign() * leaving.speed * length;
         }
-        (response, leaving.tangential_scale)
+        Response { tangential_scale: leaving.tangential_scale, ..response }
     }
 
     /// Returns the normal speed after a reflection from a surface, and the factor of the tangential velocity.
@@ -79,15 +79,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         i: u32,
         (velocity, vn, closing): (&Vector, f64, f64),
-        restitution: f64,
+        law: &ContactLaw,
         time: f64,
     ) -> Leaving {
         if self.pairs.contact_times.is_none() {
-            return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
+            return Leaving { speed: if vn < 0.0 { -law.restitution * vn } else { vn }, tangential_scale: 1.0 };
         }
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
-        let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);
+        let leaving = self.tc_model(&[i], law, Arrival { speed: arriving, tangential, closing }, time);
         // An elastic contact keeps the normal speed, even if the particle already recedes because of round-off.
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
@@ -133,16 +133,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn tc_model(&mut self, particles: &[u32], restitution: f64, arrival: Arrival, time: f64) -> Leaving {
+    fn tc_model(&mut self, particles: &[u32], law: &ContactLaw, arrival: Arrival, time: f64) -> Leaving {
         let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
-            return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
+            return Leaving { speed: law.restitution * approach, tangential_scale: 1.0 };
         };
         let is_recent = times.note(particles, time);
-        let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
+        let leaving = tc_contact(law, is_recent, approach, tangential, closing, times.contact_time);
         self.counts.totals.tc_contacts += 1;
         self.counts.totals.tc_altered +=
-            u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
+            u64::from(leaving.speed != law.restitution * approach || leaving.tangential_scale != 1.0);
         leaving
     }
 

@@ -5,6 +5,7 @@ use super::states::PairState;
 use crate::Vector;
 use crate::model::{Interaction, Scene, Species, SpeciesId};
 use crate::physics::overlap::Side;
+use crate::physics::response::ContactLaw;
 use serde::{Deserialize, Serialize};
 
 /// A discontinuity of a potential, as seen by a pair in a given state.
@@ -28,8 +29,8 @@ pub struct Steps {
     edges: Vec<Edges>,
     /// Potential energy of each pair state `[energy]`.
     energies: Vec<f64>,
-    /// Coefficient of restitution at infinite energy steps.
-    pub restitution: f64,
+    /// Contact law of infinite energy steps.
+    pub law: ContactLaw,
 }
 
 impl Steps {
@@ -48,7 +49,7 @@ impl Steps {
             inner: squared(inner, f64::NEG_INFINITY),
             outer: squared(outer, f64::INFINITY),
         });
-        Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
+        Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), law: interaction.law }
     }
 
     /// Number of pair states; `None` if the arrays have different lengths.

@@ -10,7 +10,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::physics::overlap::Side;
-use crate::physics::response::{Approach, Outcome};
+use crate::physics::response::{Approach, ContactLaw, Outcome, Response};
 use std::ops::ControlFlow;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -34,37 +34,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
-        let Some((seen, restitution, surface)) = self.discontinuity(state, interaction, side, time) else {
+        let Some((seen, law, surface)) = self.discontinuity(state, interaction, side, time) else {
             return Err(self.broken(i, Some(j), Invariant::Discontinuity));
         };
         let pair = self.frame(i, j, side, surface);
         self.note_state(&pair, &seen, flown);
-        let (outcome, change) = self.respond(&pair, &seen, restitution, time);
+        let (outcome, change) = self.respond(&pair, &seen, &law, time);
         self.set_state_after(i, j, outcome, state, interaction)?;
         Ok(self.apply(&change, observe))
     }
 
     #[inline(always)]
-    fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
+    fn respond(&mut self, pair: &Frame, seen: &Discontinuity, law: &ContactLaw, time: f64) -> (Outcome, Change) {
         // In a multicanonical simulation, the weights of the potential energy determine how much kinetic energy the
         // step costs.
         let felt = self.weighted(seen);
-        let (response, tangential_scale) = self.leave(pair, &felt, restitution, time);
+        let Response { outcome, radial: leaving, tangential_scale } = self.leave(pair, &felt, law, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // The change of the relative velocity is `change` times the vector between the centres.
-        let change = (response.radial - radial) / squared;
+        let change = (leaving - radial) / squared;
         let impulse = reduced_mass * change;
-        let is_barrier = seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce;
+        let is_barrier = seen.energy_step == f64::INFINITY || outcome == Outcome::Bounce;
         let before = [pair.i, pair.j].map(|particle| self.state.bodies[particle as usize].velocity);
         let after = self.reflected(pair, &before, change, tangential_scale, is_barrier);
-        let (counted, energy_step) = match response.outcome {
+        let (counted, energy_step) = match outcome {
             Outcome::Core => (CountedKind::Core, 0.0),
             Outcome::Capture => (CountedKind::Capture, seen.energy_step),
             Outcome::Release => (CountedKind::Release, seen.energy_step),
             Outcome::Bounce if seen.energy_step == f64::INFINITY => (CountedKind::Bond, 0.0),
             Outcome::Bounce => (CountedKind::Bounce, 0.0),
         };
-        let is_crossed = matches!(response.outcome, Outcome::Capture | Outcome::Release);
+        let is_crossed = matches!(outcome, Outcome::Capture | Outcome::Release);
         let by_weights = if is_crossed { self.pay(seen.energy_step, felt.energy_step) } else { 0.0 };
         let mut impulse_of_i = pair.line * impulse;
         if tangential_scale != 1.0 {
@@ -78,17 +78,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             line: pair.line,
             squared,
             distance: seen.distance,
-            virial: reduced_mass * (response.radial - radial) / pair.stretch,
+            virial: reduced_mass * (leaving - radial) / pair.stretch,
             energy_step,
-            dissipated: if is_crossed || tangential_scale != 1.0 {
-                0.0
-            } else {
-                -0.5 * impulse * (radial + response.radial)
-            },
+            dissipated: if is_crossed || tangential_scale != 1.0 { 0.0 } else { -0.5 * impulse * (radial + leaving) },
             supplied: self.supplied(pair, &before, &after[0], impulse) + by_weights,
             after,
         };
-        (response.outcome, change)
+        (outcome, change)
     }
 
     /// Energy that a contact receives from outside: from sliding images and from growing diameters.
@@ -145,10 +141,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Returns the discontinuity that a pair in `state` can reach: the inner one if `side` is positive, the outer one
-    /// if it is negative. Also returns the restitution, and the speed at which the discontinuity moves outwards. `None`
+    /// if it is negative. Also returns the contact law, and the speed at which the discontinuity moves outwards. `None`
     /// if there is no discontinuity; no contact is then predicted on that side.
     #[inline]
-    fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
+    fn discontinuity(
+        &self,
+        state: u16,
+        interaction: u16,
+        side: Side,
+        time: f64,
+    ) -> Option<(Discontinuity, ContactLaw, f64)> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
         let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
@@ -156,7 +158,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !self.distances.are_constant() {
             (seen.distance, seen.squared) = (distance, distance * distance);
         }
-        Some((seen, steps.restitution, surface))
+        Some((seen, steps.law, surface))
     }
 
     /// Puts a pair back into state 0. If its interaction belongs to its species, the pair is then uncaptured. If it has

@@ -22,7 +22,7 @@ use crate::model::{Bond, ParticleId};
 use crate::physics::detection::inertial::next_event;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
-use crate::physics::response::{Approach, respond};
+use crate::physics::response::{Approach, ContactLaw, respond};
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Member {
@@ -231,7 +231,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let line = apart.position * stretch;
         let (radial, squared) = (apart.velocity.dot(&line), line.norm_squared());
         let approach = Approach { radial, squared, reduced_mass: (of_a + of_b).recip() };
-        let response = respond(restraint.side, f64::INFINITY, &approach, 1.0);
+        let response = respond(restraint.side, f64::INFINITY, &approach, &ContactLaw::smooth(1.0));
         let change = if squared > 0.0 { line * ((response.radial - radial) / squared) } else { Vector::zeros() };
         let [of_a, of_b] = self.separated(restraint, apart, shares(&change, [of_a, of_b]));
         let virial = approach.reduced_mass * (response.radial - radial) / stretch;

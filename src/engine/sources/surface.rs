@@ -8,12 +8,12 @@ use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::{Prediction, SEARCH};
-use crate::engine::surfaces::{Flight, Found, Law, Placed, Shape, Surface, Surfaces};
+use crate::engine::surfaces::{Flight, Found, Placed, Shape, Surface, Surfaces};
 use crate::engine::{Invariant, InvariantBroken};
-use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
 use crate::model::state_point::StatePoint;
 use crate::model::surface_motion::Moment;
+use crate::model::{ContactLaw, Scene, SurfaceLaw};
 use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -141,8 +141,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.turning_point += 1;
         }
         let change = match law {
-            Law::Reflecting { restitution } => self.reflect(i, &at, vn, restitution),
-            Law::Thermal { temperature } => self.draw_from_surface(i, &at, temperature)?,
+            SurfaceLaw::Reflecting(law) => self.reflect(i, &at, vn, &law),
+            SurfaceLaw::Thermal { temperature } => self.draw_from_surface(i, &at, temperature)?,
         };
         let change = Change { other: With::Surface(index), ..change };
         let (counted, normal) = (Some(CountedKind::Wall), at.in_space(&normal));
@@ -163,7 +163,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, restitution: f64) -> Change {
+    fn reflect(&mut self, i: u32, at: &Touching, vn: f64, law: &ContactLaw) -> Change {
         let radius = self.pairs.rules.species[usize::from(self.row(i))].radius;
         let (shape, normal) = (&at.shape, at.shape.normal(&at.position));
         let bend =
@@ -172,7 +172,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let acceleration = at.acceleration(&before, self.acceleration(i));
         let closing = -normal.dot(&acceleration) - bend;
         let arriving = (&at.velocity, vn, closing);
-        let Leaving { speed, tangential_scale } = self.leave_surface(i, arriving, restitution, self.clock.now);
+        let Leaving { speed, tangential_scale } = self.leave_surface(i, arriving, law, self.clock.now);
         let inverse_mass = self.inverse_mass(i);
         let scaled = if tangential_scale == 1.0 { at.velocity } else { at.velocity * tangential_scale };
         let after = at.outwards(shape.with_normal_speed(&at.position, &scaled, speed));

@@ -3,7 +3,7 @@
 use super::moving::{Found, Moving};
 use super::tree::Tree;
 use super::wall::Wall;
-use super::{Flight, Law, Shape, Surface, features};
+use super::{Flight, Shape, Surface, features};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::space::{Boundary, Face, Space};
@@ -22,7 +22,7 @@ pub(crate) struct Placed {
     /// Number of the feature within the surface. Periodic images have the same number.
     pub feature: u32,
     pub shape: Shape,
-    pub law: Law,
+    pub law: SurfaceLaw,
     /// Index among the moving surfaces; [`AT_REST`] if the surface never moves.
     pub moving: u32,
 }
@@ -181,12 +181,12 @@ impl Surfaces {
     /// Whether any surface is thermal, in this stage or any other stage.
     pub fn are_ever_thermal(&self) -> bool {
         let has_temperature = |surface: &SceneSurface| surface.law.temperature().is_some();
-        self.all.iter().any(|placed| matches!(placed.law, Law::Thermal { .. }))
+        self.all.iter().any(|placed| placed.law.temperature().is_some())
             || self.origin.surfaces.iter().any(has_temperature)
     }
 
     pub fn dissipate(&self) -> bool {
-        self.all.iter().any(|placed| matches!(placed.law, Law::Reflecting { restitution } if restitution < 1.0))
+        self.all.iter().any(|placed| placed.law.dissipates())
     }
 
     pub fn start_time(&self) -> f64 {
@@ -327,10 +327,7 @@ fn sort(
     unlimited: &mut Vec<Placed>,
     limited: &mut Vec<Placed>,
 ) {
-    let law = match surface.law {
-        SurfaceLaw::Reflecting { restitution } => Law::Reflecting { restitution },
-        SurfaceLaw::Thermal { temperature } => Law::Thermal { temperature },
-    };
+    let law = surface.law;
     features::for_each_within(space, &surface.shape, |shape, feature| {
         let placed = Placed { number, feature, shape, law, moving };
         if placed.shape.extent().is_some() { limited.push(placed) } else { unlimited.push(placed) }
@@ -344,10 +341,10 @@ fn walls(space: &Space, temperatures: &[[Option<f64>; 2]; 3]) -> Vec<Placed> {
         let k = usize::from(axis);
         let sides = [(false, lower, space.lower[k]), (true, upper, space.upper()[k])];
         for ((is_upper, side, at), temperature) in sides.into_iter().zip(temperatures[k]) {
-            if let Face::Wall { restitution } = *side {
+            if let Face::Wall(law) = *side {
                 let wall = Wall { axis, is_upper, at };
                 let law =
-                    temperature.map_or(Law::Reflecting { restitution }, |temperature| Law::Thermal { temperature });
+                    temperature.map_or(SurfaceLaw::Reflecting(law), |temperature| SurfaceLaw::Thermal { temperature });
                 walls.push(Placed {
                     number: wall.number(),
                     feature: 0,

@@ -8,7 +8,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Reason, Until};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{Scene, SurfaceLaw, SurfaceShape};
+use crate::model::{ContactLaw, Scene, SurfaceLaw, SurfaceShape};
 use crate::physics::detection::never::Doubt;
 use crate::scene::{SceneBuilder, SurfaceDraft};
 use std::ops::ControlFlow;
@@ -76,7 +76,7 @@ fn run<const FALLING: bool>(
 }
 
 fn keeps_all<const FALLING: bool>(gravity: f64, restitution: f64, count: u32) {
-    let scene = grains(gravity, count, cage(SurfaceLaw::Reflecting { restitution }));
+    let scene = grains(gravity, count, cage(SurfaceLaw::Reflecting(ContactLaw::smooth(restitution))));
     let mut engine = Engine::<FALLING, true>::new(&scene);
     let start = engine.energy();
     let contacts = run(&mut engine, 4_000, |event, surface| {

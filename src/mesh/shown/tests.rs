@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::potential::Potential;
 use crate::model::space::{Face, Space};
-use crate::model::{SceneSurface, SurfaceLaw};
+use crate::model::{ContactLaw, SceneSurface, SurfaceLaw};
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
 fn region(lower: [f64; 3], upper: [f64; 3], boundary: Boundary) -> Region {
@@ -9,7 +9,7 @@ fn region(lower: [f64; 3], upper: [f64; 3], boundary: Boundary) -> Region {
 }
 
 fn triangles(region: &Region, shape: SurfaceShape) -> TriangleMesh {
-    let surface = SceneSurface::new("it", shape, SurfaceLaw::Reflecting { restitution: 1.0 });
+    let surface = SceneSurface::new("it", shape, SurfaceLaw::Reflecting(ContactLaw::smooth(1.0)));
     region.triangles(&surface).into_owned()
 }
 
@@ -93,7 +93,7 @@ fn shape_across_a_periodic_side_continues_on_the_opposite_side() {
     assert!(parts.vertices.iter().flatten().all(|x| (-1e-6..=10.0 + 1e-6).contains(x)));
     // Wrapping leaves a mesh unchanged if its faces lie in the sides of the box.
     let mesh = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(10.0));
-    let surface = SceneSurface::new("box", SurfaceShape::Mesh(mesh), SurfaceLaw::Reflecting { restitution: 1.0 });
+    let surface = SceneSurface::new("box", SurfaceShape::Mesh(mesh), SurfaceLaw::Reflecting(ContactLaw::smooth(1.0)));
     assert!(matches!(cube.triangles(&surface), Cow::Borrowed(_)));
     let huge = TriangleMesh::cuboid(&Vector::repeat(-1e9), &Vector::repeat(1e9));
     assert_eq!(triangles(&cube, SurfaceShape::Mesh(huge.clone())), huge);
@@ -126,7 +126,7 @@ fn surfaces_of_flat_scenes_are_strips_facing_away_from_particles() {
 fn surfaces_extend_past_open_sides_to_the_particles() {
     let mut space = Space::periodic_cube(10.0);
     space.boundary[0] = Boundary::walls(1.0);
-    space.boundary[2] = Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open };
+    space.boundary[2] = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open };
     let wall = SurfaceShape::Plane { point: Vector::new(2.0, 0.0, 0.0), normal: Vector::x() };
     let scene = SceneBuilder::new("tower")
         .space(space)

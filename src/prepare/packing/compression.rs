@@ -11,8 +11,8 @@ use crate::engine::{Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
-    Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts, Species,
-    SpeciesId, SpeciesPairs,
+    ContactLaw, Growth, GrowthTarget, Interaction, InteractionId, Particle, Potential, Region, Scene, SceneParts,
+    Species, SpeciesId, SpeciesPairs,
 };
 use crate::prepare::NoPlace;
 use crate::prepare::packing::RandomFill;
@@ -239,7 +239,7 @@ fn hard_spheres(used: &[SpeciesId], contacts: &Contacts) -> Result<SceneParts, N
             if contact > 0.0 {
                 spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
                 let potential = Potential::hard_sphere(contact).map_err(NoPlace::Potential)?;
-                spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
+                spheres.interactions.push(Interaction { potential, law: ContactLaw::smooth(1.0), name: None });
             }
         }
     }

@@ -94,14 +94,14 @@ mod tests {
     use crate::Vector;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space};
-    use crate::model::{RunPlan, Scene};
+    use crate::model::{ContactLaw, RunPlan, Scene};
     use crate::run;
     use crate::scene::SceneBuilder;
 
     /// Two particles that bounce to and fro between two walls and never touch each other.
     fn to_and_fro(restitution: f64, equilibration: Limit) -> Scene {
         let mut space = Space::periodic_cube(5.0);
-        let wall = Face::Wall { restitution };
+        let wall = Face::Wall(ContactLaw::smooth(restitution));
         space.boundary[0] = Boundary::Bounded { lower: wall, upper: wall };
         let run = RunPlan { equilibration, until_stationary: true, limit: Limit::events(10), ..RunPlan::default() };
         SceneBuilder::new("ball")

@@ -131,7 +131,7 @@ fn species_distributions_keep_their_common_name() {
     let before = Simulation::without_plan(first);
     let scene = next(&hard(0.5), &before).unwrap();
     assert_eq!(scene.interactions().len(), 6);
-    assert!(scene.interactions().iter().all(|interaction| interaction.restitution == 0.5));
+    assert!(scene.interactions().iter().all(|interaction| interaction.law.restitution == 0.5));
     let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
     assert_eq!(radii(&scene), radii(before.scene()));
     let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");

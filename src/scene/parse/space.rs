@@ -1,6 +1,7 @@
 //! Parses `[space]`: the box and its sides.
 
 use super::{variant, vector};
+use crate::model::ContactLaw;
 use crate::model::space::{Boundary, Face};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -15,7 +16,7 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
     ("flat", Boundary::Flat),
 ];
 
-pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
+pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall(ContactLaw::smooth(1.0)))];
 
 pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
@@ -42,11 +43,11 @@ fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(
     match side {
         SideFile::Word(word) => Ok(match variant(&SIDES, "side", word, &at.key(key))? {
             Face::Open => (Face::Open, None),
-            Face::Wall { .. } => (Face::Wall { restitution: sides.restitution.unwrap_or(1.0) }, sides.temperature),
+            Face::Wall(_) => (Face::Wall(ContactLaw::smooth(sides.restitution.unwrap_or(1.0))), sides.temperature),
         }),
         SideFile::Wall(wall) => {
             let (restitution, temperature) = checked_law(wall.restitution, wall.temperature, &at.key(key))?;
-            Ok((Face::Wall { restitution }, temperature))
+            Ok((Face::Wall(ContactLaw::smooth(restitution)), temperature))
         }
     }
 }
@@ -84,8 +85,8 @@ fn misplaced(key: &'static str, context: &str, known: &[&'static str], at: &Conf
 
 #[cfg(test)]
 mod tests {
-    use crate::model::Scene;
     use crate::model::space::{Boundary, Face};
+    use crate::model::{ContactLaw, Scene};
 
     fn scene(x: &str) -> Scene {
         let text = format!(
@@ -121,7 +122,7 @@ mod tests {
 
     #[test]
     fn each_wall_has_its_own_law_and_axis_keys_apply_to_plain_walls() {
-        let wall = |restitution: f64| Face::Wall { restitution };
+        let wall = |restitution: f64| Face::Wall(ContactLaw::smooth(restitution));
         for (x, faces, temperatures) in [
             ("{ lower = { temperature = 2.0 }, upper = { temperature = 1.0 } }", [1.0, 1.0], [Some(2.0), Some(1.0)]),
             ("{ lower = 'wall', upper = { temperature = 1.0 }, restitution = 0.5 }", [0.5, 1.0], [None, Some(1.0)]),

@@ -10,7 +10,7 @@ use crate::mesh::read::{MeshFileError, read_mesh, unread_bytes};
 use crate::mesh::report::{MeshReport, Orientation};
 use crate::mesh::revolution::revolution;
 use crate::model::surface_motion::{sine_and_cosine, turn};
-use crate::model::{InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
+use crate::model::{ContactLaw, InputFile, SurfaceLaw, SurfaceShape, TriangleMesh};
 use crate::scene::brought;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates::unchanged;
@@ -50,7 +50,7 @@ pub(super) fn parse_surface(
             return refuse(at.key("temperature"), "given as well", "either temperature or restitution");
         }
         (_, Some(temperature)) => SurfaceLaw::Thermal { temperature },
-        (restitution, None) => SurfaceLaw::Reflecting { restitution: restitution.unwrap_or(1.0) },
+        (restitution, None) => SurfaceLaw::Reflecting(ContactLaw::smooth(restitution.unwrap_or(1.0))),
     };
     let mut input = None;
     let shape = match word {

@@ -168,9 +168,10 @@ impl SceneBuilder {
             let at = ConfigPath::entry("interaction", index).key("restitution");
             return refuse(at, shortest(self.interactions[index].restitution), LOSSLESS);
         }
-        if let Some((index, interaction)) = scene.interactions.iter().enumerate().find(|(_, it)| lossy(it.restitution))
+        if let Some((index, interaction)) =
+            scene.interactions.iter().enumerate().find(|(_, it)| lossy(it.law.restitution))
         {
-            let restitution = shortest(interaction.restitution);
+            let restitution = shortest(interaction.law.restitution);
             if scene.predecessor.is_some() {
                 let value = format!("a run with an interaction of restitution {restitution}");
                 return refuse(root.key("start").key("from"), value, LOSSLESS);
@@ -288,10 +289,10 @@ fn check_surface(surface: &SceneSurface, at: &ConfigPath) -> Result<(), SceneErr
             let expected = "to be absent with [exchange], whose replicas have their own temperatures";
             refuse(at.key("temperature"), shortest(temperature), expected)
         }
-        SurfaceLaw::Reflecting { restitution } if restitution < 1.0 => {
-            refuse(at.key("restitution"), shortest(restitution), LOSSLESS)
+        SurfaceLaw::Reflecting(law) if law.dissipates() => {
+            refuse(at.key("restitution"), shortest(law.restitution), LOSSLESS)
         }
-        SurfaceLaw::Reflecting { .. } => Ok(()),
+        SurfaceLaw::Reflecting(_) => Ok(()),
     }
 }
 
@@ -307,9 +308,7 @@ fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &Co
             let expected = "\"wall\" or \"periodic\" with [exchange]: particles that can escape have no equilibrium";
             refuse(axis.clone(), "open", expected)
         }
-        Face::Wall { restitution } if restitution < 1.0 => {
-            refuse(wall.key("restitution"), shortest(restitution), LOSSLESS)
-        }
-        Face::Wall { .. } => Ok(()),
+        Face::Wall(law) if law.dissipates() => refuse(wall.key("restitution"), shortest(law.restitution), LOSSLESS),
+        Face::Wall(_) => Ok(()),
     }
 }

@@ -169,7 +169,7 @@ pub(crate) fn list_bonds(
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::model::{Particle, SceneSurface, SurfaceLaw, SurfaceShape};
+    use crate::model::{ContactLaw, Particle, SceneSurface, SurfaceLaw, SurfaceShape};
 
     #[test]
     fn a_particle_in_any_surface_is_refused_with_its_depth() {
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(refused.kind().to_string(), "particle 1 extends 0.25 beyond the lower wall of x");
 
         let plane = SurfaceShape::Plane { point: Vector::x(), normal: Vector::x() };
-        let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting { restitution: 1.0 });
+        let plane = SceneSurface::new("slope", plane, SurfaceLaw::Reflecting(ContactLaw::smooth(1.0)));
         let plane = Surfaces::of_parts((&Space::periodic_cube(5.0), &none, 0.0), &[plane], &[], "");
         assert!(check(1.5, &plane).is_ok());
         let refused = check(1.25, &plane).unwrap_err();

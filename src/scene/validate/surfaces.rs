@@ -124,7 +124,7 @@ impl SceneBuilder {
 
 fn check_law(law: SurfaceLaw, at: &ConfigPath) -> Result<(), SceneError> {
     match law {
-        SurfaceLaw::Reflecting { restitution: value } => restitution(value, at.key("restitution")).map(drop),
+        SurfaceLaw::Reflecting(law) => restitution(law.restitution, at.key("restitution")).map(drop),
         SurfaceLaw::Thermal { temperature } => positive(temperature, at.key("temperature")).map(drop),
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
         }
     };
     let law = match surface.law {
-        SurfaceLaw::Reflecting { restitution } => format!("restitution {restitution}"),
+        SurfaceLaw::Reflecting(law) => format!("restitution {}", law.restitution),
         SurfaceLaw::Thermal { temperature } => format!("temperature {}", digits(temperature)),
     };
     let names: Vec<&str> = surface.species.iter().map(|id| scene.species[id.0 as usize].name.as_str()).collect();
@@ -155,7 +155,7 @@ fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
         _ => return None,
     };
     let space = &scene.space;
-    let has_wall = |face: &Face| matches!(face, Face::Wall { .. });
+    let has_wall = |face: &Face| matches!(face, Face::Wall(_));
     let is_beyond = |axis: usize| match &space.boundary[axis] {
         Boundary::Bounded { lower: below, upper: above } => {
             (has_wall(below) && upper[axis] < space.lower[axis])

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use carom::Vector;
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Limit, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
+use carom::model::{ContactLaw, Limit, MotionKind, Scene, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::{Arrangement, Fill, SceneBuilder, SurfaceDraft};
 
 use super::{KINDS, MIDDLE, around, cuboid, grains, turned};
@@ -113,7 +113,7 @@ fn surfaces_that_move_through_each_other_are_proven() {
 
 #[test]
 fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
-    let wall = Face::Wall { restitution: 1.0 };
+    let wall = Face::Wall(ContactLaw::smooth(1.0));
     let between = Boundary::Bounded { lower: wall, upper: wall };
     let for_ever = |kind| [SurfaceMotion { from: 0.5, until: f64::INFINITY, kind }];
     // The box is periodic in x and y, with plates at both ends of z. A block across a vertical edge of the box, a rod

@@ -25,7 +25,7 @@ impl Room {
                 Boundary::Flat => {}
                 Boundary::Periodic => volume *= space.size[k],
                 Boundary::Bounded { lower, upper } => {
-                    let walls = [lower, upper].iter().filter(|face| matches!(face, Face::Wall { .. })).count();
+                    let walls = [lower, upper].iter().filter(|face| matches!(face, Face::Wall(_))).count();
                     let left = space.size[k] - 0.5 * diameter * walls as f64;
                     let edge = if left > 0.0 { left } else { space.size[k] };
                     volume *= edge;

@@ -32,7 +32,7 @@ impl Rooms {
             Boundary::Periodic => Some(Axis::Periodic(space.size[k])),
             Boundary::Bounded { lower, upper } => {
                 let margin =
-                    |face: Face, diameter: f64| if matches!(face, Face::Wall { .. }) { 0.5 * diameter } else { 0.0 };
+                    |face: Face, diameter: f64| if matches!(face, Face::Wall(_)) { 0.5 * diameter } else { 0.0 };
                 Some(Axis::Bounded(diameters.map(|d| {
                     let ends = [margin(lower, d), space.size[k] - margin(upper, d)];
                     // A species that is too large for the box has no particles, so any positive length will do for it.

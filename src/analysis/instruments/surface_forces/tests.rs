@@ -6,7 +6,7 @@ use crate::mesh::revolution::revolution;
 use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
-use crate::model::{Scene, SurfaceShape};
+use crate::model::{ContactLaw, Scene, SurfaceShape};
 use crate::scene::{SceneBuilder, SurfaceDraft};
 
 fn plan(axis: Option<&str>) -> Plan {
@@ -23,7 +23,7 @@ fn mean_force_of_bouncing_balls_is_their_weight() {
     // One ball bounces on a plane tilted by 1e-9, another on a wall.
     let slope = SurfaceShape::Plane { point: Vector::new(0.0, 0.0, 5.0), normal: Vector::new(0.0, 1e-9, 1.0) };
     let walls = Boundary::Bounded {
-        lower: crate::model::space::Face::Wall { restitution: 1.0 },
+        lower: crate::model::space::Face::Wall(ContactLaw::smooth(1.0)),
         upper: crate::model::space::Face::Open,
     };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(20.0) };

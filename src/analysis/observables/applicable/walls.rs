@@ -1,6 +1,6 @@
 //! Which walls exchange momentum and energy with the particles.
 
-use crate::model::space::{Boundary, Face, Space};
+use crate::model::space::Space;
 use crate::model::{Scene, Thermostat};
 
 pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
@@ -8,12 +8,8 @@ pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
 }
 
 pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
-    let is_soft = |face: Face| matches!(face, Face::Wall { restitution } if restitution < 1.0);
     [0, 1, 2].map(|axis| {
-        let dissipates = match scene.space.boundary[axis] {
-            Boundary::Bounded { lower, upper } => [lower, upper].map(is_soft),
-            Boundary::Periodic | Boundary::Flat => [false; 2],
-        };
+        let dissipates = scene.space.boundary[axis].contact_laws().map(|law| law.is_some_and(|law| law.dissipates()));
         [0, 1].map(|side| {
             let exchanges = dissipates[side] || scene.wall_temperatures[axis][side].is_some();
             scene.space.wall_area(axis).filter(|_| exchanges)

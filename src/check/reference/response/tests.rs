@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::engine::pairs::contacts::ContactTimes;
+use crate::model::ContactLaw;
 use crate::physics::{overlap, response};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -28,27 +29,38 @@ fn outcome_switches_one_float_around_the_energy_limit() {
         (Side::Negative, 2.0, [Outcome::Release, Outcome::Bounce]),
     ] {
         for (step, expected) in [(up, off), (1.0, off), (down, over), (0.0, over), (-1.25, over)] {
-            let (outcome, after) = respond(&at(step), side, vn, 0.5, 0.25);
+            let (outcome, after) = respond(&at(step), side, vn, 0.5, &ContactLaw::smooth(0.25));
             assert_eq!(outcome, expected, "{side:?} {step}");
             // A pair that crosses the step has vn'^2 = 4 - 4 dU.
             let crossed = 4.0 - 4.0 * step;
             assert_eq!(after, if outcome == off { -vn } else { vn.signum() * crossed.sqrt() }, "{side:?} {step}");
         }
     }
-    assert_eq!(respond(&at(f64::INFINITY), Side::Positive, -2.0, 0.5, 0.25), (Outcome::Core, 0.5));
-    assert_eq!(respond(&at(f64::INFINITY), Side::Negative, 2.0, 0.5, 0.25), (Outcome::Bounce, -0.5));
+    assert_eq!(respond(&at(f64::INFINITY), Side::Positive, -2.0, 0.5, &ContactLaw::smooth(0.25)), (Outcome::Core, 0.5));
+    assert_eq!(
+        respond(&at(f64::INFINITY), Side::Negative, 2.0, 0.5, &ContactLaw::smooth(0.25)),
+        (Outcome::Bounce, -0.5)
+    );
 }
 
 #[test]
 fn at_a_turning_point_barriers_do_nothing_and_wells_are_entered() {
     for step in [1.0, f64::INFINITY] {
-        assert_eq!(respond(&at(step), Side::Positive, 0.0, 0.5, 0.25).1, 0.0);
-        assert_eq!(respond(&at(step), Side::Positive, 1e-17, 0.5, 0.25).1, 1e-17, "as it recedes");
-        assert_eq!(respond(&at(step), Side::Negative, -1e-17, 0.5, 0.25).1, -1e-17, "as it recedes");
+        assert_eq!(respond(&at(step), Side::Positive, 0.0, 0.5, &ContactLaw::smooth(0.25)).1, 0.0);
+        assert_eq!(respond(&at(step), Side::Positive, 1e-17, 0.5, &ContactLaw::smooth(0.25)).1, 1e-17, "as it recedes");
+        assert_eq!(
+            respond(&at(step), Side::Negative, -1e-17, 0.5, &ContactLaw::smooth(0.25)).1,
+            -1e-17,
+            "as it recedes"
+        );
     }
-    assert_eq!(respond(&at(0.0), Side::Positive, 0.0, 0.5, 0.25), (Outcome::Bounce, 0.0), "no more than nothing");
-    assert_eq!(respond(&at(-1.0), Side::Positive, 0.0, 0.5, 0.25), (Outcome::Capture, -2.0));
-    assert_eq!(respond(&at(-1.0), Side::Negative, 0.0, 0.5, 0.25), (Outcome::Release, 2.0));
+    assert_eq!(
+        respond(&at(0.0), Side::Positive, 0.0, 0.5, &ContactLaw::smooth(0.25)),
+        (Outcome::Bounce, 0.0),
+        "no more than nothing"
+    );
+    assert_eq!(respond(&at(-1.0), Side::Positive, 0.0, 0.5, &ContactLaw::smooth(0.25)), (Outcome::Capture, -2.0));
+    assert_eq!(respond(&at(-1.0), Side::Negative, 0.0, 0.5, &ContactLaw::smooth(0.25)), (Outcome::Release, 2.0));
 }
 
 #[test]
@@ -112,10 +124,10 @@ fn reference_outcomes_match_the_engine() {
         let vn = if recedes { side.sign() } else { -side.sign() } * speed;
         let unit = if vn == 0.0 { 1.0 } else { vn * vn };
         let energy_step = 0.5 * reduced_mass * step * unit;
-        let (outcome, after) = respond(&at(energy_step), side, vn, reduced_mass, restitution);
+        let (outcome, after) = respond(&at(energy_step), side, vn, reduced_mass, &ContactLaw::smooth(restitution));
         // The engine does not normalize the separation, so any length must give the same result.
         let approach = response::Approach { radial: vn * length, squared: length * length, reduced_mass };
-        let engine = response::respond(sides, energy_step, &approach, restitution);
+        let engine = response::respond(sides, energy_step, &approach, &ContactLaw::smooth(restitution));
 
         // Each implementation rounds about four products.
         let finite = if step.is_finite() { step } else { 0.0 };
@@ -167,7 +179,14 @@ fn reference_tc_model_matches_the_engine() {
             let arrival = Arrival { restitution, approach, tangential, closing };
             let (speed, scale) = ours.contact(&particles, time, &arrival);
             let is_recent = theirs.note(&particles, time);
-            let leaving = response::tc_contact(restitution, is_recent, approach, tangential, closing, contact_time);
+            let leaving = response::tc_contact(
+                &ContactLaw::smooth(restitution),
+                is_recent,
+                approach,
+                tangential,
+                closing,
+                contact_time,
+            );
             prop_assert!((leaving.speed - speed).abs() <= 4.0 * EPS * speed, "{leaving:?} {speed}");
             let squared = 8.0 * EPS * (approach * approach + tangential * tangential);
             let (a, b) = (leaving.tangential_scale * tangential, scale * tangential);

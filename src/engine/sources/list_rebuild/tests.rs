@@ -4,9 +4,9 @@ use super::*;
 use crate::engine::Until;
 use crate::engine::predict::Scratch;
 use crate::engine::reach::tests::box_of_spheres;
-use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space, minimum_image};
+use crate::model::{ContactLaw, Scene};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 /// Checks that every uncaptured pair within reach is in the lists of both particles, that the lists contain no other
@@ -125,7 +125,7 @@ fn lists_are_complete_in_a_small_box_of_wells() {
 
 #[test]
 fn lists_are_complete_for_grains_that_fall_on_static_ones() {
-    let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.9 }, upper: Face::Open };
+    let floor = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(0.9)), upper: Face::Open };
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let space = Space {
         lower: Vector::zeros(),
