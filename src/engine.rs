@@ -14,7 +14,6 @@ macro_rules! with_engine {
 
 mod arrange;
 mod audit;
-mod batch;
 mod build;
 mod clock;
 mod columns;
@@ -35,12 +34,10 @@ mod look_ahead;
 mod neighbours;
 mod observe;
 mod order;
-mod own_interactions;
 pub(crate) mod pairs;
 mod parts;
 mod predict;
 mod prediction;
-mod reach;
 mod schedule;
 mod set_state;
 mod snapshot;

@@ -1,6 +1,6 @@
 //! Contact distances: the distance of a discontinuity at a given time, constant or growing.
 
-mod growth;
+pub(super) mod growth;
 
 use super::parts::Engine;
 use crate::physics::motion::RelativeState;

@@ -10,17 +10,18 @@
 //! | several | three or fewer cells | all images that can be met before either particle changes its cell |
 //! | sliding | sheared boxes, see [`lees_edwards`] | as above, but the images above and below are displaced and move at another speed |
 
+pub(super) mod lanes;
 mod lees_edwards;
 pub(super) mod travelled;
 
 use super::neighbours::Neighbours;
 use super::neighbours::cells::Cells;
 use super::parts::Engine;
-use super::reach::Sliding;
 use crate::Vector;
 use crate::model::Scene;
 use crate::model::space::minimum_image;
 use crate::physics::motion::RelativeState;
+use lanes::Sliding;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 

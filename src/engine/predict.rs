@@ -1,6 +1,26 @@
-//! Prediction: the earliest contact of a particle, and its next transition.
+//! Prediction: the earliest event of one particle, which is its next contact or its next transition.
+//!
+//! | what | where |
+//! |---|---|
+//! | candidates in a grid of cells, and the transition to the next cell | [`in_cell`] |
+//! | candidates in a Verlet list, and the time when the particle leaves its skin | [`in_list`] |
+//! | the earliest contact with many candidates, in SIMD lanes | [`batch`] |
+//! | candidates that must be tested one by one, and a filter that skips most of them | [`reach`] |
+//! | contacts while diameters grow | [`growth`] |
+//! | captured partners | this file |
+//! | bonded partners outside their own interaction | [`own_interactions`] |
+//! | walls and other surfaces | [`surfaces`] |
+//!
+//! [`super::images`] chooses the periodic images of a pair.
 
-use super::batch::Batch;
+pub(super) mod batch;
+mod growth;
+mod in_cell;
+mod in_list;
+mod own_interactions;
+pub(super) mod reach;
+mod surfaces;
+
 use super::parts::Engine;
 use super::prediction::Prediction;
 use super::state::Body;
@@ -13,10 +33,11 @@ use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
+use batch::Batch;
 
 /// Memory for intermediate results of predictions, reused from one to the next.
 #[derive(Debug, Clone)]
-pub(super) struct Scratch {
+pub(in crate::engine) struct Scratch {
     pub near: Candidates,
     /// Marks the captured partners of the particle that is being predicted, by index. No particle is marked between
     /// predictions.
@@ -31,7 +52,7 @@ impl Scratch {
 }
 
 /// State of a particle at the time of its prediction.
-pub(super) struct Streamed {
+pub(in crate::engine) struct Streamed {
     pub id: u32,
     pub position: Vector,
     pub velocity: Vector,
@@ -41,16 +62,16 @@ pub(super) struct Streamed {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
-    pub(super) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
+    pub(in crate::engine) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
         streamed::<FALLING>(&self.state.bodies[particle as usize], &self.acceleration(particle), time)
     }
 
-    pub(super) fn streamed(&self, id: u32, time: f64) -> Streamed {
+    pub(in crate::engine) fn streamed(&self, id: u32, time: f64) -> Streamed {
         let (position, velocity) = self.state_at(id, time);
         Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
     }
 
-    pub(super) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
+    pub(in crate::engine) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
         let me = self.streamed(particle, time);
         let mut prediction = Prediction::NONE;
         if TABLE {
@@ -102,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts the first contact with any uncaptured candidate. `wraps` tells whether the nearest image of a candidate
     /// may lie across a periodic side.
     #[inline(always)]
-    pub(super) fn predict_nearest(
+    pub(in crate::engine) fn predict_nearest(
         &self,
         me: &Streamed,
         wraps: bool,
@@ -140,7 +161,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
+    pub(in crate::engine) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);
         Batch {
             width: self.hardware.width,
@@ -156,7 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts the contact of an uncaptured pair. Such a pair can only reach its outermost discontinuity, from
     /// outside.
     #[inline]
-    pub(super) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
             return;
         }
@@ -178,7 +199,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    pub(super) fn predict_in_further_images(
+    pub(in crate::engine) fn predict_in_further_images(
         &self,
         me: &Streamed,
         other: u32,
@@ -196,7 +217,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns position and velocity of the particle `me` relative to another particle in its nearest image, and
     /// whether this image lies across the sliding sides of a sheared box.
     #[inline]
-    pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
+    pub(in crate::engine) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
         self.nearest(me.position - position, me.velocity - velocity, me.time)
     }
@@ -204,7 +225,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns the time to the pair's next event at a discontinuity with the given squared distance and side.
     /// An event later than `horizon` may be omitted.
     #[inline]
-    pub(super) fn detect(
+    pub(in crate::engine) fn detect(
         &self,
         me: &Streamed,
         other: u32,
@@ -230,7 +251,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Keeps a pair event if it is the earliest so far. Of simultaneous events, the event with the lower ids
     /// is kept.
     #[inline]
-    pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
+    pub(in crate::engine) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
         if prediction.is_before(me.id, other, time, &self.state.bodies) {
             prediction.meet(me.id, other, side, time, &self.state.bodies);
@@ -240,7 +261,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
 /// Factor by which a squared reach is enlarged, far above the round-off of a squared distance. A pair that can meet
 /// just before the horizon is then always found, in whatever order pairs are tested.
-pub(super) const SLACK: f64 = 1.0 + 1e-9;
+pub(in crate::engine) const SLACK: f64 = 1.0 + 1e-9;
 
 /// Returns whether a pair is too far apart to reach its discontinuity from outside within `horizon`, even if the
 /// particles fly straight at each other.
@@ -248,14 +269,23 @@ pub(super) const SLACK: f64 = 1.0 + 1e-9;
 /// With the contact distance `s` and the horizon `T`, the condition is `|r| > s + |v| T + |a| T^2 / 2`, by more than
 /// round-off. If the horizon is infinite or NaN, the result is false.
 #[inline]
-pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
+pub(in crate::engine) fn is_out_of_reach(
+    state: &RelativeState,
+    acceleration: &Vector,
+    squared: f64,
+    horizon: f64,
+) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
     let reach = squared.sqrt() + speed * horizon;
     state.position.norm_squared() > reach * reach * SLACK
 }
 
 #[inline]
-pub(super) fn streamed<const FALLING: bool>(body: &Body, acceleration: &Vector, time: f64) -> (Vector, Vector) {
+pub(in crate::engine) fn streamed<const FALLING: bool>(
+    body: &Body,
+    acceleration: &Vector,
+    time: f64,
+) -> (Vector, Vector) {
     let dt = time - body.time;
     if FALLING {
         (stream_position(&body.position, &body.velocity, acceleration, dt), body.velocity + acceleration * dt)

@@ -4,9 +4,9 @@
 use super::Order;
 use crate::Vector;
 use crate::engine::Until;
-use crate::engine::batch::tests::falling;
 use crate::engine::event::{Event, EventCounts};
 use crate::engine::parts::Engine;
+use crate::engine::predict::batch::tests::falling;
 use crate::engine::snapshot::Snapshot;
 use crate::model::Scene;
 use crate::model::potential::Potential;

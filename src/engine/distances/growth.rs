@@ -1,7 +1,5 @@
 //! Growing diameters: the discontinuities of all pairs move outwards at a constant speed.
 
-mod contacts;
-
 use serde::{Deserialize, Serialize};
 
 use crate::engine::event::{EventCounts, EventCountsBySpecies};

@@ -7,6 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::lanes::Sliding;
 use super::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
@@ -14,7 +15,6 @@ use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::CellFace;
 use crate::engine::parts::Engine;
-use crate::engine::reach::Sliding;
 use crate::engine::sources::Repredict;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::Scene;

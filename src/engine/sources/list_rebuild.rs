@@ -1,4 +1,4 @@
-//! Events with Verlet lists: contacts of a particle with the particles in its list, and rebuilds of the list.
+//! Rebuilds of Verlet lists: a particle has left its skin, and its list is centred on it again.
 
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
@@ -6,58 +6,10 @@ use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::pairs::Pairs;
 use crate::engine::parts::Engine;
-use crate::engine::predict::Streamed;
-use crate::engine::prediction::Prediction;
 use crate::engine::state::State;
 use crate::engine::{Invariant, InvariantBroken};
-use crate::physics::detection::inertial;
-use crate::physics::motion::RelativeState;
-use crate::physics::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    #[inline]
-    pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        // The transition is predicted first. Its slow square root and division then run while the list is loaded from
-        // memory.
-        prediction.transition_time = self.leaves_skin(me, verlet);
-        self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
-        if !self.sources.surfaces.is_empty() {
-            self.predict_surfaces(me, |_, _| true, prediction);
-        }
-    }
-
-    /// Predicts the first contact with the particles of a list. `listed` holds the list, padded to whole blocks, and
-    /// the length of the list without padding.
-    #[inline]
-    fn predict_listed(
-        &self,
-        me: &Streamed,
-        verlet: &VerletLists,
-        listed: (&[u32], usize),
-        prediction: &mut Prediction,
-    ) {
-        self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
-    }
-
-    /// Time at which the particle leaves its skin, at the distance `delta` (the half skin) from the centre of its list.
-    /// The equation is the same as for a bond that reaches its full length.
-    ///
-    /// For a falling particle, the time is a lower bound. The particle is assumed to fly and accelerate straight away
-    /// from the centre: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `|r|` is the present distance from the centre.
-    #[inline]
-    fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
-        let position = me.position - verlet.centres[me.id as usize];
-        let squared = verlet.half_skin * verlet.half_skin;
-        if FALLING && me.acceleration != Vector::zeros() {
-            let room = (verlet.half_skin - position.norm()).max(0.0);
-            let (v2, a) = (me.velocity.norm_squared(), me.acceleration.norm());
-            return me.time + 2.0 * room / (v2.sqrt() + (v2 + 2.0 * a * room).sqrt());
-        }
-        let state = RelativeState { position, velocity: me.velocity };
-        let dt = inertial::next_event(&Quadratic::new(&state, squared), Side::Negative);
-        me.time + dt.unwrap_or(f64::INFINITY)
-    }
-
     pub(in crate::engine) fn rebuild_list(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.counts.totals.transition += 1;
         let me = self.streamed(particle, time);
@@ -71,10 +23,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
             if gone < 0.25 * verlet.half_skin * verlet.half_skin {
                 let mut prediction = self.schedule.predictions[particle as usize];
-                prediction.transition_time = self.leaves_skin(&me, verlet);
-                if self.sources.surfaces.has_features() {
-                    self.predict_features(&me, &mut prediction);
-                }
+                self.predict_with_newcomers(&me, verlet, None, &mut prediction);
                 self.schedule.predictions[particle as usize] = prediction;
                 self.enqueue(particle);
                 return Ok(());
@@ -93,11 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
         let mut prediction = self.schedule.predictions[particle as usize];
-        prediction.transition_time = self.leaves_skin(&me, verlet);
-        self.predict_listed(&me, verlet, verlet.lists.newcomers(), &mut prediction);
-        if self.sources.surfaces.has_features() {
-            self.predict_features(&me, &mut prediction);
-        }
+        self.predict_with_newcomers(&me, verlet, Some(verlet.lists.newcomers()), &mut prediction);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);
         Ok(())

@@ -3,10 +3,11 @@
 use super::*;
 use crate::engine::Until;
 use crate::engine::predict::Scratch;
-use crate::engine::reach::tests::box_of_spheres;
+use crate::engine::predict::reach::tests::box_of_spheres;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space, minimum_image};
 use crate::model::{ContactLaw, Scene};
+use crate::physics::overlap::Side;
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 /// Checks that every uncaptured pair within reach is in the lists of both particles, that the lists contain no other

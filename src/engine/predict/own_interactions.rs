@@ -4,15 +4,15 @@
 //! Other uncaptured pairs meet in the cells or lists around a particle. A bonded pair keeps its interaction at
 //! any distance, and may meet again through any side of a periodic box.
 
-use super::parts::Engine;
-use super::predict::{Streamed, is_out_of_reach};
-use super::prediction::Prediction;
+use super::{Streamed, is_out_of_reach};
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
 use crate::physics::overlap::Side;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether a particle belongs to a bonded pair that is outside all steps of its own interaction.
     #[inline]
-    pub(super) fn has_own_interactions(&self, particle: u32) -> bool {
+    pub(in crate::engine) fn has_own_interactions(&self, particle: u32) -> bool {
         TABLE
             && self.pairs.has_own_interactions
             && self.pairs.states.of(particle).iter().any(|captured| captured.state == 0)
@@ -21,7 +21,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts the first contact of a particle with its bonded partners, for pairs that are outside their own
     /// interaction. All images in which such a pair can meet are tested. Contacts after the particle leaves its cell or
     /// skin do not matter, because the particle is then predicted again.
-    pub(super) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_own_interactions(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];
         for captured in self.pairs.states.of(me.id).iter().filter(|captured| captured.state == 0) {

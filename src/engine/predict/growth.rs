@@ -1,10 +1,10 @@
 //! Contacts of growing spheres. SIMD lanes find candidates for the earliest contact. The contacts of these
 //! candidates are computed one by one.
 
-use super::GrowingDiameters;
-use crate::engine::batch::{Batch, dot};
+use super::Streamed;
+use super::batch::{Batch, dot};
+use crate::engine::distances::growth::GrowingDiameters;
 use crate::engine::parts::Engine;
-use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
@@ -44,7 +44,7 @@ impl Work for GrowingContacts<'_> {
             let (r, v) = batch.seen_from::<F, false>(me, ids);
             let distance = squared.sqrt();
             let (contact, speed) = (distance.mul(F::all(scale)), distance.mul(F::all(rate)));
-            // See [`super::next_contact`].
+            // See [`crate::engine::distances::growth::next_contact`].
             let r2 = dot(&r, &r).sub(contact.mul(contact));
             let b = dot(&r, &v).sub(contact.mul(speed));
             let v2 = dot(&v, &v).sub(speed.mul(speed));

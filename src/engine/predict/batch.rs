@@ -1,13 +1,14 @@
 //! Batch prediction: the earliest contact of a particle with any of many other particles. SIMD lanes predict several
 //! pairs at a time.
 
-use super::predict::Streamed;
-use super::prediction::Prediction;
-use super::state::Body;
+use super::Streamed;
 use crate::Vector;
+use crate::engine::images::lanes::nearest;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::rules::Rules;
 use crate::engine::pairs::states::PairState;
+use crate::engine::prediction::Prediction;
+use crate::engine::state::Body;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
@@ -15,7 +16,7 @@ use crate::physics::overlap::Side;
 const TOGETHER: usize = 32;
 
 /// The data that a batch prediction for one particle, `me`, reads.
-pub(super) struct Batch<'a> {
+pub(in crate::engine) struct Batch<'a> {
     pub width: Simd,
     pub bodies: &'a [Body],
     /// Periods of the box, infinite along axes that are not periodic.
@@ -33,7 +34,7 @@ pub(super) struct Batch<'a> {
 
 /// The earliest contact of a particle with the particles of a batch. If there is none, `other` is [`NO_PARTICLE`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Earliest {
+pub(in crate::engine) struct Earliest {
     pub time: f64,
     pub other: u32,
 }
@@ -97,9 +98,7 @@ impl Batch<'_> {
             v[k] = F::all(me.velocity[k]).sub(velocity);
         }
         if self.wraps {
-            for (apart, period) in r.iter_mut().zip(self.periods) {
-                *apart = minimum_image(*apart, *period);
-            }
+            nearest(&mut r, self.periods);
         }
         (r, v)
     }
@@ -238,20 +237,12 @@ fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
 }
 
 #[inline(always)]
-pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
+pub(in crate::engine) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// Returns the minimum image of one coordinate of many pairs. See [`crate::model::space::minimum_image`].
-#[inline(always)]
-pub(super) fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
-    let half = F::all(0.5 * period);
-    let below = apart.if_less(F::all(-0.5 * period), F::all(-period), F::all(0.0));
-    apart.sub(half.if_less(apart, F::all(period), below))
-}
-
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::engine) mod tests {
     use super::*;
     use crate::engine::Until;
     use crate::engine::parts::Engine;

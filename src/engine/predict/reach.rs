@@ -1,11 +1,11 @@
 //! SIMD filter for pairs that must be predicted one at a time, because they accelerate relative to each other or meet
 //! in several images of a small box. It skips pairs that cannot meet before the earliest contact found so far.
 
-use super::batch::{Batch, dot, minimum_image};
-use super::images::{FLOW, GRADIENT};
-use super::parts::Engine;
-use super::predict::{SLACK, Streamed};
-use super::prediction::Prediction;
+use super::batch::{Batch, dot};
+use super::{SLACK, Streamed};
+use crate::engine::images::lanes::{Sliding, are_apart, nearest_sheared, squared_distance_to_others};
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
 struct WithinReach<'a> {
@@ -58,12 +58,7 @@ impl<const FALLING: bool> Work for AnotherImage<'_, FALLING> {
             let squared: [f64; MOST_LANES] =
                 std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
             let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
-            // Other images are farther away by at least one period along one axis. For a separation `x` and a period
-            // `L`, the squared distance grows by `(L - |x|)^2 - x^2 = L^2 - 2 L |x|`. The smallest growth counts.
-            let mut further = F::all(f64::INFINITY);
-            for (&apart, &period) in r.iter().zip(batch.periods).filter(|(_, period)| period.is_finite()) {
-                further = F::all(period * period).sub(size(apart).mul(F::all(2.0 * period))).least(further);
-            }
+            let further = squared_distance_to_others(&r, batch.periods);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().mul(F::all(horizon)));
             let beyond = dot(&r, &r).add(further).sub(reach.mul(reach).mul(F::all(SLACK)));
             bits |= beyond.at_most(0.0) << (at * F::COUNT);
@@ -90,21 +85,10 @@ impl<const FALLING: bool> Work for HalfAPeriodAway<'_, FALLING> {
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let (r, _) = batch.seen_from::<F, FALLING>(me, ids);
-            for (&apart, least) in r.iter().zip(least) {
-                bits |= F::all(least).sub(size(apart)).at_most(0.0) << (at * F::COUNT);
-            }
+            bits |= are_apart(&r, least) << (at * F::COUNT);
         }
         bits
     }
-}
-
-/// The motion of the periodic images across the sliding sides of a sheared box.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sliding {
-    /// Present displacement of the image above the box along the flow direction, reduced by whole periods `[length]`.
-    pub displacement: f64,
-    /// Rate of change of the displacement `[length / time]`.
-    pub speed: f64,
 }
 
 struct AcrossSlidingSides<'a, const FALLING: bool> {
@@ -121,33 +105,18 @@ impl<const FALLING: bool> Work for AcrossSlidingSides<'_, FALLING> {
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
         let Self { batch, me, others, sliding, horizon } = self;
-        let half = 0.5 * batch.periods[GRADIENT];
-        let zero = F::all(0.0);
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] =
                 std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
             let (mut r, mut v) = batch.seen_from::<F, FALLING>(me, ids);
-            // Chooses the same image as `nearest_sheared`.
-            let above = F::all(half).if_less(r[GRADIENT], F::all(1.0), zero);
-            let up = r[GRADIENT].if_less(F::all(-half), F::all(-1.0), above);
-            r[GRADIENT] = r[GRADIENT].sub(up.mul(F::all(2.0 * half)));
-            r[FLOW] = r[FLOW].sub(up.mul(F::all(sliding.displacement)));
-            v[FLOW] = v[FLOW].sub(up.mul(F::all(sliding.speed)));
-            r[FLOW] = minimum_image(minimum_image(r[FLOW], batch.periods[FLOW]), batch.periods[FLOW]);
-            r[2] = minimum_image(r[2], batch.periods[2]);
+            nearest_sheared(&mut r, &mut v, batch.periods, &sliding);
             let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
             bits |= beyond.at_most(0.0) << (at * F::COUNT);
         }
         bits
     }
-}
-
-/// Absolute value.
-#[inline(always)]
-fn size<F: Lanes>(x: F) -> F {
-    F::all(0.0).if_less(x, x, F::all(0.0).sub(x))
 }
 
 impl Batch<'_> {
@@ -189,7 +158,7 @@ impl Batch<'_> {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Predicts the first contact with uncaptured candidates that must be tested one at a time. Candidates that cannot
     /// be reached before the earliest contact so far are skipped.
-    pub(super) fn predict_within_reach(
+    pub(in crate::engine) fn predict_within_reach(
         &self,
         me: &Streamed,
         wraps: bool,
@@ -210,7 +179,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Predicts the first contact with uncaptured candidates for a particle near the sliding sides of a sheared box.
     /// The particle leaves its cell at the time `leaves` and is then predicted again, so later contacts do not matter.
-    pub(super) fn predict_next_to_sliding_sides(
+    pub(in crate::engine) fn predict_next_to_sliding_sides(
         &self,
         me: &Streamed,
         others: &[u32],
@@ -229,7 +198,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Predicts the first contact with uncaptured candidates in images other than the nearest.
-    pub(super) fn predict_further_images(
+    pub(in crate::engine) fn predict_further_images(
         &self,
         me: &Streamed,
         others: &[u32],

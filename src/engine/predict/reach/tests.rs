@@ -1,8 +1,8 @@
 use super::*;
 use crate::engine::Until;
-use crate::engine::batch::tests::falling;
 use crate::engine::neighbours::Search;
 use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::predict::batch::tests::falling;
 use crate::engine::predict::{Scratch, is_out_of_reach};
 use crate::model::Scene;
 use crate::model::potential::Potential;

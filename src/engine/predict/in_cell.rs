@@ -1,0 +1,174 @@
+//! Prediction in a grid of cells: contacts with the particles in the cells around a particle, and its transition to the
+//! next cell.
+
+use super::{Scratch, Streamed};
+use crate::engine::images::Way;
+use crate::engine::neighbours::cells::Cells;
+use crate::engine::neighbours::grid::{CellFace, Grid};
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
+use crate::engine::surfaces::{Placed, Surface};
+use crate::physics::detection::lanes::MOST_LANES;
+use crate::physics::detection::plane;
+use crate::physics::overlap::Side;
+
+/// Relative tolerance of the test whether two particles are half a period apart. It is far above the round-off by which
+/// particles can be outside their cells.
+const TIED: f64 = 1e-6;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    #[inline]
+    pub(in crate::engine) fn predict_in_cell(
+        &self,
+        me: &Streamed,
+        cells: &Cells,
+        scratch: &mut Scratch,
+        prediction: &mut Prediction,
+    ) {
+        let cell = cells.home(me.id);
+        // The transition is predicted first. Its slow divisions then run while the candidates are loaded from memory.
+        self.predict_transition(me, &cells.grid, cell, prediction);
+        cells.find_candidates(cell, &mut scratch.near);
+        self.predict_candidates(me, cells, scratch, prediction);
+        self.predict_surfaces_of_cell(me, cells, prediction);
+    }
+
+    /// Predicts a particle that has just entered a cell through `face`. Its motion has not changed, so its predicted
+    /// contact stays valid, and only the new candidates are tested.
+    pub(in crate::engine) fn predict_in_next_cell(
+        &self,
+        me: &Streamed,
+        (cells, face): (&Cells, CellFace),
+        scratch: &mut Scratch,
+        prediction: &mut Prediction,
+    ) {
+        let cell = cells.home(me.id);
+        self.predict_transition(me, &cells.grid, cell, prediction);
+        cells.find_new_candidates(cell, face, &mut scratch.near);
+        self.predict_candidates(me, cells, scratch, prediction);
+        self.predict_surfaces_of_cell(me, cells, prediction);
+    }
+
+    #[inline]
+    fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
+        let cell = cells.home(me.id);
+        if !self.sources.surfaces.is_empty() {
+            // Other surfaces cannot be reached before the particle leaves its cell.
+            let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
+            self.predict_surfaces(me, is_near, prediction);
+        }
+    }
+
+    fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
+        let Scratch { near, is_captured } = scratch;
+        if TABLE {
+            let captured = self.pairs.states.of(me.id);
+            for captured in captured {
+                is_captured[captured.partner as usize] = true;
+            }
+            near.retain(|other| !is_captured[other as usize]);
+            for captured in captured {
+                is_captured[captured.partner as usize] = false;
+            }
+        }
+        if self.images.tied.contains(&true) {
+            let (others, _) = near.filled_up(me.id);
+            self.predict_ties(me, others, prediction);
+        }
+        self.for_each_across(me.id, |other| {
+            if !(TABLE && self.pairs.states.get(me.id, other).is_some()) {
+                near.put(other);
+            }
+        });
+        match self.way(me.id, me.time) {
+            Way::Nearest => {
+                self.predict_nearest(me, true, near.filled_up(me.id), prediction);
+            }
+            Way::Several => {
+                let found = near.filled_up(me.id);
+                self.predict_nearest(me, true, found, prediction);
+                self.predict_further_images(me, found.0, self.leaves_cell(me, cells), prediction);
+            }
+            Way::Sliding(sliding) => {
+                let (others, _) = near.filled_up(me.id);
+                self.predict_next_to_sliding_sides(me, others, sliding, self.leaves_cell(me, cells), prediction);
+            }
+            Way::OneByOne => {
+                near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
+            }
+        }
+    }
+
+    /// Time since the epoch at which the particle leaves its cell.
+    fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
+        let mut leaves = Prediction::NONE;
+        self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
+        leaves.transition_time
+    }
+
+    /// Predicts the first contact with particles that are half a period away, within round-off.
+    ///
+    /// Such a particle has two or more images that are equally near. One of them is tested together with all other
+    /// candidates. This function tests the others.
+    fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
+        let least: [f64; 3] = std::array::from_fn(|axis| {
+            if self.images.tied[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
+        });
+        let is_far = |some: &[u32]| {
+            let is_batch = !(self.images.slide() || FALLING && TABLE);
+            !is_batch || self.others(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
+        };
+        let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();
+        for &other in far.filter(|&&other| other != me.id) {
+            let (nearest, _) = self.relative(me, other);
+            let is_tied: [bool; 3] = std::array::from_fn(|axis| nearest.position[axis].abs() >= least[axis]);
+            let squared = if TABLE {
+                let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
+                if meeting.exists { meeting.squared } else { continue }
+            } else {
+                self.pairs.rules.meeting(0, 0).squared
+            };
+            // Two particles may be half a period apart along several axes. Their images then differ along any
+            // combination of these axes.
+            for sides in 1..8_u8 {
+                let is_other = |axis: usize| sides >> axis & 1 == 1;
+                if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
+                    continue;
+                }
+                let mut state = nearest;
+                for axis in (0..3).filter(|&axis| is_other(axis)) {
+                    state.position[axis] -= self.state.periods[axis].copysign(state.position[axis]);
+                }
+                if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
+                    self.offer(me, other, Side::Positive, dt, prediction);
+                }
+            }
+        }
+    }
+
+    fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {
+        prediction.transition_time = f64::INFINITY;
+        if !FALLING {
+            grid.for_each_face_ahead(cell, &me.velocity, |face: CellFace, at| {
+                let axis = usize::from(face.axis);
+                // Because of round-off, the particle may already be beyond the face of its cell.
+                let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
+                if time < prediction.transition_time {
+                    (prediction.transition_time, prediction.exit) = (time, face);
+                }
+            });
+            return;
+        }
+        grid.for_each_face(cell, |face: CellFace, at| {
+            let axis = usize::from(face.axis);
+            let inwards = face.inwards();
+            let height = inwards * (me.position[axis] - at);
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.transition_time
+            {
+                prediction.transition_time = me.time + dt;
+                prediction.exit = face;
+            }
+        });
+    }
+}

@@ -1,0 +1,74 @@
+//! Prediction with Verlet lists: contacts with the particles in a particle's list, and the time when the particle leaves
+//! its skin.
+
+use super::Streamed;
+use crate::Vector;
+use crate::engine::neighbours::verlet::VerletLists;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::Prediction;
+use crate::physics::detection::inertial;
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::{Quadratic, Side};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    #[inline]
+    pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
+        // The transition is predicted first. Its slow square root and division then run while the list is loaded from
+        // memory.
+        prediction.transition_time = self.leaves_skin(me, verlet);
+        self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
+        if !self.sources.surfaces.is_empty() {
+            self.predict_surfaces(me, |_, _| true, prediction);
+        }
+    }
+
+    /// Predicts a particle anew whose motion has not changed since its last prediction. Its predicted contact stays
+    /// valid, so only the particles that are new in its list are tested, if there are any.
+    pub(in crate::engine) fn predict_with_newcomers(
+        &self,
+        me: &Streamed,
+        verlet: &VerletLists,
+        newcomers: Option<(&[u32], usize)>,
+        prediction: &mut Prediction,
+    ) {
+        prediction.transition_time = self.leaves_skin(me, verlet);
+        if let Some(newcomers) = newcomers {
+            self.predict_listed(me, verlet, newcomers, prediction);
+        }
+        if self.sources.surfaces.has_features() {
+            self.predict_features(me, prediction);
+        }
+    }
+
+    /// Predicts the first contact with the particles of a list. `listed` holds the list, padded to whole blocks, and
+    /// the length of the list without padding.
+    #[inline]
+    fn predict_listed(
+        &self,
+        me: &Streamed,
+        verlet: &VerletLists,
+        listed: (&[u32], usize),
+        prediction: &mut Prediction,
+    ) {
+        self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
+    }
+
+    /// Time at which the particle leaves its skin, at the distance `delta` (the half skin) from the centre of its list.
+    /// The equation is the same as for a bond that reaches its full length.
+    ///
+    /// For a falling particle, the time is a lower bound. The particle is assumed to fly and accelerate straight away
+    /// from the centre: `|v| t + |a| t^2 / 2 = delta - |r|`. Here `|r|` is the present distance from the centre.
+    #[inline]
+    fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
+        let position = me.position - verlet.centres[me.id as usize];
+        let squared = verlet.half_skin * verlet.half_skin;
+        if FALLING && me.acceleration != Vector::zeros() {
+            let room = (verlet.half_skin - position.norm()).max(0.0);
+            let (v2, a) = (me.velocity.norm_squared(), me.acceleration.norm());
+            return me.time + 2.0 * room / (v2.sqrt() + (v2 + 2.0 * a * room).sqrt());
+        }
+        let state = RelativeState { position, velocity: me.velocity };
+        let dt = inertial::next_event(&Quadratic::new(&state, squared), Side::Negative);
+        me.time + dt.unwrap_or(f64::INFINITY)
+    }
+}

@@ -1,0 +1,78 @@
+//! Prediction of contacts with walls and other surfaces.
+
+use super::Streamed;
+use crate::engine::parts::Engine;
+use crate::engine::prediction::{Prediction, SEARCH};
+use crate::engine::surfaces::{Flight, Found, Placed, Surface};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Predicts contacts with the unbounded surfaces for which `is_near` is true, and with features that the particle
+    /// can reach before its predicted event.
+    #[inline]
+    pub(in crate::engine) fn predict_surfaces(
+        &self,
+        me: &Streamed,
+        is_near: impl Fn(&Placed, f64) -> bool,
+        prediction: &mut Prediction,
+    ) {
+        let flight = self.flight(me);
+        self.sources.surfaces.for_each_unlimited(self.row(me.id), |index, surface| {
+            if is_near(surface, flight.radius) {
+                self.predict_surface(me, &flight, (index, surface), prediction);
+            }
+        });
+        if self.sources.surfaces.has_features() {
+            self.predict_features(me, prediction);
+        }
+    }
+
+    /// Predicts contacts with features that the particle can reach before its predicted event. If the transition of the
+    /// particle is postponed afterwards, this search must be repeated.
+    #[inline(never)] // most scenes have only walls and never call this
+    pub(in crate::engine) fn predict_features(&self, me: &Streamed, prediction: &mut Prediction) {
+        let flight = self.flight(me);
+        let swept = flight.swept(prediction.due_time() - me.time);
+        self.sources.surfaces.for_each_feature(&swept, self.row(me.id), |index, feature| {
+            self.predict_surface(me, &flight, (index, feature), prediction);
+        });
+        let (now, name) = (self.simulated(me.time), self.state.bodies[me.id as usize].name);
+        let horizon = prediction.due_time() - me.time;
+        self.sources.surfaces.next_moving_contacts(&flight, self.row(me.id), now, horizon, |found| {
+            let (index, dt) = match found {
+                Found::Contact(index, dt) => (index, dt),
+                Found::NoneUntil(dt) => (SEARCH, dt),
+            };
+            if me.time + dt < prediction.contact_time {
+                prediction.reach(index, me.time + dt, name);
+            }
+            prediction.due_time() - me.time
+        });
+    }
+
+    /// Whether the scene has surfaces that may have periodic images. A particle that crosses a periodic side can then
+    /// meet other images.
+    pub(in crate::engine) fn has_images_of_surfaces(&self) -> bool {
+        !self.sources.surfaces.of_scene().is_empty()
+    }
+
+    #[inline(always)]
+    fn predict_surface(
+        &self,
+        me: &Streamed,
+        flight: &Flight<'_>,
+        (index, surface): (u32, &Placed),
+        prediction: &mut Prediction,
+    ) {
+        if let Some(dt) = surface.shape.next_contact(flight)
+            && me.time + dt < prediction.contact_time
+        {
+            prediction.reach(index, me.time + dt, self.state.bodies[me.id as usize].name);
+        }
+    }
+
+    #[inline]
+    pub(in crate::engine) fn flight<'a>(&self, me: &'a Streamed) -> Flight<'a> {
+        let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
+        Flight { position: &me.position, velocity: &me.velocity, acceleration: &me.acceleration, radius }
+    }
+}
