@@ -36,6 +36,7 @@ mod observe;
 mod order;
 pub(crate) mod pairs;
 mod parts;
+mod population;
 mod predict;
 mod prediction;
 mod schedule;

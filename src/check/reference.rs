@@ -51,7 +51,7 @@ use crate::base::numbers::id;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::surface_motion::Timeline;
-use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
+use crate::model::{Interaction, InteractionId, Particle, ParticleId, Scene, Species};
 
 /// Reason why the reference engine cannot simulate a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -95,6 +95,8 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
+    /// Whether each particle is still there. The id of a removed particle stays an index into all arrays.
+    is_present: Vec<bool>,
     /// Features of all surfaces except the walls.
     features: Vec<Feature>,
     timelines: Vec<Option<Timeline>>,
@@ -128,6 +130,7 @@ impl Reference {
             time: 0.0,
             positions: scene.particles.iter().map(|p| p.position).collect(),
             velocities: scene.particles.iter().map(|p| p.velocity).collect(),
+            is_present: vec![true; count],
             features: features(&scene.surfaces),
             timelines: scene
                 .surfaces
@@ -139,15 +142,9 @@ impl Reference {
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
         for i in 0..id(count) {
             for j in i + 1..id(count) {
-                if reference.species(i).is_static() && reference.species(j).is_static() {
-                    continue;
-                }
                 // A bond replaces the interaction between the species of the two particles.
                 let [a, b] = [i, j].map(|p| scene.particles[p as usize].species.0 as usize);
-                if let Some(id) = bonds.get(&(i, j)).copied().or(scene.table.get(a, b)) {
-                    let state = reference.first_state(&scene.interactions[id.0 as usize].potential, i, j);
-                    reference.pairs.insert((i, j), (id, state));
-                }
+                reference.pair(i, j, bonds.get(&(i, j)).copied().or(scene.table.get(a, b)));
             }
         }
         for i in 0..id(count) {
@@ -168,6 +165,48 @@ impl Reference {
         let states = potential.accessible_states();
         let inside = potential.radii().iter().filter(|radius| is_inside(radius)).count();
         inside.clamp(*states.start(), *states.end())
+    }
+
+    /// Inserts a particle at the current time, and returns its id. Ids are never used again.
+    pub fn insert(&mut self, particle: Particle) -> ParticleId {
+        let i = id(self.positions.len());
+        self.scene.particles.push(particle);
+        self.positions.push(particle.position);
+        self.velocities.push(particle.velocity);
+        self.is_present.push(true);
+        if let Some(tc_model) = &mut self.tc_model {
+            tc_model.meet_newcomer();
+        }
+        for j in 0..i {
+            if !self.is_present[j as usize] {
+                continue;
+            }
+            let [a, b] = [i, j].map(|p| self.scene.particles[p as usize].species.0 as usize);
+            self.pair(j, i, self.scene.table.get(a, b));
+        }
+        self.predict(i);
+        ParticleId(i)
+    }
+
+    /// Removes a particle at the current time.
+    pub fn remove(&mut self, particle: ParticleId) {
+        let ParticleId(gone) = particle;
+        self.is_present[gone as usize] = false;
+        self.pairs.retain(|&(i, j), _| i != gone && j != gone);
+        let names = |candidate: &Candidate| match *candidate {
+            Candidate::Pair(i, j, _) | Candidate::LookAgain(i, j) => i == gone || j == gone,
+            Candidate::Wall(i, ..) | Candidate::Surface(i, _) | Candidate::SearchAgain(i) => i == gone,
+        };
+        self.queue.retain(|candidate, _| !names(candidate));
+    }
+
+    /// Sets up a pair with its interaction, if it has one. Two static particles never meet.
+    fn pair(&mut self, i: u32, j: u32, interaction: Option<InteractionId>) {
+        let Some(id) = interaction.filter(|_| !(self.species(i).is_static() && self.species(j).is_static())) else {
+            return;
+        };
+        let state = self.first_state(&self.scene.interactions[id.0 as usize].potential, i, j);
+        self.pairs.insert((i, j), (id, state));
     }
 
     /// Current simulated time `[time]`.

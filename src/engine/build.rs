@@ -18,6 +18,7 @@ use crate::model::potential::Potential;
 use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
+use std::ops::Range;
 
 /// Sample size: the median of this many due times is accurate enough.
 const MANY: usize = 32_768;
@@ -109,25 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
-        let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
-        let mut near = Candidates::default();
-        for a in self.particles().filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            self.neighbours.find_candidates(a, &mut near);
-            let all = if holds_all_pairs { self.particles() } else { 0..0 };
-            let found = if holds_all_pairs { &[] } else { near.found() };
-            let mut across = Vec::new();
-            self.for_each_across(a, |b| across.push(b));
-            for b in all.chain(found.iter().copied()).chain(across) {
-                // A pair of two moving particles is found from both particles, but its state is set only once.
-                if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
-                    continue;
-                }
-                let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
-                if meeting.exists {
-                    self.remember(scene, a, b, meeting.interaction, false);
-                }
-            }
-        }
+        self.set_states_of(scene, self.particles());
         // A pair that was captured at the end of the previous run may be just beyond the search range, because of
         // rounding.
         for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
@@ -137,6 +120,32 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let partner = if holder == a { b } else { a };
             if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
                 self.remember(scene, a, b, meeting.interaction, false);
+            }
+        }
+    }
+
+    /// Sets the states of all pairs of the given particles from their distances, except pairs whose state is set. The
+    /// given particles are the last ones in memory.
+    pub(super) fn set_states_of(&mut self, scene: &Scene, particles: Range<u32>) {
+        let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
+        let mut near = Candidates::default();
+        for a in particles.clone() {
+            self.neighbours.find_candidates(a, &mut near);
+            let all = if holds_all_pairs { self.particles() } else { 0..0 };
+            let found = if holds_all_pairs { &[] } else { near.found() };
+            let mut across = Vec::new();
+            self.for_each_across(a, |b| across.push(b));
+            for b in all.chain(found.iter().copied()).chain(across) {
+                // A pair of two of the given particles is found from both, but its state is set only once.
+                let is_found_twice = b < a && particles.contains(&b) && !self.is_static(b);
+                if b == a || is_found_twice || self.is_static(a) && (self.is_static(b) || particles.contains(&b)) {
+                    continue;
+                }
+                let (holder, partner) = if self.is_static(a) { (b, a) } else { (a, b) };
+                let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
+                if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
+                    self.remember(scene, a, b, meeting.interaction, false);
+                }
             }
         }
     }
@@ -152,9 +161,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
-        let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
-        let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
-        let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
+        let [(one, v), (other, u)] = [a, b].map(|particle| self.state_at(particle, self.clock.now));
+        let apart = self.nearest(one - other, v - u, self.clock.now).0;
+        let rounding = rounding_of_distances(one.amax().max(other.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
         // A potential has at most a few thousand steps, so the state fits into 16 bits.

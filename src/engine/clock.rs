@@ -56,16 +56,19 @@ pub(super) struct StandstillWatch {
 
 impl Clock {
     pub fn new(start: f64, particles: usize) -> Self {
+        let standstill = StandstillWatch { since: 0.0, events: 0, most: 0, lost_speed: None };
+        let mut clock = Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill };
+        clock.watch_for(particles);
+        clock
+    }
+
+    /// Sets the number of events without an advance of time that are an arrest of `particles` particles.
+    ///
+    /// The simultaneous events of a lattice are not an arrest. Neither are the N^2/2 events of N touching spheres on a
+    /// line.
+    pub fn watch_for(&mut self, particles: usize) {
         let n = particles as u64;
-        let standstill = StandstillWatch {
-            since: 0.0,
-            events: 0,
-            // The simultaneous events of a lattice are not an arrest. Neither are the N^2/2 events of N touching
-            // spheres on a line.
-            most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
-            lost_speed: None,
-        };
-        Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
+        self.standstill.most = 1_000 + 64 * n + (n * n / 2).min(10_000_000);
     }
 
     /// Returns whether the neighbour search is reconsidered at the epoch with this number. This is done often at the

@@ -34,7 +34,9 @@ mod work;
 
 use super::event::Event;
 use super::observe::Observe;
+use super::pairs::Pairs;
 use super::parts::Engine;
+use super::sources::Sources;
 use super::transport::Transport;
 use super::{EngineError, Reason, Until};
 use cut::{Cut, End};
@@ -122,13 +124,24 @@ impl<const FALLING: bool, const TABLE: bool> Domains<FALLING, TABLE> {
 
     /// The reason why a system cannot be cut; `None` if it can.
     pub fn obstacle(engine: &Engine<FALLING, TABLE>) -> Option<SingleThread> {
-        let reach_far = engine.pairs.has_own_interactions || engine.ranges.may_be_overstretched;
+        // All fields are listed, so that a new one is either given to the domains by `Engine::part` or excluded here.
+        // The bath is drawn for the whole system, and its collisions are sent to the domains.
+        let Sources {
+            surfaces: _,
+            confinement: _,
+            surface_random: _,
+            andersen: _,
+            restraint,
+            is_watched: _,
+            next_global: _,
+        } = &engine.sources;
+        let Pairs { rules: _, states: _, contact_times: _, has_own_interactions, bias } = &engine.pairs;
+        let reach_far = *has_own_interactions || engine.ranges.may_be_overstretched;
         match () {
             () if engine.images.slide() => Some(SingleThread::SlidingImages),
             () if reach_far => Some(SingleThread::LongInteractions),
             () if !engine.distances.are_constant() => Some(SingleThread::ChangingDistances),
-            // `Engine::part` leaves these out.
-            () if engine.sources.restraint.is_some() || engine.pairs.bias.is_some() => Some(SingleThread::WholeSystem),
+            () if restraint.is_some() || bias.is_some() => Some(SingleThread::WholeSystem),
             () => None,
         }
     }

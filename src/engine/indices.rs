@@ -17,7 +17,7 @@ impl Simulation {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn unsound_index(&self, species: usize) -> Option<&'static str> {
-        let State { bodies, numbers, species: rows, images, .. } = &self.state;
+        let State { bodies, numbers, next_name, species: rows, images, .. } = &self.state;
         let count = bodies.len();
         let is_particle = |number: u32| (number as usize) < count;
         let rows_of_table = self.pairs.rules.rows.species();
@@ -30,7 +30,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         match () {
             () if numbers.len() != count || images.len() != count => Some("the number of particles"),
             () if !numbers.iter().all(are_found)
-                || !(0..).zip(numbers).all(|(id, number)| bodies[*number as usize].name == id) =>
+                || !numbers.is_sorted_by(|a, b| bodies[*a as usize].name < bodies[*b as usize].name)
+                || numbers.last().is_some_and(|last| bodies[*last as usize].name >= *next_name) =>
             {
                 Some("the numbers of the particles")
             }

@@ -3,10 +3,11 @@
 use super::parts::Engine;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
+use crate::base::numbers::trunc_to_i32;
 use crate::engine::pairs::states::CapturedPairs;
-use crate::model::limits::LARGEST;
+use crate::model::limits::{LARGEST, MOST_PARTICLES};
 use crate::model::space::Boundary;
-use crate::model::{ParticleId, Scene};
+use crate::model::{ParticleId, Scene, SpeciesId};
 use thiserror::Error;
 
 /// How the states of captured pairs change when positions are set.
@@ -59,9 +60,27 @@ pub enum SetStateError {
         .0.depth
     )]
     Overlap(Overlap),
-    /// Positions cannot be set while the diameters are growing.
-    #[error("the diameters are growing, expected positions when they have grown")]
+    /// Positions cannot be set, and particles cannot enter or leave, while the diameters are growing.
+    #[error("the diameters are growing, expected a change of the particles when they have grown")]
     Growing,
+    /// A new particle has an unknown species. In a scene of more than 256 species, a species without particles at the
+    /// start is unknown, too.
+    #[error("particle {} has species number {}, expected a species of the scene", particle.0, species.0)]
+    Species {
+        /// The particle.
+        particle: ParticleId,
+        /// Its species.
+        species: SpeciesId,
+    },
+    /// A particle to remove does not exist, or is given twice.
+    #[error("no particle {} to remove, expected each id of a present particle once", particle.0)]
+    NoParticle {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// The ids of new particles would be too large.
+    #[error("too many particles, expected at most {MOST_PARTICLES} from the start of the simulation on")]
+    TooMany,
 }
 
 impl Simulation {
@@ -100,9 +119,9 @@ impl Simulation {
         self.check_vectors(positions, fixed, &scene.space.lower)?;
         if scene.shear_rate.is_some() {
             let (lower, upper) = (scene.space.lower.y, scene.space.upper().y);
-            if let Some((_, id)) = positions.iter().zip(0..).find(|(position, _)| !(lower..upper).contains(&position.y))
-            {
-                return Err(SetStateError::OutsideOfShearedBox { particle: ParticleId(id) });
+            let is_outside = |(position, _): &(&Vector, ParticleId)| !(lower..upper).contains(&position.y);
+            if let Some((_, particle)) = positions.iter().zip(self.ids()).find(is_outside) {
+                return Err(SetStateError::OutsideOfShearedBox { particle });
             }
         }
         let before = self.engine.clone();
@@ -118,6 +137,10 @@ impl Simulation {
         }
     }
 
+    fn ids(&self) -> Vec<ParticleId> {
+        with_engine!(&self.engine, engine => engine.by_id().map(|particle| engine.name(particle)).collect())
+    }
+
     /// Vectors of static particles must equal `fixed`. Components along flat axes must equal the components of `flat`.
     fn check_vectors(
         &self,
@@ -129,8 +152,7 @@ impl Simulation {
         if vectors.len() != expected {
             return Err(SetStateError::Count { expected, found: vectors.len() });
         }
-        for (vector, id) in vectors.iter().zip(0..) {
-            let particle = ParticleId(id);
+        for (vector, particle) in vectors.iter().zip(self.ids()) {
             if !vector.iter().all(|component| component.abs() <= LARGEST) {
                 return Err(SetStateError::NotFinite { particle });
             }
@@ -194,23 +216,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
         self.keep_between_sliding_sides(particle);
-        let position = self.state.bodies[particle as usize].position;
+        let (position, images) = self.into_box(self.state.bodies[particle as usize].position);
+        self.state.bodies[particle as usize].position = position;
+        for axis in (0..3).filter(|&axis| images[axis] != 0) {
+            self.state.images.add(particle, axis, images[axis]);
+        }
+    }
+
+    /// Wraps a position into the box from any distance. Also returns the number of periods from the box to the
+    /// position along each axis.
+    pub(super) fn into_box(&self, mut position: Vector) -> (Vector, [i32; 3]) {
+        let mut images = [0; 3];
         for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
             let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);
             let periods = ((position[axis] - lower) / period).floor();
-            if periods != 0.0 {
-                self.state.bodies[particle as usize].position[axis] -= periods * period;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "a float that is too large becomes the largest image"
-                )]
-                let images = periods as i32;
-                self.state.images.add(particle, axis, images);
-            }
+            position[axis] -= periods * period;
+            images[axis] = trunc_to_i32(periods);
+            // Because of round-off, the position may still be just outside the box.
+            let sign = i32::from(position[axis] >= lower + period) - i32::from(position[axis] < lower);
+            position[axis] -= f64::from(sign) * period;
+            images[axis] = images[axis].saturating_add(sign);
         }
-        // Because of round-off, the particle may still be just outside the box.
-        let position = self.state.bodies[particle as usize].position;
-        self.wrap(particle, &position);
+        (position, images)
     }
 
     /// Predicts all events again after the state was set. Also restarts the check for a standstill, which is a series

@@ -20,6 +20,9 @@ const AHEAD: usize = 16;
 pub struct Snapshot {
     /// Simulated time `[time]`.
     pub time: f64,
+    /// Ids of the particles, ascending. The other arrays have the same order. If particles have left, the id of a
+    /// particle is not its index: use [`Self::index`].
+    pub ids: Vec<ParticleId>,
     /// Positions `[length]`, `N x 3`; inside the box along periodic axes, within round-off.
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
@@ -37,6 +40,14 @@ pub struct Snapshot {
     pub scale: f64,
     /// For each surface of the scene, whether it is present now; empty if all surfaces are always present.
     pub surfaces: Vec<bool>,
+}
+
+impl Snapshot {
+    /// The index of a particle in the arrays; `None` if the particle is not present.
+    #[must_use]
+    pub fn index(&self, particle: ParticleId) -> Option<usize> {
+        self.ids.binary_search(&particle).ok()
+    }
 }
 
 /// State of one particle at one time.
@@ -113,6 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = self.state.numbers.len();
         let mut snapshot = Snapshot {
             time: self.time(),
+            ids: Vec::with_capacity(count),
             positions: Vec::with_capacity(count),
             velocities: Vec::with_capacity(count),
             images: Vec::with_capacity(count),
@@ -122,6 +134,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             surfaces: self.sources.surfaces.presence(),
         };
         let Ok(()) = self.for_each_now(|particle| {
+            snapshot.ids.push(particle.id);
             snapshot.positions.push(particle.position);
             snapshot.velocities.push(particle.velocity);
             snapshot.images.push(particle.image);

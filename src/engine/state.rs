@@ -4,6 +4,7 @@ use super::images::travelled::Travelled;
 use super::order::along_curve;
 use super::pairs::rows::Rows;
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::model::Scene;
 use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,8 @@ pub(super) struct State {
     pub bodies: Vec<Body>,
     /// Index in memory of each particle, in the order of their ids.
     pub numbers: Vec<u32>,
+    /// The id of the next particle that enters. Ids are never used twice.
+    pub next_name: u32,
     /// Table row of each particle's species; empty without an interaction table.
     pub species: Vec<u16>,
     pub images: Travelled,
@@ -66,6 +69,7 @@ impl State {
             .collect();
         Self {
             bodies,
+            next_name: id(numbers.len()),
             numbers,
             species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Travelled::new(names.len()),
@@ -92,6 +96,8 @@ impl State {
     pub fn number_anew(&mut self) {
         self.numbers.extend((0..).take(self.bodies.len()).skip(self.numbers.len()));
         self.numbers.sort_by_key(|&number| self.bodies[number as usize].name);
+        let last = self.numbers.last().map_or(0, |&number| self.bodies[number as usize].name + 1);
+        self.next_name = self.next_name.max(last);
     }
 
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {

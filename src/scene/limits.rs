@@ -4,6 +4,7 @@ use crate::Vector;
 use crate::base::memory;
 use crate::base::text::shortest;
 use crate::model::Species;
+use crate::model::limits::MOST_PARTICLES;
 use crate::model::limits::{LARGEST, is_positive};
 use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
@@ -13,10 +14,6 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 /// measured for hard spheres at a packing fraction of 0.5 are 250 bytes, 530 bytes with instruments that look ahead on
 /// a copy of the state, and 560 bytes with a random start.
 const BYTES_PER_PARTICLE: u64 = 600;
-
-/// Maximum number of particles. A particle can need up to eight cells and eight slots in the blocks of neighbour lists,
-/// and all of them must be numbered with 32 bits.
-const MOST_PARTICLES: u64 = 500_000_000;
 
 /// Memory per ordered pair of species in the tables of the event loop `[bytes]`.
 const BYTES_PER_PAIR: u64 = 64;

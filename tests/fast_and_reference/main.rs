@@ -12,6 +12,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 use std::cell::Cell;
 
+mod population;
 mod surfaces;
 
 use surfaces::{motions, surfaces};

@@ -106,6 +106,11 @@ impl TcModel {
         Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
     }
 
+    /// Adds a particle that had no contact so far.
+    pub fn meet_newcomer(&mut self) {
+        self.last.push(f64::NEG_INFINITY);
+    }
+
     /// Records a contact of moving particles at `time`. Returns the speed away from the barrier, and the factor by
     /// which the velocity along the barrier changes.
     ///

@@ -16,6 +16,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             state: State {
                 bodies: state.bodies.permuted(order),
                 numbers: Vec::new(),
+                next_name: state.next_name,
                 species: state.species.permuted(order),
                 images: state.images.permuted(order),
                 space: state.space.clone(),

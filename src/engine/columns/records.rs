@@ -10,6 +10,7 @@ use crate::engine::parts::Engine;
 use crate::engine::prediction::{Contact, FIRST_ABSENT, Prediction, absent};
 use crate::engine::state::Body;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// All data of one particle. Other particles are given by id.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -74,9 +75,9 @@ impl Record {
     }
 }
 
-#[cfg_attr(not(test), expect(dead_code, reason = "for particles that come and go: no scene has such yet"))]
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Returns records of the given particles, in which other particles are given by id.
+    #[cfg(test)]
     pub fn copies(&mut self, particles: &[u32]) -> Vec<Record> {
         let mut records = Vec::with_capacity(particles.len());
         for &particle in particles {
@@ -115,19 +116,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Inserts particles. Their ids must be unused, and they must not overlap. Pairs with particles that are not in
-    /// this engine are dropped.
+    /// Inserts particles with the given records. Their ids must be unused, and they must not overlap. Pairs with
+    /// particles that are not in this engine are dropped.
     ///
     /// A copied particle whose record has a place and a prediction continues with the same bits as the original, if its
     /// partners are present.
+    #[cfg(test)]
     pub fn insert(&mut self, records: &[Record]) {
-        let first = self.particles().end;
-        for record in records {
-            self.push_record(record);
-        }
-        let added = first..self.particles().end;
-        self.state.number_anew();
-        self.scratch = None;
+        let added = self.push_records(records);
         for (particle, record) in added.clone().zip(records) {
             for pair in record.captured.iter().flatten() {
                 if let Some(partner) = self.state.number(pair.partner) {
@@ -135,11 +131,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
+        self.predict_added(added, records);
+    }
+
+    /// Appends particles to all columns. Returns their numbers.
+    pub fn push_records(&mut self, records: &[Record]) -> Range<u32> {
+        let first = self.particles().end;
+        for record in records {
+            self.push_record(record);
+        }
+        self.state.number_anew();
+        self.scratch = None;
+        first..self.particles().end
+    }
+
+    /// Fills the neighbour lists of particles that were appended, and predicts them. Their captured pairs must be set.
+    pub fn predict_added(&mut self, added: Range<u32>, records: &[Record]) {
         for particle in added.clone() {
             self.fill_list(particle);
         }
-        for (particle, record) in added.zip(records) {
-            self.predict_inserted(particle, record, first);
+        for (particle, record) in added.clone().zip(records) {
+            self.predict_inserted(particle, record, added.start);
         }
     }
 

@@ -41,6 +41,11 @@ impl Rows {
     }
 
     #[must_use]
+    pub fn has_row(&self, species: SpeciesId) -> bool {
+        self.species.binary_search(&species).is_ok()
+    }
+
+    #[must_use]
     pub fn are_sound(&self) -> bool {
         self.rows.iter().all(|row| usize::from(*row) < self.species.len().max(1))
     }

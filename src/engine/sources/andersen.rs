@@ -40,6 +40,14 @@ impl Andersen {
         andersen
     }
 
+    /// Adapts the bath to another number of mobile particles. The intervals between collisions have no memory, so the
+    /// time to the next collision is drawn again from `now` on. Without mobile particles, there is no collision.
+    pub fn act_on(&mut self, particles: usize, now: f64) {
+        self.rate = self.bath.rate * particles as f64;
+        self.next = now;
+        self.wait();
+    }
+
     pub fn bath(&self) -> Bath {
         self.bath
     }

@@ -1,0 +1,320 @@
+//! Particles that enter and leave a simulation.
+
+use super::columns::records::Record;
+use super::parts::Engine;
+use super::{Chosen, Overlap, SetStateError, Simulation};
+use crate::Vector;
+use crate::engine::surfaces::Surface;
+use crate::model::limits::{LARGEST, MOST_PARTICLES};
+use crate::model::space::Boundary;
+use crate::model::{Particle, ParticleId, Scene, SpeciesId};
+
+/// Number of roundings in the distance of two given positions: the wrap and the nearest image of each coordinate, the
+/// three squares, their sum and its root.
+const ROUNDINGS: f64 = 16.0;
+
+impl Simulation {
+    /// Inserts particles at the present time, and returns their ids.
+    ///
+    /// New ids follow the largest id that was ever used. Ids are never used again after a particle has left, so the id
+    /// of a particle is not its index in arrays: see [`Snapshot::ids`](super::Snapshot::ids). Positions beyond the
+    /// sides of periodic axes are wrapped. A pair of a new particle gets the state that follows from its distance.
+    /// The kinetic and potential energy of the new particles counts as
+    /// [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
+    ///
+    /// The cost is proportional to the number of all particles, so it pays to insert many particles in one call.
+    ///
+    /// # Errors
+    /// [`SetStateError::Species`] for a species that the scene does not have, or that has no row in its tables.
+    /// [`SetStateError::NotFinite`]. [`SetStateError::Fixed`] for a static particle that moves, and for components
+    /// along flat axes. [`SetStateError::OutsideOfShearedBox`]. [`SetStateError::Overlap`] with a particle, a wall or
+    /// a surface. [`SetStateError::TooMany`]. While diameters grow, [`SetStateError::Growing`]. The errors name the
+    /// particle by the id that it would get. After an error, the simulation is unchanged.
+    ///
+    /// ```
+    /// use carom::Vector;
+    /// use carom::engine::{Simulation, Until};
+    /// use carom::model::{Particle, Potential, SpeciesId};
+    /// use carom::scene::{Amount, Lattice, SceneBuilder};
+    ///
+    /// let scene = SceneBuilder::new("fluid")
+    ///     .species("A", 1.0, 1.0)
+    ///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+    ///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.1))
+    ///     .build()?;
+    /// let mut simulation = Simulation::new(scene)?;
+    /// let leaving = simulation.snapshot().ids[0];
+    /// let place = simulation.snapshot().positions[0];
+    /// simulation.remove(&[leaving])?;
+    /// let new = Particle { species: SpeciesId(0), position: place, velocity: Vector::new(0.3, 0.0, 0.0) };
+    /// let ids = simulation.insert(&[new])?;
+    /// assert_eq!((ids[0].0, simulation.snapshot().ids.len()), (108, 108));
+    /// simulation.advance(Until::events(100))?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[doc(alias = "inlet")]
+    pub fn insert(&mut self, particles: &[Particle]) -> Result<Vec<ParticleId>, SetStateError> {
+        if self.is_growing() {
+            return Err(SetStateError::Growing);
+        }
+        let first = with_engine!(&self.engine, engine => engine.state.next_name);
+        if u64::from(first) + particles.len() as u64 > MOST_PARTICLES {
+            return Err(SetStateError::TooMany);
+        }
+        for (particle, id) in particles.iter().zip(first..) {
+            self.check_new(particle, ParticleId(id))?;
+        }
+        let scene = &self.scene;
+        with_engine!(&mut self.engine, engine => {
+            engine.join();
+            if let Some(overlap) = engine.overlap_of_new(scene, particles) {
+                return Err(SetStateError::Overlap(overlap));
+            }
+            engine.enter(scene, particles);
+        });
+        Ok((first..).take(particles.len()).map(ParticleId).collect())
+    }
+
+    /// Removes particles at the present time. Their bonds and captured pairs end with them.
+    ///
+    /// The energy that leaves with the particles counts as a negative
+    /// [`EventCounts::supplied`](super::event::EventCounts::supplied). The cost is proportional to the number of all
+    /// particles, so it pays to remove many particles in one call.
+    ///
+    /// # Errors
+    /// [`SetStateError::NoParticle`] for an id that no particle has, or that is given twice. While diameters grow,
+    /// [`SetStateError::Growing`]. After an error, the simulation is unchanged.
+    #[doc(alias = "outlet")]
+    pub fn remove(&mut self, particles: &[ParticleId]) -> Result<(), SetStateError> {
+        if self.is_growing() {
+            return Err(SetStateError::Growing);
+        }
+        let mut sorted = particles.to_vec();
+        sorted.sort_unstable();
+        let twice = sorted.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
+        with_engine!(&mut self.engine, engine => {
+            let is_there = |particle: &&ParticleId| engine.state.number(particle.0).is_some();
+            if let Some(particle) = twice.or(particles.iter().find(|it| !is_there(it)).copied()) {
+                return Err(SetStateError::NoParticle { particle });
+            }
+            engine.join();
+            engine.leave_system(particles);
+        });
+        Ok(())
+    }
+
+    fn check_new(&self, new: &Particle, particle: ParticleId) -> Result<(), SetStateError> {
+        let has_row = with_engine!(&self.engine, engine => engine.pairs.rules.rows.has_row(new.species));
+        let Some(species) = self.scene.species.get(new.species.0 as usize).filter(|_| has_row) else {
+            return Err(SetStateError::Species { particle, species: new.species });
+        };
+        let components = || new.position.iter().chain(&new.velocity);
+        if !components().all(|component| component.abs() <= LARGEST) {
+            return Err(SetStateError::NotFinite { particle });
+        }
+        let space = &self.scene.space;
+        let is_wrong = |axis: &usize| {
+            let is_flat = space.boundary[*axis] == Boundary::Flat;
+            (is_flat && new.position[*axis] != space.lower[*axis])
+                || ((is_flat || species.is_static()) && new.velocity[*axis] != 0.0)
+        };
+        if let Some(axis) = (0..3).find(is_wrong) {
+            return Err(SetStateError::Fixed { particle, axis });
+        }
+        if self.scene.shear_rate.is_some() && !(space.lower.y..space.upper().y).contains(&new.position.y) {
+            return Err(SetStateError::OutsideOfShearedBox { particle });
+        }
+        Ok(())
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Returns the deepest overlap of the first new particle that overlaps with a particle, a wall or a surface by more
+    /// than round-off.
+    fn overlap_of_new(&self, scene: &Scene, new: &[Particle]) -> Option<Overlap> {
+        let now = self.clock.now;
+        let present = self.particles().map(|other| {
+            let (position, _) = self.state_at(other, now);
+            (self.name(other), self.pairs.rules.rows.species()[usize::from(self.row(other))], position)
+        });
+        let mut others: Vec<(ParticleId, SpeciesId, Vector)> = present.collect();
+        for (particle, name) in new.iter().zip(self.state.next_name..) {
+            let particle_id = ParticleId(name);
+            let (position, _) = self.into_box(particle.position);
+            let mut deepest = self.overlap_with_surfaces(particle, &position, particle_id);
+            for (other, species, there) in &others {
+                let Some(id) = scene.interaction_of(particle.species, *species) else { continue };
+                let potential = &scene.interactions[id.0 as usize].potential;
+                if scene.species[particle.species.0 as usize].is_static()
+                    && scene.species[species.0 as usize].is_static()
+                {
+                    continue;
+                }
+                let apart = self.nearest(position - there, Vector::zeros(), now).0.position.norm();
+                let depth = potential.violation_at(apart);
+                let largest = position.amax().max(there.amax()).max(apart);
+                let round_off = ROUNDINGS * f64::EPSILON * largest / apart.max(f64::MIN_POSITIVE);
+                let overlap = Overlap { particle: particle_id, partner: Some(*other), depth, round_off };
+                if overlap.is_real() && deepest.is_none_or(|other| depth > other.depth) {
+                    deepest = Some(overlap);
+                }
+            }
+            if deepest.is_some() {
+                return deepest;
+            }
+            others.push((particle_id, particle.species, position));
+        }
+        None
+    }
+
+    fn overlap_with_surfaces(&self, new: &Particle, position: &Vector, particle: ParticleId) -> Option<Overlap> {
+        let row = self.pairs.rules.rows.row(new.species);
+        let species = &self.pairs.rules.species[usize::from(row)];
+        if species.is_static() {
+            return None;
+        }
+        let (radius, mut deepest) = (species.radius, None::<Overlap>);
+        let unit = super::audit::unit_of_surface(radius);
+        self.sources.surfaces.for_each_near((position, radius), row, self.time(), |surface, position| {
+            let depth = -surface.shape.gap(position, radius) / unit;
+            let round_off = ROUNDINGS * f64::EPSILON * (surface.shape.terms(position) + radius) / unit;
+            let overlap = Overlap { particle, partner: None, depth, round_off };
+            if overlap.is_real() && deepest.is_none_or(|other| depth > other.depth) {
+                deepest = Some(overlap);
+            }
+        });
+        deepest
+    }
+
+    /// Inserts particles that were checked, and counts their energy as supplied.
+    fn enter(&mut self, scene: &Scene, particles: &[Particle]) {
+        let before = self.energy();
+        let now = self.clock.now;
+        let mut records = Vec::with_capacity(particles.len());
+        for (particle, name) in particles.iter().zip(self.state.next_name..) {
+            let (position, images) = self.into_box(particle.position);
+            let mut record = Record::new(name, position, particle.velocity, now);
+            record.images = Some(images);
+            record.species = TABLE.then(|| self.pairs.rules.rows.row(particle.species));
+            record.captured = TABLE.then(Vec::new);
+            records.push(record);
+        }
+        let added = self.push_records(&records);
+        if TABLE {
+            self.set_states_of(scene, added.clone());
+        }
+        self.predict_added(added.clone(), &records);
+        for particle in added {
+            self.note_confined([Some(particle), None], false, &[Vector::zeros(); 2]);
+        }
+        self.note_population(&before);
+    }
+
+    /// Removes particles that exist, and counts their energy as taken from the system.
+    fn leave_system(&mut self, particles: &[ParticleId]) {
+        let before = self.energy();
+        let numbers: Vec<u32> = particles.iter().map(|particle| self.number(*particle)).collect();
+        for &particle in &numbers {
+            self.stream(particle, self.clock.now);
+            let velocity = std::mem::take(&mut self.state.bodies[particle as usize].velocity);
+            self.note_confined([Some(particle), None], false, &[velocity, Vector::zeros()]);
+        }
+        self.remove(&numbers);
+        self.note_population(&before);
+    }
+
+    /// Updates everything that depends on the number of particles. `before` are the energies before they changed.
+    fn note_population(&mut self, before: &super::Energy) {
+        let after = self.energy();
+        let gained = (after.kinetic - before.kinetic) + (after.potential - before.potential);
+        self.note_energies(after.pair - before.pair, 0.0, gained);
+        let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
+        if let Some(bath) = &mut self.sources.andersen {
+            bath.act_on(moving, self.clock.now);
+        }
+        self.clock.watch_for(self.state.bodies.len());
+        self.schedule_global();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::space::Space;
+    use crate::model::{Potential, Thermostat};
+    use crate::scene::SceneBuilder;
+
+    fn box_between_walls(particles: u32) -> Simulation {
+        let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(30.0) };
+        let mut scene = SceneBuilder::new("few").space(space).species("A", 1.3, 0.5).interaction(
+            "A",
+            "A",
+            Potential::hard_sphere(0.5).unwrap(),
+            1.0,
+        );
+        for k in 0..particles {
+            let at = |n: u32| 1.5 + 3.0 * f64::from(n % 10);
+            scene = scene.particle("A", Vector::new(at(k), at(k / 10), at(k / 100)), Vector::new(0.7, 0.0, 0.0));
+        }
+        Simulation::without_plan(scene.build().unwrap())
+    }
+
+    fn one(x: f64, vx: f64) -> Particle {
+        Particle { species: SpeciesId(0), position: Vector::new(x, 29.0, 29.0), velocity: Vector::new(vx, 0.0, 0.0) }
+    }
+
+    #[test]
+    fn bath_collides_with_the_particles_that_are_there() {
+        let mut simulation = box_between_walls(200);
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
+        simulation.set_thermostat(Some(&bath), 0).unwrap();
+        let gone: Vec<ParticleId> = (0..150).map(ParticleId).collect();
+        simulation.remove(&gone).unwrap();
+        simulation.advance(Until::time(40.0)).unwrap();
+        // The number has a Poisson distribution with the mean 50 * 2 * 40.
+        let collisions = simulation.event_counts().thermostat as f64;
+        assert!((collisions - 4_000.0).abs() < 5.0 * 4_000.0_f64.sqrt(), "{collisions}");
+        simulation.remove(&(150..200).map(ParticleId).collect::<Vec<_>>()).unwrap();
+        let before = simulation.event_counts().thermostat;
+        simulation.advance(Until::time(50.0)).unwrap();
+        assert_eq!(simulation.event_counts().thermostat, before, "no particle is left");
+        assert_eq!(simulation.insert(&[one(3.0, 0.0)]).unwrap(), [ParticleId(200)]);
+        simulation.advance(Until::time(90.0)).unwrap();
+        let collisions = (simulation.event_counts().thermostat - before) as f64;
+        assert!((collisions - 80.0).abs() < 5.0 * 80.0_f64.sqrt(), "{collisions}");
+    }
+
+    #[test]
+    fn kinetic_energy_between_walls_is_integrated_from_entry_to_exit() {
+        let mut simulation = box_between_walls(1);
+        simulation.advance(Until::time(3.0)).unwrap();
+        let new = simulation.insert(&[one(7.0, -1.1)]).unwrap();
+        simulation.advance(Until::time(10.0)).unwrap();
+        simulation.remove(&new).unwrap();
+        simulation.advance(Until::time(14.0)).unwrap();
+        let volume = simulation.scene().space().accessible_volume(0.5);
+        let heating = simulation.event_counts().confined_heating[0].total();
+        let integral = simulation.energy().confined.x * 14.0 - heating;
+        // The integral of m v^2 is 1.3 (0.7^2 * 14 + 1.1^2 * 7), with less than a hundred roundings.
+        let expected = 1.3 * (0.49 * 14.0 + 1.21 * 7.0) / volume;
+        assert!((integral / expected - 1.0).abs() < 100.0 * f64::EPSILON, "{integral} {expected}");
+        let supplied = simulation.event_counts().supplied.total();
+        assert!(supplied.abs() < 100.0 * f64::EPSILON, "the particle took its energy along: {supplied}");
+    }
+
+    #[test]
+    fn ids_are_never_used_again() {
+        let mut simulation = box_between_walls(3);
+        simulation.remove(&[ParticleId(2), ParticleId(0)]).unwrap();
+        assert_eq!(simulation.insert(&[one(3.0, 0.0), one(9.0, 0.1)]).unwrap(), [ParticleId(3), ParticleId(4)]);
+        simulation.remove(&[ParticleId(4)]).unwrap();
+        assert_eq!(simulation.insert(&[one(15.0, 0.0)]).unwrap(), [ParticleId(5)]);
+        let snapshot = simulation.snapshot();
+        assert_eq!(snapshot.ids, [1, 3, 5].map(ParticleId));
+        assert_eq!((snapshot.index(ParticleId(3)), snapshot.index(ParticleId(2))), (Some(1), None));
+        simulation.set_velocities(&[Vector::x(), Vector::y(), Vector::z()]).unwrap();
+        assert_eq!(simulation.snapshot().velocities[2], Vector::z());
+        assert_eq!(simulation.unsound_index(), None);
+    }
+}
