@@ -261,7 +261,7 @@ mod tests {
     }
 
     fn one(x: f64, vx: f64) -> Particle {
-        Particle { species: SpeciesId(0), position: Vector::new(x, 29.0, 29.0), velocity: Vector::new(vx, 0.0, 0.0) }
+        Particle::new(SpeciesId(0), Vector::new(x, 29.0, 29.0), Vector::new(vx, 0.0, 0.0))
     }
 
     #[test]

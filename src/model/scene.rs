@@ -84,6 +84,7 @@ pub struct Bond {
 
 /// Initial state of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Particle {
     /// Species of the particle.
     pub species: SpeciesId,
@@ -91,6 +92,14 @@ pub struct Particle {
     pub position: Vector,
     /// Velocity `[length / time]`, zero for static particles.
     pub velocity: Vector,
+}
+
+impl Particle {
+    /// Creates a particle.
+    #[must_use]
+    pub fn new(species: SpeciesId, position: Vector, velocity: Vector) -> Self {
+        Self { species, position, velocity }
+    }
 }
 
 /// Declares `Scene` and `SceneParts` with the same fields. The fields of `SceneParts` are public. `Scene` has a method

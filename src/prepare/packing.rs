@@ -99,7 +99,7 @@ mod tests {
             group: 0,
         };
         let positions = fill.positions(&mut Occupancy::new(&space, &contacts, count))?;
-        let particle = |&position| Particle { species: SpeciesId(0), position, velocity: Vector::zeros() };
+        let particle = |&position| Particle::new(SpeciesId(0), position, Vector::zeros());
         let particles: Vec<Particle> = positions.iter().map(particle).collect();
         assert_eq!(particles.len(), count);
         assert!(particles.iter().all(|particle| space.wrapped(particle.position) == particle.position));

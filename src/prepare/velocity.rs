@@ -201,13 +201,8 @@ mod tests {
             .iter()
             .map(|&mass| Species { name: String::new(), mass, diameter: 1.0, acceleration: Vector::zeros() })
             .collect();
-        let mut particles: Vec<Particle> = (0..count)
-            .map(|i| Particle {
-                species: SpeciesId(id(i % masses.len())),
-                position: space.lower,
-                velocity: Vector::zeros(),
-            })
-            .collect();
+        let mut particles: Vec<Particle> =
+            (0..count).map(|i| Particle::new(SpeciesId(id(i % masses.len())), space.lower, Vector::zeros())).collect();
         maxwell(&mut particles, &species, space, 1.5, &mut Random::new(1, Purpose::Velocities, 0));
         (particles, species)
     }
@@ -243,9 +238,8 @@ mod tests {
             .collect();
         let space = Space { boundary, ..Space::periodic_cube(9.0) };
         let kinds = numbers.iter().enumerate().flat_map(|(kind, &number)| std::iter::repeat_n(kind, number));
-        let mut particles: Vec<Particle> = kinds
-            .map(|kind| Particle { species: SpeciesId(id(kind)), position: space.lower, velocity: Vector::zeros() })
-            .collect();
+        let mut particles: Vec<Particle> =
+            kinds.map(|kind| Particle::new(SpeciesId(id(kind)), space.lower, Vector::zeros())).collect();
         equal_speeds(&mut particles, &species, &space, 1.3, &mut Random::new(seed, Purpose::Velocities, 0));
         particles.iter().map(|particle| (mass(particle, &species), particle.velocity)).collect()
     }

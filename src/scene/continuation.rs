@@ -260,7 +260,7 @@ fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<L
         }
         // All species with particles were found above, so the default is never used.
         let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
-        left.particles.push(Particle { species, position, velocity: now.velocity });
+        left.particles.push(Particle::new(species, position, now.velocity));
         left.images.push(image);
         Ok::<(), Infallible>(())
     });

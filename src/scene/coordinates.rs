@@ -107,8 +107,7 @@ fn add_start(
         return Err(origin.wrong(0, problem.to_owned()));
     }
     let place = |position: Vector| given.map_or(position, |given| given.placed(position, &space));
-    let particle =
-        |it: &FrameParticle| Particle { species: it.species, position: place(it.position), velocity: it.velocity };
+    let particle = |it: &FrameParticle| Particle::new(it.species, place(it.position), it.velocity);
     let listed = Group::Listed(Listed {
         names: frame.species.iter().map(|species| species.name.clone()).collect(),
         particles: frame.particles.iter().map(particle).collect(),

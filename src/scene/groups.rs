@@ -149,7 +149,7 @@ fn listed(listed: &Listed, species: &[Species], space: &Space, at: &ConfigPath) 
             return Err(wrong(listed, row, (species, space), at));
         };
         let position = space.wrapped(particle.position);
-        particles.push(Particle { species: SpeciesId(id(kind)), position, velocity: particle.velocity });
+        particles.push(Particle::new(SpeciesId(id(kind)), position, particle.velocity));
     }
     Ok(particles)
 }

@@ -326,7 +326,7 @@ pub(crate) struct Listed {
 
 impl Listed {
     pub fn one(species: &str, position: Vector, velocity: Vector) -> Self {
-        let particle = Particle { species: SpeciesId(0), position, velocity };
+        let particle = Particle::new(SpeciesId(0), position, velocity);
         Self { names: vec![species.to_owned()], particles: vec![particle], are_rows: false }
     }
 

@@ -108,11 +108,9 @@ fn run(recipe: &Recipe, changes: &[Change], tally: &Cell<Tally>) -> Result<(), T
         count.left += leaving.len();
         for (species, place, velocity) in &change.entering {
             let is_static = *species == 2;
-            let new = Particle {
-                species: SpeciesId(*species),
-                position: Vector::from_fn(|axis, _| (0.1 + 0.8 * place[axis]) * recipe.box_length),
-                velocity: if is_static { Vector::zeros() } else { Vector::from(*velocity) },
-            };
+            let place = Vector::from_fn(|axis, _| (0.1 + 0.8 * place[axis]) * recipe.box_length);
+            let velocity = if is_static { Vector::zeros() } else { Vector::from(*velocity) };
+            let new = Particle::new(SpeciesId(*species), place, velocity);
             match simulation.insert(&[new]) {
                 Ok(ids) => {
                     prop_assert_eq!(&ids, &[reference.insert(new)]);
@@ -157,7 +155,7 @@ fn population_errors_name_the_particle_and_change_nothing() {
     simulation.advance(Until::time(0.3)).expect("no arrest");
     let before = simulation.snapshot();
     let place = before.positions[5];
-    let new = |species, position, velocity| Particle { species: SpeciesId(species), position, velocity };
+    let new = |species, position, velocity| Particle::new(SpeciesId(species), position, velocity);
     let (rest, middle) = (Vector::zeros(), Vector::repeat(4.0));
     for (particle, message) in [
         (new(7, middle, rest), "particle 13 has species number 7, expected a species of the scene"),

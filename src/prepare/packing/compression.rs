@@ -164,10 +164,8 @@ impl Compression<'_> {
         used.sort_unstable();
         used.dedup();
         let spheres = hard_spheres(&used, contacts)?;
-        let particle = |(kind, position): (&SpeciesId, &Vector)| Particle {
-            species: SpeciesId(id(used.partition_point(|other| other < kind))),
-            position: *position,
-            velocity: Vector::zeros(),
+        let particle = |(kind, position): (&SpeciesId, &Vector)| {
+            Particle::new(SpeciesId(id(used.partition_point(|other| other < kind))), *position, Vector::zeros())
         };
         let mut particles: Vec<Particle> = self.fill.kinds.iter().zip(positions).map(particle).collect();
         maxwell(&mut particles, &spheres.species, self.fill.space, 1.0, random);

@@ -27,7 +27,7 @@ impl Simulation {
         bath.settled(self.scene().space(), self.moving(), false)?;
         let mut particles = Vec::new();
         let Ok(()) = self.for_each_now(|now| {
-            particles.push(Particle { species: now.species, position: now.position, velocity: Vector::zeros() });
+            particles.push(Particle::new(now.species, now.position, Vector::zeros()));
             Ok::<(), Infallible>(())
         });
         let scene = self.scene();

@@ -61,7 +61,7 @@ impl<'a> Placing<'a> {
     }
 
     fn at_rest(&self, species: SpeciesId, position: Vector) -> Particle {
-        Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() }
+        Particle::new(species, self.space.wrapped(position), Vector::zeros())
     }
 
     pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {

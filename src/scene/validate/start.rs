@@ -175,11 +175,7 @@ mod tests {
     fn a_particle_in_any_surface_is_refused_with_its_depth() {
         let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
         let at = |x: f64| {
-            let particle = |x: f64| Particle {
-                species: SpeciesId(0),
-                position: Vector::new(x, 2.0, 2.0),
-                velocity: Vector::zeros(),
-            };
+            let particle = |x: f64| Particle::new(SpeciesId(0), Vector::new(x, 2.0, 2.0), Vector::zeros());
             let particles = vec![particle(4.0), particle(x)];
             Groups { particles, bonds: Vec::new(), static_surfaces: Vec::new(), starts: Vec::new() }
         };

@@ -47,7 +47,7 @@ fn goes_on_as_a_new_one<const FALLING: bool, const TABLE: bool>(
     start.particles.clear();
     let Ok(()) = engine.for_each_now(|now| {
         ids.push(now.id);
-        start.particles.push(Particle { species: now.species, position: now.position, velocity: now.velocity });
+        start.particles.push(Particle::new(now.species, now.position, now.velocity));
         Ok::<(), Infallible>(())
     });
     assert!(ids.is_sorted() && ids.len() == engine.particles().len(), "{name}");

@@ -103,7 +103,7 @@ fn first_overlap_has_the_lowest_id() {
     random.shuffle(&mut places);
     let at = |place: &u32| {
         let position = Vector::new(f64::from(place % 30), f64::from(place / 30 % 30), f64::from(place / 900));
-        Particle { species: crate::model::SpeciesId(0), position: 1.1 * position, velocity: Vector::zeros() }
+        Particle::new(crate::model::SpeciesId(0), 1.1 * position, Vector::zeros())
     };
     let mut particles: Vec<Particle> = places.iter().map(at).collect();
     let first = |particles: &[Particle]| first_overlap(particles, &contacts, &space, 0.0, |a, b| (a, b) == (5, 9000));
@@ -138,10 +138,12 @@ fn first_overlap_is_found_exactly_if_one_exists() {
         let mut space = Space::periodic_cube(4.5);
         space.boundary[2] = boundary;
         for _ in 0..500 {
-            let particle = |_| Particle {
-                species: crate::model::SpeciesId(id(random.below(4))),
-                position: Vector::from_fn(|_, _| 4.5 * random.uniform()),
-                velocity: Vector::zeros(),
+            let particle = |_| {
+                Particle::new(
+                    crate::model::SpeciesId(id(random.below(4))),
+                    Vector::from_fn(|_, _| 4.5 * random.uniform()),
+                    Vector::zeros(),
+                )
             };
             let particles: Vec<Particle> = (0..8).map(particle).collect();
             let is_bonded = |a, b| (a, b) == (1, 4);
