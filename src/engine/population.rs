@@ -46,7 +46,7 @@ impl Simulation {
     /// let leaving = simulation.snapshot().ids[0];
     /// let place = simulation.snapshot().positions[0];
     /// simulation.remove(&[leaving])?;
-    /// let new = Particle { species: SpeciesId(0), position: place, velocity: Vector::new(0.3, 0.0, 0.0) };
+    /// let new = Particle::new(SpeciesId(0), place, Vector::new(0.3, 0.0, 0.0));
     /// let ids = simulation.insert(&[new])?;
     /// assert_eq!((ids[0].0, simulation.snapshot().ids.len()), (108, 108));
     /// simulation.advance(Until::events(100))?;
