@@ -25,7 +25,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Hashes all sources, except those that only describe runs, and the versions of all dependencies.
+/// Hashes all sources that can affect a run, and the versions of all dependencies.
 pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut files = Vec::new();
     collect(&root.join("src"), true, &mut files)?;
@@ -35,8 +35,8 @@ pub fn fingerprint(root: &Path) -> io::Result<u64> {
     let mut hash = 0xcbf2_9ce4_8422_2325;
     for file in files {
         let name = file.strip_prefix(root).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-        // Each part is preceded by its length. Otherwise text that moves from one file to the next would not change the
-        // fingerprint.
+        // Hashes the length of each part before the part. Without the lengths, text could move from one file to the
+        // next and leave the fingerprint unchanged.
         let text = fs::read_to_string(&file)?.replace("\r\n", "\n");
         for part in [name.as_bytes(), text.as_bytes()] {
             add(&mut hash, &(part.len() as u64).to_le_bytes());

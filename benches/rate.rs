@@ -43,7 +43,7 @@ fn spheres(
     let mut random = 1_u64;
     let mut parts = scene.into_parts();
     for last in (1..parts.particles.len()).rev() {
-        // Shuffles the particles with Knuth's linear congruential generator. Any permutation would do.
+        // Shuffles the particles with Knuth's linear congruential generator.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         parts.particles.swap(last, (random >> 33) as usize % (last + 1));
     }

@@ -14,7 +14,7 @@ type Profile = [[f64; 2]; 3];
 const INSIDE: Profile = [[2.5, 0.0], [6.0, 6.0], [6.0, 41.0]];
 const OUTSIDE: Profile = [[2.9, 0.0], [6.4, 6.0], [6.4, 41.0]];
 
-/// A corner of a square around the axis, counterclockwise seen from above.
+/// Corner number `k` of a square around the axis, counted counterclockwise as seen from above.
 fn corner([half_width, height]: [f64; 2], k: usize) -> Vector {
     let [x, y] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]][k % 4];
     Vector::new(x * half_width, y * half_width, height)

@@ -17,8 +17,8 @@ fn yukawa(distance: f64) -> f64 {
     STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
 }
 
-/// Approximates the Yukawa potential by steps. The radii run from the outermost step to the hard core. The energies are
-/// those outside, between and inside the radii.
+/// Approximates the Yukawa potential by steps. The radii run from the outermost step to the hard core. The energies
+/// apply outside, between and inside the radii.
 pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
     let width = (CUTOFF - 1.0) / f64::from(STEPS);
     let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();

@@ -197,10 +197,10 @@ fn key_and_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// A function that connects this process to the other processes of the same run. Returns `None` if there are none.
+/// Connects this process to the other processes of the same run. Returns `None` if this process is alone.
 pub type Join = fn() -> Option<Arc<dyn Transport>>;
 
-/// Executes the command line of the program. Must be called first, before a second thread exists.
+/// Executes the command line of the program. Call this before any other thread starts.
 #[must_use]
 pub fn program(join: Join) -> ExitCode {
     exhaustion::take_stack();
@@ -210,8 +210,7 @@ pub fn program(join: Join) -> ExitCode {
     ExitCode::from(main(&arguments, join))
 }
 
-/// Executes a command line. `arguments` begin with the name of the program. All messages go to standard output or
-/// standard error. An interrupt stops the command cleanly.
+/// Executes a command line, which begins with the name of the program. An interrupt stops the command cleanly.
 ///
 /// Returns the exit code: 0 for success, 1 for a failure or an interruption, 2 for bad input.
 #[must_use]
@@ -220,8 +219,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            // Requests for help and version also arrive here. They are not failures, and a closed pipe is not a failure
-            // either.
+            // Help and version texts arrive here as well. They are not failures, even if the pipe is closed.
             if has_controls {
                 warn(&error.render().to_string());
             } else {
@@ -253,7 +251,7 @@ pub fn main(arguments: &[OsString], join: Join) -> u8 {
     }
 }
 
-/// Returns the trajectory of a run; `run` is the folder of the run or the trajectory itself.
+/// Returns the trajectory of a run. `run` is the folder of the run, or the trajectory itself.
 fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     if !run.is_dir() {
         return Ok(run.to_owned());
@@ -280,7 +278,7 @@ enum Several {
     Sweep,
 }
 
-/// Returns the kind of a folder that contains several runs, or `None` for other folders.
+/// Returns the kind of a folder with several runs, or `None` for any other folder.
 fn of_several(folder: &Path) -> Option<Several> {
     if ExchangeFolder::is_one(folder) {
         return Some(Several::Exchange);
@@ -292,15 +290,14 @@ fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }
 
-/// Returns a trajectory and the files of its run, if it has one. Output made from the trajectory must not
-/// replace any of these files.
+/// Returns the files that output made from a trajectory must not replace.
 fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     let mut files = trajectory.parent().map(Folder::files_of).unwrap_or_default();
     files.push(trajectory.to_owned());
     files
 }
 
-/// Rejects output that is larger than permitted without `--force`. Returns the permitted size `[bytes]`.
+/// Rejects output that exceeds the size permitted without `--force`. Returns this size `[bytes]`.
 fn refuse_large(what: &str, bytes: f64, path: &Path, instead: &str) -> Result<f64, Failure> {
     allowed(bytes, path).map_err(|too_large| {
         let help = format!("choose {instead}, or another disk with --out, or write all files with --force");
@@ -321,7 +318,7 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Writes to standard output. If the reader closes a pipe early, as `head` does, this is not an error.
+/// Writes to standard output. A pipe that the reader closes early, as `head` does, is not an error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
@@ -336,7 +333,7 @@ fn print_report(text: &str) -> Result<(), Failure> {
     print(&terminal::fitted(text))
 }
 
-/// Ignores a closed stderr, because the results are complete without the warning.
+/// Prints a warning. A closed standard error is ignored, because the results are complete without the warning.
 fn warn(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

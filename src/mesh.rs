@@ -1,4 +1,4 @@
-//! Triangle meshes: files, meshes of round shapes and of the surfaces of a scene, and reports on faults.
+//! Triangle meshes: files, round shapes, surfaces of a scene, and reports on faults.
 
 mod clip;
 pub mod read;

@@ -1,12 +1,9 @@
-//! A parameter sweep: one scene with varying values, a run for each combination of values, and tables of all
-//! runs.
+//! A parameter sweep: one scene with varying values, a run for each combination of values, and tables of all runs.
 //!
-//! An [`Axis`] is a key of the scene with its values, or several keys that change together. A [`Sweep`] is a
-//! scene with its axes. Each combination of values is a [`Point`], which has its own folder within the folder
-//! of the sweep. This folder is an ordinary run folder. Finished runs in the folder are not run again, so a
-//! sweep resumes where it stopped, on one machine or on several machines that share the folder. [`Results`]
-//! has the results of all runs: one row for each run and, averaged over the seeds, one row for each state
-//! point.
+//! An [`Axis`] is a key of the scene with its values, or several keys that change together. A [`Sweep`] is a scene with
+//! its axes. Each combination of values is a [`Point`]. Its run has an ordinary run folder within the folder of the
+//! sweep. Finished runs are not repeated, so a sweep can be resumed, on one machine or on several machines that share
+//! the folder. [`Results`] has a row for each run and, averaged over the seeds, a row for each state point.
 //!
 //! ```
 //! use carom::sweep::{Axis, Sweep};

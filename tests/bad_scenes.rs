@@ -1,6 +1,5 @@
-//! Every wrong scene gives exactly one error that says what is wrong and on which line. Nothing ever panics.
-//!
-//! The scenes and their errors are in `bad_scenes/cases.toml`.
+//! Every invalid scene gives one error that says what is wrong and on which line. The scenes and their errors are in
+//! `bad_scenes/cases.toml`.
 
 #[path = "bad_scenes/cases.rs"]
 mod cases;
@@ -13,7 +12,6 @@ use cases::{Case, FOLDER, bases, cases};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
-/// Path of a scene, as it appears in error messages.
 fn path_of(name: &str) -> PathBuf {
     Path::new(FOLDER).join(name).with_extension("toml")
 }
@@ -22,7 +20,6 @@ fn error_of(name: &str) -> SceneError {
     Scene::from_toml(cases()[name].scene.as_str(), path_of(name)).unwrap_err()
 }
 
-/// The message as on a terminal, without colours.
 fn rendered(error: &SceneError) -> String {
     let mut text = String::new();
     let handler = miette::GraphicalReportHandler::new_themed(miette::GraphicalTheme::unicode_nocolor()).with_width(200);

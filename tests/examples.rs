@@ -26,8 +26,8 @@ fn a_fluid_has_the_pressure_of_its_equation_of_state() {
     let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
     let expected = carnahan_starling(0.3);
     assert!(error < 0.01 * expected, "{error}");
-    // The tolerance is five standard errors plus 0.3 %. The second part covers the error of the equation of state and
-    // the effect of the finite size of 500 particles.
+    // The tolerance is five standard errors plus 0.3 %, which covers the error of the equation of state and the finite
+    // size of the system.
     assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
 }
 
@@ -45,8 +45,8 @@ fn replicas_agree_with_kinetic_theory() {
     assert_eq!(rates, replicas_in_threads::contact_rates(4).unwrap(), "a function of the seed, in any thread");
     let (mean, error) = replicas_in_threads::mean_and_error(&rates);
     let expected = HardSphereFluid::reduced(0.2).collision_rate();
-    // The 30,000 contacts of each replica determine its rate to half a per cent. The finite size of 256 particles has
-    // an effect of the same size.
+    // The 30,000 contacts of each replica determine its rate to half a per cent. The finite size of the system changes
+    // the rate by as much.
     assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
 }
 
@@ -61,8 +61,8 @@ fn square_well_events_have_four_kinds_with_correct_signs() {
     let statistics = event_statistics::statistics(20_000).unwrap();
     assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
     assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
-    // The core of the potential pushes the particles apart. The other three kinds of events happen at the edge of the
-    // well and pull the particles together.
+    // The core of the potential pushes the particles apart. The other events are at the edge of the well and pull the
+    // particles together.
     let is_outwards = |name: &str| statistics[name].1 > 0.0;
     assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
 }
@@ -72,7 +72,7 @@ fn user_defined_potential_conserves_energy() {
     let (simulation, start) = own_potential::simulated(20_000).unwrap();
     let energy = simulation.energy();
     assert!(energy.potential > 0.0 && simulation.event_counts().capture > 1_000);
-    // About 20,000 roundings.
+    // The tolerance allows for about 20,000 roundings.
     assert!(((energy.kinetic + energy.potential) / start - 1.0).abs() < 1e-12);
 }
 
@@ -96,7 +96,8 @@ fn user_defined_instrument_is_in_the_files_of_the_run() {
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v,p_v,p_v_error\n"), "{table}");
     assert_eq!(table.lines().count(), 21);
-    // The exact maximum is at sqrt(2). The most probable bin, of width 0.25, may be the next one.
+    // The exact maximum is at sqrt(2). It may be in the bin next to the most probable one; the bins have a width of
+    // 0.25.
     let most_probable = own_instrument::most_probable(&finished).unwrap();
     assert!((most_probable - 2.0_f64.sqrt()).abs() < 0.375, "{most_probable}");
 }

@@ -1,5 +1,4 @@
-//! Instruments written outside of the crate: their results, their checkpoints, their place on report pages, and runs
-//! that an instrument ends.
+//! Instruments written outside of the crate: results, checkpoints, report pages, and runs that an instrument ends.
 
 use std::ops::ControlFlow;
 use std::path::Path;

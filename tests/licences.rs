@@ -1,7 +1,6 @@
-//! Checks that every dependency has a licence compatible with those of Carom. `THIRD-PARTY.md` must name everything
-//! from which the program and the Python package are built.
-//!
-//! After a change of `Cargo.lock`, `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites that file.
+//! Checks that every dependency has a licence compatible with Carom's licences, and that `THIRD-PARTY.md` names
+//! everything from which the program and the Python package are built. After a change of `Cargo.lock`,
+//! `CAROM_WRITE_NOTICE=1 cargo test --test licences` rewrites `THIRD-PARTY.md`.
 
 #![cfg(target_os = "linux")]
 
@@ -56,7 +55,7 @@ fn dependencies() -> Vec<Crate> {
         let words = arguments.split(' ').chain(more.iter().copied());
         Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
     };
-    // The first attempt is offline. Crates that only the Python package needs may still have to be downloaded.
+    // The first attempt is offline. The second one can download crates that only the Python package needs.
     let offline = ask(&["--offline"]);
     let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -95,7 +94,7 @@ fn dependencies() -> Vec<Crate> {
     crates
 }
 
-/// Whether the given licences satisfy an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0`.
+/// Whether some of the given licences satisfy an expression such as `(MIT OR Apache-2.0) AND Unicode-3.0`.
 fn is_met(expression: &str, licences: &[&str]) -> bool {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
     let words: Vec<&str> = spaced.split_whitespace().collect();
@@ -141,8 +140,8 @@ fn line(it: &Crate) -> String {
     format!("| {} | {} | {} | {} |", it.name, it.version, it.licence, it.source)
 }
 
-/// The licence texts in the folder of a crate. If one licence is sufficient, the list contains only its text and any
-/// notices. MIT is preferred, then MPL-2.0, then Apache-2.0.
+/// The licence texts and notices in the folder of a crate. If one licence is sufficient, only its text is used: MIT if
+/// possible, else MPL-2.0, else Apache-2.0.
 fn texts(it: &Crate) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(&it.folder)
         .unwrap()

@@ -45,7 +45,6 @@ fn pendulum_is_straight_and_its_links_have_equal_slack() {
         assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
         assert_eq!(interaction.law.restitution, 0.9);
     }
-    // The bonds between beads share one interaction. The bond of the bob has an interaction of its own.
     assert_eq!(scene.bonds()[0].interaction, scene.bonds()[8].interaction);
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
 }
@@ -55,7 +54,6 @@ fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
     let scene = Scene::from_file("configs/maxwell.toml").unwrap();
     let velocities = || scene.particles().iter().map(|particle| particle.velocity);
     assert!(velocities().all(|velocity| (velocity.norm() - 1.0).abs() < 4.0 * f64::EPSILON && velocity.z == 0.0));
-    // Tolerance for sums of two thousand terms of order one.
     assert!(velocities().sum::<carom::Vector>().norm() < 1e-12);
 }
 
@@ -148,7 +146,6 @@ fn a_scene_is_a_function_of_its_text() {
     let scene = |seed| Scene::from_toml_with(FLUID, "fluid.toml", &[("seed", seed)]).unwrap();
     assert_eq!(scene("1"), scene("1"));
     assert_ne!(scene("1").particles(), scene("2").particles());
-    // Velocities and positions have separate random streams.
     let cold = Scene::from_toml_with(FLUID, "fluid.toml", &[("chain.0.temperature", "0.0")]).unwrap();
     assert!(scene("1").particles().iter().zip(cold.particles()).all(|(a, b)| a.position == b.position));
 }
@@ -231,13 +228,12 @@ fn a_distribution_of_diameters_becomes_classes() {
     assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
     let mut counts = [0; 21];
     scene.particles().iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
-    // Three quarters of the 410 particles, 307.5, belong to the 20 classes, 15.375 to each. The other 102.5 belong to
-    // species B. These numbers are rounded.
+    // Three quarters of the 410 particles, 307.5, belong to the 20 classes, 15.375 to each. The other 102.5 are of
+    // species B.
     assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
     assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
-    // The classes with 16 instead of 15 particles are spread over all sizes, so their effects on the mean diameter
-    // nearly cancel. The tolerance is the effect of three of the 307 particles if their diameters are a tenth too
-    // large.
+    // The classes with 16 instead of 15 particles have all sizes, so their effects on the mean diameter nearly cancel.
+    // The tolerance is the effect of three of the 307 particles with diameters a tenth too large.
     let diameters = (0..20).map(|class| scene.species()[class].diameter * f64::from(counts[class]));
     let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
     assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");

@@ -1,8 +1,7 @@
 // Compares the module with the program, bit for bit, and times both:
 // node web/check.mjs PROGRAM EVENTS [--runs FILE] [--short] SCENE...
-// FILE receives the runs, for tests/browser/bits.py, which repeats them in Chromium. The module and the
-// program run the plan of the scene, with EVENTS events in its last stage and few in its equilibration. With
-// --short, each earlier stage also has at most EVENTS events.
+// Both run the plan of the scene, with EVENTS events in its last stage and few in its equilibration. With --short,
+// each earlier stage also has at most EVENTS events. FILE receives the runs, for tests/browser/bits.py.
 
 import { spawnSync } from "node:child_process";
 import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";

@@ -1,5 +1,3 @@
-//! Random numbers for scenes generated from a seed.
-
 /// Random numbers that depend only on a seed (SplitMix64).
 #[derive(Debug, Clone)]
 pub struct Dice(u64);
@@ -16,7 +14,7 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// Uniform from 0 to 1.
+    /// A uniform random number from 0 to 1.
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -37,12 +35,12 @@ impl Dice {
         choices[self.below(choices.len())]
     }
 
-    /// Log-uniform.
+    /// A random number whose logarithm is uniform.
     pub fn power(&mut self, low: f64, high: f64) -> f64 {
         10_f64.powf(self.between(low, high))
     }
 
-    /// Approximately normal: the sum of four uniform numbers.
+    /// An approximately normal random number: the sum of four uniform numbers.
     pub fn normal(&mut self) -> f64 {
         (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
     }

@@ -1,12 +1,12 @@
-//! Failure rate of the audit for valid runs, over random scenes whose coordinates have few digits left.
+//! How often the audit fails for valid runs. The scenes are random, and their coordinates have a large round-off error.
 //!
 //! ```text
 //! cargo bench --bench audits -- 1000        judges 1000 scenes, from seed 1 on
-//! cargo bench --bench audits -- 1 4711      judges one scene from seed 4711 on, and prints it
+//! cargo bench --bench audits -- 1 4711      judges the scene of seed 4711, and prints it
 //! ```
 //!
-//! The opposite case, faults that the audit must find, needs an engine that makes them: `CAROM_DROPS=1000
-//! cargo test --release --lib drops`.
+//! The opposite test checks that the audit finds faults. It uses an engine that makes faults: `CAROM_DROPS=1000 cargo
+//! test --release --lib drops`.
 
 mod judge;
 mod scenes;
@@ -16,7 +16,6 @@ use std::process::ExitCode;
 
 use judge::{Verdict, judge};
 
-/// Results for one kind of scene.
 #[derive(Debug, Default)]
 struct Tally {
     scenes: usize,

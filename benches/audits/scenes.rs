@@ -23,7 +23,7 @@ pub enum Kind {
     /// Balls that fall on a floor.
     Falling,
     Growth,
-    /// Particles all along a narrow channel or a ring.
+    /// Particles along the whole length of a narrow channel or a ring.
     Channel,
 }
 
@@ -213,7 +213,7 @@ fn particles(
     [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
 }
 
-/// Whether a particle at a position touches no wall and overlaps no placed particle.
+/// Whether a particle at a position touches no wall and no other particle.
 fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
     let margin = 0.5 * diameters[species];
     let is_inside = (0..space.dimensions)
@@ -229,8 +229,7 @@ fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), 
         })
 }
 
-/// Thermal velocities at temperature 1, plus a drift of the centre of mass. Without a drift, the cluster as a whole
-/// stays in place.
+/// Thermal velocities at temperature 1, plus the velocity `drift` of the centre of mass.
 fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], drift: [f64; 3]) -> Vec<[f64; 3]> {
     let thermal: Vec<[f64; 3]> =
         placed.iter().map(|(_, species)| [(); 3].map(|()| dice.normal() * masses[*species].powf(-0.5))).collect();

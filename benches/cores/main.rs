@@ -22,12 +22,11 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 /// Events per particle before the timing, enough to melt a lattice.
 const BEFORE: f64 = 25.0;
 
-/// Events per particle in one timing, and the smallest total number of events. A timing includes the ends of epochs and
-/// the return of the state to a single engine.
+/// Events per particle in one timing, and the smallest total number of events in a timing.
 const TIMED: f64 = 6.0;
 const LEAST: f64 = 4e6;
 
-/// Number of turns. In each, the system runs on one thread and then on two.
+/// Number of turns. In each turn, the system runs on one thread and then on two.
 const TURNS: usize = 3;
 
 /// Freezing packing fraction of hard spheres. Crystals start from their own lattice, fluids from a lattice that hard
@@ -70,8 +69,7 @@ struct Row {
 pub struct Estimate {
     cores: usize,
     speedup: f64,
-    /// Number of steps, including the steps of copies, divided by the number without copies. Each domain also simulates
-    /// copies of particles that belong to other domains.
+    /// Number of steps, divided by the number without the steps for copies of particles from other domains.
     steps: f64,
     /// Mean time of the domains, divided by the time of the slowest domain.
     balance: f64,
@@ -129,9 +127,8 @@ fn systems(arguments: &[String]) -> Outcome<Vec<System>> {
     ])
 }
 
-/// Measures the number of events per second of wall time over about `per_particle` events per particle. The simulated
-/// time that this takes is estimated from `before`, the earlier number of events per particle and unit of simulated
-/// time.
+/// Returns the number of events per second of wall time, measured over about `per_particle` events per particle.
+/// `before` is the earlier number of events per particle and unit of simulated time.
 fn rate(simulation: &mut Simulation, per_particle: f64, before: f64) -> Outcome<f64> {
     let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     // The limit is a time. With a limit on the number of events, the last window would run on a single engine.

@@ -1,5 +1,3 @@
-//! Plot of speed against cores.
-
 use super::{Estimate, Outcome};
 use plotters::prelude::*;
 

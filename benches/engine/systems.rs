@@ -1,4 +1,4 @@
-//! Systems in the state in which their events are timed.
+//! Benchmark systems, brought to the state in which their events are timed.
 
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;

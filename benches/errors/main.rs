@@ -1,9 +1,8 @@
-//! Claimed standard errors compared with the scatter of seeds, for everything that a run prints with an
-//! error.
+//! Compares the standard errors that runs print with the scatter of the results over seeds.
 //!
 //! ```text
-//! cargo bench --bench errors -- 48              that many seeds of thirteen systems, in short runs and in five times longer ones
-//! cargo bench --bench errors -- 48 crystal      of those only whose names contain this
+//! cargo bench --bench errors -- 48              48 seeds of thirteen systems, in short and five times longer runs
+//! cargo bench --bench errors -- 48 crystal      only systems with `crystal` in their names
 //! ```
 
 mod systems;
@@ -20,7 +19,7 @@ use carom::run::run;
 use systems::{System, systems};
 use tally::Tally;
 
-/// Lengths of runs relative to a short one.
+/// Lengths of the runs, in units of a short run.
 const LENGTHS: [f64; 2] = [1.0, 5.0];
 
 fn main() -> ExitCode {

@@ -1,5 +1,3 @@
-//! Means and claimed errors of many seeds, by observable.
-
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -8,10 +6,10 @@ use carom::analysis::statistics::Estimate;
 use carom::exchange::{ExchangeResults, ThermalCurves};
 use carom::run::Finished;
 
-/// Range of the ratio of scatter to claimed error that counts as honest.
+/// A claimed error counts as honest if the ratio of scatter to claimed error is in this range.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
-/// Runs by observable.
+/// Means and claimed errors of all runs, for each observable.
 #[derive(Debug, Default)]
 pub struct Tally(BTreeMap<String, Vec<Claim>>);
 
@@ -29,7 +27,7 @@ struct Verdict {
     /// Standard deviation of the means divided by the root mean square of the claimed errors; `None` if fewer
     /// than half of the runs give an error.
     ratio: Option<f64>,
-    /// Largest deviation of the mean of one run from the mean of all runs, in units of the claimed error of this run.
+    /// Largest deviation of one run's mean from the mean of all runs, in units of that run's claimed error.
     deviation: f64,
 }
 
@@ -118,7 +116,7 @@ fn verdict(runs: &[Claim]) -> Option<Verdict> {
     Some(Verdict { runs: runs.len(), claimed: claimed.len(), ratio, deviation })
 }
 
-/// All observables of a system, one line each, with columns for each length.
+/// Table with one line for each observable, and columns for each length of run.
 pub fn table(system: &str, tallies: &[Tally]) -> String {
     let mut text = format!("### {system}\n\n| observable |");
     for which in ["short", "five times longer"].iter().take(tallies.len()) {

@@ -1,8 +1,7 @@
-//! Instructions per event, which do not depend on the load of the machine: `cargo bench --bench
-//! instructions`.
+//! Instructions per event, which do not depend on the load of the machine: `cargo bench --bench instructions`.
 //!
-//! Each system runs in its own process under `valgrind --tool=callgrind`, which counts the instructions of
-//! the event loop, but not the instructions of the start. Arguments select systems by name.
+//! Each system runs in its own process under `valgrind --tool=callgrind`, which counts only the instructions of the
+//! event loop. Arguments select systems by name.
 
 #[allow(dead_code, reason = "the bench of the engine uses all of it")]
 #[path = "../engine/systems.rs"]

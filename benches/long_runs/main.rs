@@ -5,9 +5,9 @@
 //! cargo bench --bench long_runs -- report               draws what was measured
 //! ```
 //!
-//! A run can be stopped at any time: its rows are on disk. Independent rounding errors add up to a random
-//! walk, which grows with the square root of the number of events. Errors with a common direction would grow
-//! in proportion.
+//! A run can be stopped at any time: its rows are on disk. Independent rounding errors add up to a random walk, which
+//! grows with the square root of the number of events. Errors of one sign would grow in proportion to the number of
+//! events.
 
 mod measure;
 mod report;

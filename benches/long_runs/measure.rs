@@ -1,5 +1,3 @@
-//! A long run, row by row.
-
 use super::row::{self, HEADER, Row};
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -34,7 +32,7 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Energy and momentum at the start of a run, relative to which deviations are measured.
+/// Energy and momentum at the start of a run, from which deviations are measured.
 pub struct Start {
     energy: f64,
     momentum: Vector,

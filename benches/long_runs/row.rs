@@ -1,5 +1,3 @@
-//! Rows of long runs: measurements after a number of events.
-
 use std::error::Error;
 use std::fmt;
 use std::fs;

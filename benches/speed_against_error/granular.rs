@@ -29,7 +29,6 @@ enum Method {
     SpringDashpot { stiffness: f64, steps_per_contact: f64 },
 }
 
-/// The stiffness of springs, or the contact time of Carom's TC model.
 const PARAMETER: &str = "k or t_c";
 
 const METHOD_COLUMNS: [&str; 3] = ["method", PARAMETER, "steps per contact"];

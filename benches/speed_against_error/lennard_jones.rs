@@ -20,7 +20,7 @@ const CUTOFF: f64 = 2.5;
 
 const STEPS: [usize; 6] = [5, 10, 20, 50, 100, 200];
 
-/// Time steps; the first one is the reference.
+/// Time steps. The smallest one gives the reference.
 const TIME_STEPS: [f64; 6] = [0.001, 0.002, 0.005, 0.01, 0.015, 0.02];
 
 /// Simulated time between samples.
@@ -200,7 +200,7 @@ pub fn describe(text: &mut String) -> Outcome {
     draw(SHEET, &PLANS.map(|plan| row(plan.name)))
 }
 
-/// The errors of both methods, and the size below which they are not significant.
+/// The errors of both methods, and the standard errors, below which they are not significant.
 fn series(rows: &Sheet, error: &str, spread: &str) -> Vec<Series> {
     let mut all = Vec::new();
     for method in rows.values("method") {

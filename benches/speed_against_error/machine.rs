@@ -21,14 +21,14 @@ fn processor() -> String {
     }
 }
 
-/// The compiler that cargo names, which built this program.
+/// Version of the compiler that cargo names in `RUSTC`.
 fn compiler() -> String {
     let program = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let output = Command::new(program).arg("--version").output();
     output.map_or_else(|_| "rustc".to_owned(), |output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Today, in the Gregorian calendar (H. Hinnant, days to civil).
+/// Today's date in the Gregorian calendar (H. Hinnant's algorithm `civil_from_days`).
 fn date() -> String {
     let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs() / 86_400) as i64;
     let shifted = days + 719_468;

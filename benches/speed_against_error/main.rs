@@ -1,4 +1,4 @@
-//! Speed against error: the accuracy of Carom and of its alternatives at their speeds.
+//! Measures the speed and the accuracy of Carom and of alternative methods.
 //!
 //! ```text
 //! cargo bench --bench speed_against_error                    measures all sections and writes the report

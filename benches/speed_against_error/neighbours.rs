@@ -42,7 +42,7 @@ impl Periods {
         position - position.component_mul(&self.inverses).map(f64::floor).component_mul(&self.lengths)
     }
 
-    /// The edge of a periodic cube.
+    /// The edge of the box, if it is a periodic cube.
     fn cube(&self) -> Option<f64> {
         let edge = self.lengths.x;
         (edge > 0.0 && self.lengths == Vector::repeat(edge)).then_some(edge)
@@ -107,7 +107,7 @@ impl List {
     }
 }
 
-/// A cell and the cells around it in a periodic box.
+/// A cell and its neighbours in a periodic box.
 fn neighbourhood(cell: usize, cells: usize) -> [u32; 27] {
     let shifted = |x: usize, shift: usize| (x + shift + cells - 1) % cells;
     std::array::from_fn(|k| {

@@ -129,7 +129,7 @@ fn decades(logarithms: &[f64]) -> (f64, f64) {
     (lower.floor(), upper.ceil().max(lower.floor() + 1.0))
 }
 
-/// One label for each power of ten, or more if there are few.
+/// Number of labels: one for each power of ten, or more if there are few powers.
 fn labels(lower: f64, upper: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, reason = "floats have some 600 decades")]
     let decades = (upper - lower) as usize;

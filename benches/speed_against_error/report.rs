@@ -1,5 +1,3 @@
-//! The report on all measurements.
-
 use super::{FOLDER, Outcome, SECTIONS};
 
 const OPENING: &str = "# Speed against error

@@ -1,8 +1,7 @@
 //! Fuzzes the checkpoint reader: invalid bytes must be rejected with an error.
 //!
-//! Each input is read twice: unchanged, and with a correct length and checksum. Otherwise nearly all inputs would fail
-//! at the checksum, and the rest of the reader would not be tested. Checkpoints of a few runs are a good initial
-//! corpus.
+//! Each input is read unchanged, and again with its length and checksum corrected. Nearly all unchanged inputs fail at
+//! the checksum and do not test the rest of the reader. Checkpoints of a few runs are a good initial corpus.
 #![no_main]
 
 use std::fs;

@@ -1,7 +1,7 @@
 //! Fuzzes the scene reader: text is rejected with an error or built into a scene. Small scenes without
 //! external driving then run for up to 30 verified events.
 //!
-//! The scenes in `configs` and those that `tests/bad_scenes/scenes.py` writes are a good initial corpus.
+//! The scenes in `configs` are a good initial corpus, and so is the output of `tests/bad_scenes/scenes.py`.
 #![no_main]
 
 use std::ops::ControlFlow;

@@ -9,8 +9,7 @@ use mpi::traits::{Communicator, CommunicatorCollectives};
 use std::fmt;
 use std::io::Write;
 
-/// Environment variables that `mpiexec` and the launchers of batch systems set for the processes that they
-/// start.
+/// Environment variables that `mpiexec` and batch systems set for the processes that they start.
 const STARTED: [&str; 4] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "MPI_LOCALNRANKS"];
 
 /// All processes that `mpiexec` has started together (`MPI_COMM_WORLD`). Dropping this value finalises MPI.
@@ -21,8 +20,7 @@ pub struct Mpi {
 }
 
 impl Mpi {
-    /// Joins the other processes; `None` if this process was not started together with others, or has joined
-    /// before.
+    /// Joins the other processes; `None` if this process was not started together with others, or has joined before.
     ///
     /// Call it once, and use the transport from one thread at a time.
     #[must_use]

@@ -87,7 +87,7 @@ fn key_of(error: &SceneError) -> Option<String> {
     key_in(DeTable::parse(text).ok()?.get_ref(), "", label.offset())
 }
 
-/// Path of a key in a table. The position `at` in the text is within the name or the value of the key.
+/// Path of the key in a table. The name or value of the key contains the position `at` in the text.
 fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -97,7 +97,7 @@ fn key_in(table: &DeTable<'_>, path: &str, at: usize) -> Option<String> {
     })
 }
 
-/// Path of the innermost key in a value. The position `at` in the text is within the name or the value of the key.
+/// Path of the innermost key in a value. The name or value of the key contains the position `at` in the text.
 fn key_within(value: &Spanned<DeValue<'_>>, path: &str, at: usize) -> Option<String> {
     match value.get_ref() {
         DeValue::Table(table) => key_in(table, path, at),

@@ -21,7 +21,7 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// Scans the file once. A frame that is cut off at its end, for example by a kill, is left out.
+    /// Scans the file once. Leaves out an incomplete last frame, for example after a kill.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let places = py.detach(|| frame_places(&path)).map_err(|failure| error::unreadable(&path, &failure))?;

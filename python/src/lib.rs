@@ -1,9 +1,8 @@
 //! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the
 //! library, with NumPy arrays.
 //!
-//! This part is private to the package. The documented classes and functions for users are in the folder
-//! `lib/carom` of the package. During a simulation, this part lets other Python threads run, and checks for
-//! signals now and then.
+//! This part is private to the package. The documented classes and functions for users are in the folder `lib/carom` of
+//! the package. During a simulation, this part lets other Python threads run, and checks for signals now and then.
 
 mod array;
 mod error;

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 use crate::array::array;
 
 thread_local! {
-    /// Functions of the current run of this thread. The instruments do not hold them, because their state is
-    /// part of checkpoints.
+    /// The user's functions for the current run of this thread. Instruments do not hold the functions, because
+    /// checkpoints save the state of instruments.
     static FUNCTIONS: RefCell<Option<Functions>> = const { RefCell::new(None) };
 }
 
@@ -36,9 +36,6 @@ pub struct Observation {
 impl Observation {
     /// Takes functions with their names, and the time between two calls. Each function receives a frame as a dictionary
     /// of arrays.
-    ///
-    /// # Errors
-    /// `ValueError` for an invalid time.
     pub fn new(by_name: Vec<(String, Py<PyAny>)>, every: f64) -> PyResult<Self> {
         if !(1e-50..=1e50).contains(&every) {
             return Err(PyValueError::new_err(format!("every: expected a time from 1e-50 to 1e50, found {every}")));

@@ -80,7 +80,7 @@ fn style(colour: &str, size: Option<(u32, u32)>, seen: Seen) -> Style {
     style
 }
 
-/// Draws the frame of a run nearest to a time, or the last one.
+/// Draws the frame of a run nearest to a time, or the last frame.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one method of Python")]
 pub fn render(

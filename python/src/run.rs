@@ -49,7 +49,7 @@ impl Watch {
         self.signals.steps()
     }
 
-    /// Calls the callback and checks for signals, if it is time.
+    /// Calls the callback and checks for signals, if enough time has passed.
     pub fn tell(&mut self, stage: &str, fraction: f64, time: f64, events: u64) -> ControlFlow<()> {
         if self.raised.is_some() || observe::has_failed() {
             return ControlFlow::Break(());
@@ -109,7 +109,7 @@ pub fn threads_of(threads: Option<&str>) -> PyResult<Option<Threads>> {
     parsed.map_err(|error: String| PyValueError::new_err(format!("threads: {error}")))
 }
 
-/// If the run is not sound, returns the reason.
+/// Executes a run with its files in `out`. Returns the reason if the run has failed.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(

@@ -107,7 +107,6 @@ impl Scene {
         self.model.particles().len()
     }
 
-    /// Number of axes along which particles move.
     #[getter]
     fn dimensions(&self) -> usize {
         self.model.space().dimensions()

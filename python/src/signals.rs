@@ -1,4 +1,4 @@
-//! Ctrl-C and other signals, while other Python threads run.
+//! Checks for Ctrl-C and other signals during a simulation.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ const INTERVAL: Duration = Duration::from_millis(50);
 /// Initial and largest number of engine steps between two checks of the clock.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Checks for signals at regular intervals. Most engine steps do not look at the clock.
+/// Checks for signals at regular intervals. Looks at the clock only after many engine steps.
 pub struct Signals {
     looked: Instant,
     steps: u64,
@@ -20,8 +20,7 @@ impl Signals {
         Self { looked: Instant::now(), steps: STEPS[0] }
     }
 
-    /// Engine steps until the next check of the clock. Steps of particles with very many neighbours can be
-    /// slow.
+    /// Number of engine steps until the next look at the clock. It adapts to the speed of the steps.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -41,10 +40,7 @@ impl Signals {
         true
     }
 
-    /// Checks for signals if a check is due.
-    ///
-    /// # Errors
-    /// The exception that a signal raises, such as `KeyboardInterrupt`.
+    /// Checks for signals if a check is due. The error is the exception of the signal, such as `KeyboardInterrupt`.
     pub fn look(&mut self) -> PyResult<()> {
         if self.is_due() { Python::attach(|py| py.check_signals()) } else { Ok(()) }
     }

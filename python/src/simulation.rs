@@ -27,7 +27,7 @@ use crate::signals::Signals;
 /// An engine, with data of the Python package that belong to the simulation.
 pub struct State {
     pub engine: Engine,
-    /// Requested events that were not returned because a signal came.
+    /// Requested events that were not returned because a signal interrupted the call.
     pub pending: Vec<u8>,
     /// Number of heat baths set so far. Each has its own random numbers.
     pub baths: usize,
@@ -83,7 +83,7 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
-/// Completed fraction of a call: by time or by events, whichever is closer to its end.
+/// Completed fraction of a call, by time or by events, whichever fraction is larger.
 fn part(of_time: f64, done: u64, events: u64) -> f64 {
     of_time.max(done as f64 / events.max(1) as f64).clamp(0.0, 1.0)
 }
@@ -167,7 +167,6 @@ impl Simulation {
         Ok((Self(Mutex::new(state)), scene))
     }
 
-    /// Draws new velocities for all particles.
     fn thermalize(&self, py: Python<'_>, temperature: f64, seed: u64) -> PyResult<()> {
         let mut state = self.state()?;
         let engine = &mut state.engine;
@@ -377,7 +376,7 @@ impl Simulation {
         array(py, flat, Some(3))
     }
 
-    /// Three numbers of the type `f8` for each particle.
+    /// `velocities` has three numbers of the type `f8` for each particle.
     fn set_velocities(&self, py: Python<'_>, velocities: &[u8]) -> PyResult<()> {
         let mut state = self.state()?;
         let engine = &mut state.engine;
@@ -385,7 +384,7 @@ impl Simulation {
         set.map_err(|error| PyValueError::new_err(format!("velocities: {error}")))
     }
 
-    /// Three numbers of the type `f8` for each particle.
+    /// `positions` has three numbers of the type `f8` for each particle.
     fn set_positions(&self, py: Python<'_>, positions: &[u8], keep_states: bool) -> PyResult<()> {
         let states = if keep_states { PairStates::Keep } else { PairStates::FromDistances };
         let mut state = self.state()?;

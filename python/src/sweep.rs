@@ -179,7 +179,7 @@ impl Sweep {
         Ok(fates.into_iter().map(named).collect())
     }
 
-    /// Writes the tables and the page of the present results.
+    /// Writes the tables and the page with the results so far.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
@@ -217,7 +217,7 @@ fn so_far(parts: &[f64]) -> (u64, f64) {
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)
 }
 
-/// Registers functions of the user with a run.
+/// Adds the user's functions to a run.
 type Instruments<'o> = &'o (dyn Fn(Run) -> Run + Sync);
 
 fn orders_for<'o>(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-#: The repository, if the tests run in the repository.
+#: Path of the repository, if the tests run in it.
 ROOT = Path(__file__).parents[2]
 
 FLUID = {

@@ -250,7 +250,7 @@ def test_simulation_in_use_by_another_thread_raises(fluid: dict) -> None:
             errors += 1
         time.sleep(0.001)
     thread.join()
-    # This thread ran at the same time as the simulation, so the simulation did not hold Python's lock.
+    # Python code ran during the simulation, so the simulation did not hold Python's lock.
     assert errors > 10
     assert simulation.event_counts["core"] == 3_000_000
 
@@ -468,7 +468,7 @@ def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> Non
         with pytest.raises(carom.FolderError, match=r"would write about .* allowed without force=True\n.*force=True"):
             call()
         assert not list(tmp_path.iterdir())
-    # With `force=True` there is no size limit. These calls then fail only because a file is in place of the folder.
+    # With `force=True` there is no size limit. The calls fail only because a file is in place of the folder.
     (tmp_path / "sweep").write_text("in the way")
     with pytest.raises(carom.CaromError, match="sweep"):
         calls[1](force=True)

@@ -58,7 +58,7 @@ def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
     from MDAnalysis.lib.distances import distance_array
 
     run = carom.run(mixture, tmp_path / "run", until_events=2000)
-    # MDAnalysis treats all axes of a box as periodic. Distances may then cross the walls, which causes the warning.
+    # MDAnalysis treats all axes of a box as periodic, so distances may cross the walls. This causes the warning.
     with pytest.warns(carom.CaromWarning, match="not periodic along z"):
         universe = run.to_mdanalysis()
     assert universe.trajectory.n_frames == len(run.frames) > 3

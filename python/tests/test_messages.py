@@ -39,7 +39,7 @@ def test_no_cure_of_the_library_speaks_of_options() -> None:
     for text in spoken:
         assert "--" not in text.replace("`carom run --force --resume DIR`", ""), text
         assert not re.search("`carom (run|exchange|sweep) (?!--force --resume)", text), text
-    # Commands without an entry in `_IN_PYTHON` stay unchanged. So do words that contain dashes.
+    # Commands without an entry in `_IN_PYTHON` and words with dashes stay unchanged.
     for text in ("`carom convert DIR/trajectory-1.xyz --to vtk` does it", "a --outer b", "so--out"):
         assert in_python(text) == text
     assert in_python("`carom run` at one") == "`carom.run` at one"

@@ -53,8 +53,7 @@ def test_functions_see_the_frames_of_the_measurement(fluid: dict, tmp_path: Path
         return frame.time
 
     run = carom.run({**fluid, **STAGED}, tmp_path / "run", observe={"kept": keep, "v2": first_speed}, every=0.25)
-    # The function is not called in the stage or the equilibration. In the measurement, it is called once at
-    # each time.
+    # The function is not called in the stage or the equilibration. In the measurement, it is called once at each time.
     assert [frame.time for frame in frames] == list(run.curves["kept"].x) == list(run.curves["kept"].y)
     assert np.allclose([frame.time for frame in frames], 5.0 + 0.25 * np.arange(1, 81), atol=1e-12)
     written = {round(frame.time, 9): frame for frame in run.frames}

@@ -50,8 +50,8 @@ def test_errors_are_the_exact_ones_of_autoregressive_series(correlation: float, 
 def test_mean_and_error_of_rows_equal_those_of_the_run(fluid: dict, column: str) -> None:
     wells = {**fluid, "interaction": [{**fluid["interaction"][0], "potential": "square-well", "lambda": 1.5, "well_depth": 0.5}]}
     for scene in (fluid, wells):
-        # All rows after the equilibration are evenly spaced in time. There are more rows than blocks in the
-        # average of the run.
+        # All rows after the equilibration are evenly spaced in time. Their number exceeds the number of blocks in the
+        # average.
         scene = {**scene, "run": {"equilibration_time": 2.0, "until_time": 30.0}, "output": {"thermo_interval": 0.02, "frame_interval": 10.0}}
         run = carom.run(scene)
         rows = run.thermo[column][run.thermo["time"] > 2.0 + 1e-9]

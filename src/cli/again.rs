@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Default wall time between two checkpoints, in seconds.
 pub const CHECKPOINT_EVERY: &str = "300";
 
-/// A command that resumes interrupted work. It includes the options that are not stored in the folder.
+/// A command that resumes interrupted work, with the options that the folder does not store.
 #[derive(Debug, Clone)]
 pub struct Again(String);
 

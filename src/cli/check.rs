@@ -1,5 +1,3 @@
-//! `carom check`.
-
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -52,8 +50,8 @@ impl Check {
     }
 }
 
-/// Measures the events per second in a short trial. The result differs from call to call. Returns `None` if the trial
-/// has no result within [`PATIENCE`], or too few events for an estimate.
+/// Measures the event rate in a short trial. Returns `None` if the trial takes longer than [`PATIENCE`] or has too few
+/// events.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();
@@ -68,18 +66,17 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.event_counts().physical() as f64;
-        // If the result is too late, the receiver no longer exists.
+        // Sending fails if the trial has taken longer than [`PATIENCE`], because nothing receives the result.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
-/// Duration of the trial.
 const TRY: Duration = Duration::from_millis(200);
 /// Longest time to wait for the result of the trial.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Returns two lines with the output, the memory and the number of events of the run.
+/// Returns two lines: the output, memory and number of events of the run, and the time that the run will take.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),

@@ -1,5 +1,3 @@
-//! `carom convert`.
-
 use std::path::PathBuf;
 
 use crate::base::text::plural;

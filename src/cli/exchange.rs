@@ -1,5 +1,3 @@
-//! `carom exchange`.
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -119,7 +117,6 @@ impl ExchangeCommand {
         changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
     }
 
-    /// Returns the scene on the command line, its text, and the folder of the exchange.
     fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let scene = read_scene(&self.path, &borrowed(&self.replaced()))?;
         if scene.exchange().is_none() {
@@ -143,7 +140,6 @@ impl ExchangeCommand {
         all
     }
 
-    /// Returns the scene of an existing exchange, its text, and the folder.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
@@ -168,7 +164,7 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        // A resumed exchange has already written part of its files, which need no further space.
+        // A resumed exchange needs no further space for the files that it has already written.
         let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
         let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
         let bytes = (ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0);
@@ -224,7 +220,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
 const NO_DENSITY: &str =
     "let it run for longer, or with temperatures whose energies overlap; there is none of hard bodies";
 
-/// Averages that the table may show, by name, each with its heading.
+/// Averages that the table can show: name and heading.
 const SHOWN: [(&str, &str); 6] = [
     ("distance", "distance"),
     ("temperature", "kinetic T"),

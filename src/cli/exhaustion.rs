@@ -1,13 +1,13 @@
 //! Behaviour when memory or disk space is exhausted.
 //!
-//! By default, Rust aborts with a signal and a core dump when memory is exhausted. For use in scripts, Carom instead
-//! prints one line and returns the exit code of a failure. Files written so far remain, and a run can be resumed from
-//! its last checkpoint, as after a kill.
+//! By default, Rust aborts with a signal and a core dump when memory is exhausted. Carom instead prints one line and
+//! returns the exit code of a failure, which suits scripts. The files remain, and a run can be resumed from its last
+//! checkpoint.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// The system's allocator, except that it ends the program with a message when memory is exhausted.
+/// The system's allocator. It ends the program with a message when memory is exhausted.
 pub struct Reporting;
 
 // SAFETY: every call is forwarded to the system, and its result is returned unless it is null.
@@ -37,14 +37,13 @@ unsafe impl GlobalAlloc for Reporting {
     }
 }
 
-/// Makes the allocator return large arrays to the system when they are freed. By default, once an array of up to 32 MB
-/// has been freed, the GNU allocator keeps the memory of later arrays of that size. The gaps between the remaining
-/// arrays would then be a considerable part of the memory of a large system.
+/// Makes the GNU allocator return large arrays to the system when they are freed. By default, it keeps memory that it
+/// has once used for an array of up to 32 MB, and the gaps take much of the memory of a large system.
 pub(super) fn give_back_large_arrays() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Smallest size of an array that is returned to the system `[bytes]`. For smaller arrays, it is faster to keep
-        /// the memory.
+        /// Smallest array that is returned to the system `[bytes]`. For smaller arrays, it is faster to keep the
+        /// memory.
         const LARGE: libc::c_int = 4 << 20;
         // SAFETY: the calls set two parameters of the allocator before there is a second thread.
         unsafe {
@@ -54,8 +53,7 @@ pub(super) fn give_back_large_arrays() {
     }
 }
 
-/// Turns the signal of a file-size limit (`ulimit -f`) into a write error, as for a full disk. By default, the signal
-/// ends the program.
+/// Turns the signal of a file-size limit (`ulimit -f`) into a write error. By default, the signal ends the program.
 pub(super) fn report_full_files() {
     #[cfg(target_os = "linux")]
     // SAFETY: the call makes the process ignore `SIGXFSZ`, before there is a second thread.
@@ -64,8 +62,8 @@ pub(super) fn report_full_files() {
     }
 }
 
-/// Allocates as much stack as the program needs. Otherwise the stack would grow later, and if no memory were free then,
-/// the system would end the program with a signal.
+/// Allocates all the stack that the program needs. If the stack grew later, when no memory is free, the system would
+/// end the program with a signal.
 #[inline(never)] // otherwise the array is in the caller's frame, and later calls extend beyond it
 pub(super) fn take_stack() {
     /// Stack size to allocate `[bytes]`. Reading a checkpoint needs 0.7 MB.

@@ -1,5 +1,3 @@
-//! Failure of a command: a report and an exit code.
-
 use std::error::Error;
 use std::fmt;
 use std::io::{self, Write};

@@ -88,8 +88,8 @@ impl Live {
     }
 }
 
-/// Returns the paths where [`MODULE`] is searched for: below the folder of the program, below the three folders above
-/// it, and below the current folder.
+/// Returns the paths at which [`MODULE`] may exist: below the folder of the program, below the three folders above it,
+/// and below the current folder.
 fn places() -> Vec<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     program.ancestors().skip(1).take(4).chain([Path::new("")]).map(|folder| folder.join(MODULE)).collect()

@@ -1,5 +1,3 @@
-//! `carom movie`.
-
 use std::path::PathBuf;
 
 use crate::base::text::{plural, printable, size};

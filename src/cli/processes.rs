@@ -25,11 +25,11 @@ pub fn refuse_others(arguments: &[OsString], transport: &dyn Transport) -> Resul
     Err(Failure::bad_input("the processes that were started together have different arguments", Some(cure)))
 }
 
-/// Takes part in the run of the first process. The first process also prints all messages.
+/// Shares the work of the first process, which also prints all messages.
 pub fn take_part(transport: &Arc<dyn Transport>) -> Result<(), Failure> {
     let Some(run) = Run::shared(None, transport) else { return Ok(()) };
     signals::watch();
-    // A signal also reaches the first process, which decides when the run ends. So this process ignores it.
+    // Ignores signals. The first process receives them too, and decides when the run ends.
     let result = run.execute(&mut (), &mut |_| {
         let _ = signals::flow();
         ControlFlow::Continue(())

@@ -16,7 +16,7 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 const STEPS: u64 = 1000;
 
-/// Returns a progress bar. It is hidden if `is_quiet` is set, or if standard error is not a terminal.
+/// Returns a progress bar, hidden if `is_quiet` is set or standard error is not a terminal.
 pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let is_shown = !is_quiet && std::io::stderr().is_terminal();
@@ -24,7 +24,6 @@ pub fn bar(steps: u64, template: &str, is_quiet: bool) -> ProgressBar {
     ProgressBar::with_draw_target(Some(steps), target).with_style(style)
 }
 
-/// Display of the progress on standard error: a bar on a terminal, otherwise a line every few seconds.
 pub struct Display {
     name: String,
     bar: ProgressBar,
@@ -35,7 +34,6 @@ pub struct Display {
     done: Rate,
 }
 
-/// The current stage.
 struct Begun {
     name: &'static str,
     since: Instant,
@@ -88,7 +86,7 @@ impl From<&movie::MovieProgress> for State {
     }
 }
 
-/// Growth rate of a number, averaged over a recent time.
+/// Growth rate of a count, averaged over a recent time.
 struct Rate {
     since: Instant,
     count: f64,
@@ -97,10 +95,10 @@ struct Rate {
     memory: f64,
 }
 
-/// Averaging time of the event rate `[s]`. Half a second is long enough for a readable number.
+/// Averaging time of the event rate `[s]`, long enough for a readable number.
 const MEMORY_OF_EVENTS: f64 = 0.5;
-/// Time over which the rate of progress is averaged `[s]`. It is long enough to smooth over tasks of unequal length,
-/// and short enough to follow a run that becomes slower.
+/// Averaging time of the progress rate `[s]`. It smooths over tasks of unequal length, and is short enough to follow a
+/// run that becomes slower.
 const MEMORY_OF_DONE: f64 = 10.0;
 
 impl Display {
@@ -130,8 +128,7 @@ impl Display {
         self.events.see(progress.events as f64, now);
         self.done.see(progress.fraction, now);
         let State { fraction, stage, unit, .. } = progress;
-        // Events are frequent enough to show their recent rate. For frames and other units, the rate is an average over
-        // the whole stage.
+        // The event rate is recent. All other rates are averages over the stage, because frames are rare.
         let rate = match unit {
             EVENTS => short(self.events.per_second),
             _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
@@ -155,8 +152,7 @@ impl Display {
         self.bar.set_position(position);
     }
 
-    /// Returns the time at which the current stage began. If the completed fraction decreases, a new stage has begun,
-    /// even if its name is the same.
+    /// Returns the time at which the current stage began. A decrease of the completed fraction also marks a new stage.
     fn began(&mut self, progress: &State, now: Instant) -> Instant {
         let same = self.stage.take().filter(|it| it.name == progress.stage && it.fraction <= progress.fraction);
         let since = same.map_or(now, |it| it.since);
@@ -189,7 +185,7 @@ impl Rate {
     }
 }
 
-/// Returns the remaining time at the present rate as text, or an empty text if it is unknown.
+/// Returns the remaining time at the present rate as text; empty if it is unknown.
 fn left(fraction: f64, per_second: f64) -> String {
     if fraction <= 0.0 || per_second <= 0.0 {
         return String::new();

@@ -1,5 +1,3 @@
-//! `carom render`.
-
 use std::path::{Path, PathBuf};
 
 use crate::io::{refuse_input, refuse_link};

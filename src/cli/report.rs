@@ -1,5 +1,3 @@
-//! `carom report`.
-
 use std::path::PathBuf;
 
 use crate::exchange::ExchangeFolder;
@@ -50,7 +48,7 @@ impl Report {
         super::print(&format!("{}\n", out.display()))
     }
 
-    /// Returns the file to write. If it is the default file, it must not be a link.
+    /// Returns the file to write. The default file must not be a link.
     fn place(&self, default: PathBuf) -> Result<PathBuf, Failure> {
         if let Some(out) = &self.out {
             return Ok(out.clone());

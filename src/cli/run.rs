@@ -1,5 +1,3 @@
-//! `carom run`.
-
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -122,7 +120,7 @@ impl Run {
         match (&self.resume, &self.scene) {
             (Some(path), _) => self.go_on(path),
             (None, Some(scene)) => self.begin(scene),
-            // The command line parser requires a scene or --resume.
+            // The command-line parser requires a scene or `--resume`.
             (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None)),
         }
     }
@@ -182,8 +180,7 @@ impl Run {
         }
     }
 
-    /// Returns the largest permitted size of the files, or a failure if the run will be larger and `--force` was not
-    /// given.
+    /// Returns the largest permitted size of the files. Fails if the run will exceed it and `--force` is missing.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -199,7 +196,6 @@ impl Run {
     }
 }
 
-/// Returns the failure for a folder without a run that can be resumed.
 fn not_a_run(path: &Path, error: OutputError) -> Failure {
     let folder = path.display();
     let (what, cure) = match &error {
@@ -224,7 +220,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// Executes the run. If there are other MPI processes, they share the work.
+    /// Executes the run, together with other MPI processes if there are any.
     fn execute(self, transport: Option<&Arc<dyn Transport>>, again: &dyn Fn(&Path) -> Again) -> Result<(), Failure> {
         let Self { run, mut folder, mut display } = self;
         let run = match transport {
@@ -242,7 +238,7 @@ impl Ready {
             (Ok(finished), _) => end(&finished, folder, again),
             (Err(error), None) => Err(error.into()),
             (Err(error), Some(transport)) => {
-                // The other processes do not know about the failure. Aborting ends them, too.
+                // Aborts the other processes too, because they have not seen the failure.
                 Failure::from(error).report();
                 transport.abort("the run ends here")
             }
@@ -277,7 +273,7 @@ fn end(finished: &Finished, folder: Folder, again: &dyn Fn(&Path) -> Again) -> R
     Err(Failure::failed(unconverted, Some(&cure)))
 }
 
-/// Returns a message if an older run in the folder was not replaced, and an empty text otherwise.
+/// If an older run in the folder was not replaced, returns a message about it; otherwise an empty text.
 fn stay(finished: &Finished, done: &Completed, again: &dyn Fn(&Path) -> Again) -> String {
     let Some(kept) = &done.kept else { return String::new() };
     let run = kept.display();

@@ -1,5 +1,3 @@
-//! `carom schema`: the JSON Schema of scene files.
-
 use clap::Args;
 
 use super::failure::Failure;

@@ -6,21 +6,21 @@ use std::time::Duration;
 
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the work has checked for signals. Each check sets this flag, and [`watch_without_traces`] clears it after a
-/// signal.
+/// Whether the work has checked for signals since the start, or since the first signal in [`watch_without_traces`].
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Work that leaves no files must check for signals within this time after a signal. Otherwise, the program ends.
+/// Time within which work that leaves no files must check for signals after the first signal. Otherwise, the program
+/// ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Installs the signal handler. The first signal lets the work end cleanly, and the second signal ends the program
-/// immediately. Before the work has begun, the first signal also ends the program immediately.
+/// Installs the signal handler. The first signal lets the work end cleanly; a second signal, or a signal before the
+/// work begins, ends the program immediately.
 pub fn watch() {
     listen(|| {});
 }
 
-/// Installs a signal handler for work that leaves no files. After the first signal, the program ends soon, even if the
-/// work does not check for signals.
+/// Installs a signal handler for work that leaves no files. The first signal ends the program soon, even if the work
+/// does not check for signals.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);
@@ -32,7 +32,7 @@ pub fn watch_without_traces() {
 }
 
 fn listen(then: fn()) {
-    // If the handler cannot be installed, a signal ends the program as by default.
+    // Without a handler, a signal ends the program, which is the default.
     let _ = ctrlc::set_handler(move || {
         let is_working = IS_ASKED.load(Ordering::Relaxed);
         if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {

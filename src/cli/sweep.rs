@@ -1,5 +1,3 @@
-//! `carom sweep`.
-
 mod display;
 
 use std::ops::ControlFlow;
@@ -128,8 +126,7 @@ impl SweepCommand {
             }
             error => error.into(),
         })?;
-        // If the sweep file is the `sweep.toml` of a folder that contains runs of this sweep, the sweep continues in
-        // that folder.
+        // A `sweep.toml` in a folder with runs of this sweep continues the sweep in that folder.
         let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
         let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
@@ -213,7 +210,7 @@ fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
     sweep.points().iter().any(|point| is_there(point.folder()))
 }
 
-/// Returns the default folder of a sweep that is defined by this file.
+/// Returns the default folder of a sweep, named after its file.
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
@@ -222,8 +219,8 @@ fn beside(file: &Path) -> PathBuf {
 const MOST_COLUMNS: usize = 4;
 const MOST_ROWS: usize = 40;
 
-/// Returns a summary of a sweep: the numbers of runs, a table of mean values with at most [`MOST_COLUMNS`] quantities
-/// and [`MOST_ROWS`] rows, and comparisons with published values.
+/// Summarizes a sweep: the numbers of runs, mean values of at most [`MOST_COLUMNS`] quantities in at most [`MOST_ROWS`]
+/// rows, and comparisons with published values.
 fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     let [done, failed] = results.counts();
     let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();
@@ -247,7 +244,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            // A quantity that each run conserves has no standard error, but it may differ between runs.
+            // A quantity that is constant in each run has no standard error, but it may differ between runs.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => {
                     describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })

@@ -17,16 +17,16 @@ pub fn fitted(text: &str) -> String {
     width().map_or_else(|| text.to_owned(), |width| wrapped(text, width))
 }
 
-/// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into
-/// several tables, one below the other. Each repeats the first `keys` columns, which identify the rows.
+/// Returns the lines of a table with right-aligned cells. A table wider than the terminal is split into several tables,
+/// one below another. Each repeats the first `keys` columns, which identify the rows.
 pub fn columns(rows: &[Vec<String>], keys: usize) -> Vec<String> {
     tables(rows, keys, width().unwrap_or(usize::MAX))
 }
 
 const NARROWEST: usize = 20;
 
-/// Breaks long lines between words. Continuation lines are indented to the second column, which is separated
-/// from the first column by at least two spaces.
+/// Breaks long lines between words. Continuation lines are indented to the second column, which starts after a gap of
+/// at least two spaces.
 fn wrapped(text: &str, width: usize) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -55,7 +55,7 @@ fn tables(rows: &[Vec<String>], keys: usize, width: usize) -> Vec<String> {
     for column in keys..count {
         let more = GAP.len() + widest(column);
         match blocks.last_mut() {
-            // Each line starts with a margin of two columns, which is one less than the gap between cells.
+            // Each line starts with a margin of two columns, one less than the gap between cells.
             Some((block, taken)) if *taken + more - 1 <= width => {
                 block.push(column);
                 *taken += more;

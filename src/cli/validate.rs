@@ -1,5 +1,3 @@
-//! `carom validate`.
-
 use std::fmt::Write;
 
 use crate::base::text::digits;
@@ -129,8 +127,7 @@ fn row(point: &StatePoint, comparison: &Comparison, notes: &mut Notes) -> String
     )
 }
 
-/// Notes to the table: the sources, and the reasons for allowances. Both are in the order in which the table first
-/// mentions them.
+/// Notes below the table: the sources, and the reasons for allowances, in order of their first use.
 #[derive(Default)]
 struct Notes {
     sources: Vec<Source>,
@@ -138,7 +135,7 @@ struct Notes {
 }
 
 impl Notes {
-    /// Returns the short name of a comparison's source, and the number of the note that explains its allowance.
+    /// Returns the short name of a comparison's source, and the number of the note about its allowance.
     fn refer(&mut self, comparison: &Comparison) -> String {
         if !self.sources.contains(&comparison.source) {
             self.sources.push(comparison.source);

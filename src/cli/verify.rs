@@ -1,5 +1,3 @@
-//! `carom verify`.
-
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +69,6 @@ impl Verify {
         proof.verdict
     }
 
-    /// Loads the scene, and the recorded results if the path is a folder.
     fn load(&self) -> Result<(Scene, Option<Recorded>), Failure> {
         if !self.run.is_dir() {
             return Ok((self.changes.load(&self.run)?, None));
@@ -100,7 +97,7 @@ fn load_run(run: &Path) -> Result<(Scene, Recorded), Failure> {
     Ok((scene, recorded))
 }
 
-/// Progress of a proof, or of the replay for the comparison of files.
+/// Progress of a proof, or of the replay for the files.
 #[derive(Debug)]
 pub enum VerifyStep<'a> {
     /// Progress of the proof.
@@ -114,7 +111,7 @@ pub enum VerifyStep<'a> {
 pub struct Proof {
     /// The certificate of the proof, with the proven range, the event counts and the margins.
     pub certificate: Certificate,
-    /// Comparison of the files with the files of a replay; `None` if not requested.
+    /// Comparison of the run's files with the replay; `None` if not requested.
     pub files: Option<Comparison>,
     /// The printed table.
     pub table: String,
@@ -122,9 +119,8 @@ pub struct Proof {
     pub verdict: Result<(), Failure>,
 }
 
-/// Proves a range of the physical events of the run in a folder. The range is the number of events to skip
-/// first, if any, and the number of events to prove. With `has_files`, also repeats the run and compares its
-/// files.
+/// Proves a range of the physical events of the run in a folder: how many events to skip first, if any, and how many to
+/// prove. With `has_files`, also repeats the run and compares its files.
 ///
 /// # Errors
 /// [`Failure`] if nothing can be proven, or the files cannot be compared.
@@ -222,7 +218,7 @@ fn files_table(files: &Comparison) -> String {
     lines.text()
 }
 
-/// Returns all names, or the first few names and the number of other names.
+/// Returns the first few names, and how many more there are.
 fn several(names: &[String], count: usize) -> String {
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     match count {
@@ -253,7 +249,6 @@ fn verdict_of_files(files: &Comparison, recorded: Option<&Recorded>) -> Result<(
     Err(Failure::failed(format!("{name} differs from the file of the replay: {difference}{others}"), Some(&help)))
 }
 
-/// Results of a run from its `summary.json`.
 struct Recorded {
     path: PathBuf,
     summary: Summary,

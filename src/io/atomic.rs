@@ -9,7 +9,7 @@ use super::draft::UnnamedFile;
 use super::error::OutputError;
 use crate::base::durability;
 
-/// Policy for an existing file or folder at the path of an output.
+/// Whether an output may replace an existing file or folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Existing {
     /// Keeps the existing file or folder and rejects the output.
@@ -19,12 +19,11 @@ pub enum Existing {
     Replace,
 }
 
-/// Writes a file under a temporary name, syncs it to disk and renames it. If an existing file has the same content,
-/// this does not count as a replacement. Devices and pipes are written directly.
+/// Writes a file under a temporary name, syncs it to disk and renames it. An equal file may always be replaced. Devices
+/// and pipes are written directly. After an error, an existing file is unchanged.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors. In these cases, no new
-/// file is left, and an existing file is unchanged.
+/// [`io::ErrorKind::AlreadyExists`] if a different file exists and is to be kept; system errors.
 pub(crate) fn write_atomically(
     path: &Path,
     existing: Existing,
@@ -48,10 +47,7 @@ pub(crate) fn write_atomically(
     draft.publish(existing)
 }
 
-/// Writes a text and replaces the file if it exists, as [`write_atomically`] does.
-///
-/// # Errors
-/// [`OutputError::Write`].
+/// Writes a text and replaces an existing file, as [`write_atomically`] does.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
@@ -60,11 +56,10 @@ pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
     Ok(fs::metadata(one)?.len() == fs::metadata(other)?.len() && fs::read(one)? == fs::read(other)?)
 }
 
-/// Gives a complete file or folder its final name, in one step.
+/// Renames a complete file or folder to its final name, in one step. After an error, nothing is changed.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] if the name is taken and `existing` is [`Existing::Keep`]; system errors. In
-/// these cases, no file or folder is changed.
+/// [`io::ErrorKind::AlreadyExists`] if the name is taken and `existing` is [`Existing::Keep`]; system errors.
 pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
         Existing::Keep => publish_new(from, to)?,
@@ -92,10 +87,10 @@ fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
     fs::rename(from, to)
 }
 
-/// Replaces a folder by another one, and then deletes the old folder.
+/// Replaces a folder by another folder, and then deletes the old folder.
 fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, EXCHANGE) {
-        // The old folder now has the temporary name and is deleted. If some of it remains, this does no harm.
+        // The old folder now has the temporary name. If part of it cannot be deleted, this does no harm.
         Ok(()) => {
             sync_folder(folder_of(to));
             let _ = fs::remove_dir_all(from);
@@ -136,15 +131,15 @@ const NO_REPLACE: u32 = 1;
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 const EXCHANGE: u32 = 2;
 
-/// Renames without replacing anything, or exchanges two names. Returns [`io::ErrorKind::Unsupported`] if the operating
-/// system or the file system cannot do this.
+/// Renames without replacing anything, or exchanges two names. Returns [`io::ErrorKind::Unsupported`] if the system
+/// cannot do so.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn rename_with(from: &Path, to: &Path, flags: u32) -> io::Result<()> {
     use std::ffi::CString;
     use std::os::unix::ffi::OsStrExt;
 
     let (from, to) = (CString::new(from.as_os_str().as_bytes())?, CString::new(to.as_os_str().as_bytes())?);
-    // SAFETY: both are null-terminated strings that outlive the call.
+    // SAFETY: both pointers refer to null-terminated strings that outlive the call.
     let result = unsafe { libc::renameat2(libc::AT_FDCWD, from.as_ptr(), libc::AT_FDCWD, to.as_ptr(), flags) };
     if result == 0 {
         return Ok(());

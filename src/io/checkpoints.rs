@@ -1,5 +1,4 @@
-//! Checkpoints in the folder of a run or an exchange: when they are written, and how the last one replaces the
-//! previous one.
+//! Schedule and files of the checkpoints of a run or an exchange.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,7 +43,7 @@ pub(super) fn has_any(folder: &Path) -> bool {
 #[derive(Debug)]
 pub(crate) struct Checkpoints {
     last: PathBuf,
-    /// Path of the previous checkpoint; `None` if it is not kept.
+    /// Path of the previous checkpoint; `None` if only one is kept.
     previous: Option<PathBuf>,
     pub interval: Duration,
     since: Instant,
@@ -69,19 +68,19 @@ impl Checkpoints {
         self.since.elapsed() >= interval
     }
 
-    /// Writes a checkpoint to a temporary file and syncs it to disk. The file then replaces the last checkpoint, which
-    /// is kept as the previous one if there is a path for it.
+    /// Writes a checkpoint to a temporary file, syncs it to disk, and makes it the last checkpoint. The former last
+    /// checkpoint becomes the previous one if `previous` is set.
     pub fn write(&mut self, content: &impl Serialize) -> Result<(), OutputError> {
         let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write(&file, content) {
-            // Removes the incomplete checkpoint. It cannot be used, and the disk may be full.
+            // Removes the incomplete checkpoint: it is useless, and the disk may be full.
             drop(file);
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A hard link is created first, so that the name of the last checkpoint always exists. On a file system without
-        // hard links, the name is missing for a short time.
+        // A hard link keeps the last checkpoint under its name at all times. On a file system without hard links, the
+        // name is missing for a moment.
         if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
             remove(previous)?;
             if fs::hard_link(last, previous).is_err() {
@@ -89,7 +88,7 @@ impl Checkpoints {
             }
         }
         fs::rename(&partial, last).map_err(OutputError::write(last))?;
-        // Syncs the folder, because the new names must survive a power failure as well.
+        // After the sync, the new names survive a power failure.
         sync_folder(folder_of(last));
         (self.since, self.is_first) = (Instant::now(), false);
         Ok(())

@@ -14,9 +14,8 @@ pub(super) fn columns() -> Vec<Column> {
     HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
 }
 
-/// For a contact with a wall, the partner is the side of the box, such as `-z` for the lower z wall.
+/// Returns the line of an event. If its partner is a wall, the line names the side of the box, such as `-z`.
 pub(super) fn line(event: &Event) -> Vec<u8> {
-    // This capacity is enough for most lines.
     let mut text = Vec::with_capacity(128);
     let line = &mut text;
     let kind: &[u8] = match event.kind {

@@ -9,9 +9,8 @@
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
 //! | [`Format::Xyz`] | extended XYZ, compressed if its name ends with `.gz` or `.zst` | exact | everything |
 //!
-//! Each module documents where its format differs. At most two frames are in memory, whatever the length of
-//! the trajectory. Files are written under temporary names, with `.partial` appended, and renamed once they
-//! are complete.
+//! Each module documents how its format differs. At most two frames are in memory. Files have temporary names that end
+//! with `.partial` until they are complete.
 
 mod bonds;
 mod error;
@@ -42,7 +41,7 @@ use packed::{Compressed, Text};
 use target::Target;
 
 impl Format {
-    /// Default path of a conversion: beside the source, with the same name and another extension or suffix.
+    /// Default path of a converted trajectory: beside the source, with another extension or suffix.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -58,8 +57,7 @@ impl Format {
         source.with_file_name(name)
     }
 
-    /// Returns the format that belongs to the extension or suffix of a name, such as GSD for `.gsd`. [`Self::ENDINGS`]
-    /// lists all extensions and suffixes.
+    /// Returns the format for the extension or suffix of a name, such as GSD for `.gsd`. All are in [`Self::ENDINGS`].
     #[must_use]
     pub fn of_name(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -83,25 +81,25 @@ impl Format {
         (Self::Xyz, ".xyz.zst"),
     ];
 
-    /// Whether the format is a folder of files.
+    /// Whether the output is a folder of files.
     #[must_use]
     pub fn is_folder(self) -> bool {
         self.folder_of().is_some()
     }
 
-    /// Returns the entry for a converted trajectory at its default path in the list of a run's files.
+    /// Returns the entry of a converted trajectory in the list of a run's files.
     pub(super) fn listed(self) -> String {
         let name = self.target_beside(Path::new(TRAJECTORY));
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
     }
 
-    /// Returns the format of the converted trajectory with this entry in the list of a run's files, if the entry is a
-    /// folder. `None` for all other entries.
+    /// Returns the format of an entry in the list of a run's files, if the entry is a folder with a converted
+    /// trajectory.
     pub(super) fn filling(listed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
-    /// Extensions of the files in a folder of this format; `None` if the format is a single file.
+    /// Extensions of the files in an output folder; `None` if the format is a single file.
     fn folder_of(self) -> Option<&'static [&'static str]> {
         match self {
             Self::Vtk => Some(&["vtp", "pvd"]),
@@ -111,23 +109,23 @@ impl Format {
     }
 }
 
-/// Options of a conversion: which frames, and what may be replaced.
+/// Options of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// Index of the first frame to convert, from 0.
     pub first: u64,
     /// Index of the last frame to convert; `None` for all later frames.
     pub last: Option<u64>,
-    /// Whether to replace an existing file, or an existing folder that holds only files of the format.
+    /// Whether to replace an existing file, or a folder that holds only files of the format.
     pub replace: bool,
 }
 
 /// Result of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Converted {
-    /// The number of frames written.
+    /// Number of frames written.
     pub frames: u64,
-    /// Whether the source ends within a frame, as after a killed run. Earlier frames are complete.
+    /// Whether the source ends within a frame, for example after a kill. All earlier frames are converted.
     pub is_truncated: bool,
 }
 
@@ -142,30 +140,28 @@ pub(super) struct Moment<'a> {
 pub(super) trait Writer: Send {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
 
-    /// Writes the data that are known only at the end, and syncs all files to disk.
+    /// Writes the data that follow all frames, and syncs all files to disk.
     fn finish(self: Box<Self>) -> Result<(), FrameError>;
 }
 
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
-/// Existing output, complete or not, is replaced only if the options permit it. A folder is replaced only if it
-/// holds nothing but files of the format. If a conversion fails, its output is removed. A conversion of
-/// a run's trajectory at [`Format::target_beside`] counts as one of the run's files, and is removed when that
-/// run is replaced.
+/// Existing output, complete or not, is replaced only if the options permit it. A folder is replaced only if it holds
+/// nothing but files of the format. Failed conversions leave no output. The output at [`Format::target_beside`] of a
+/// run's trajectory belongs to the run, and is removed when a new run replaces the run.
 ///
 /// # Errors
 /// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;
-/// - [`ConvertError::NoSuchFrame`] if it ends before the first requested frame;
+/// - [`ConvertError::NoSuchFrame`] if the source ends before the first requested frame;
 /// - [`ConvertError::Exists`], [`ConvertError::Foreign`], [`ConvertError::Source`] if the target may not be replaced;
 /// - [`ConvertError::Frame`] if the format cannot represent a frame;
-/// - [`ConvertError::Surface`] if the file of a surface beside the trajectory cannot be read, for a format
-///   with surfaces;
+/// - [`ConvertError::Surface`] if the format has surfaces, and the file of a surface cannot be read;
 /// - [`ConvertError::Write`] if the target cannot be written.
 pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) -> Result<Converted, ConvertError> {
     convert_watched((source, format, target), options, &mut || ControlFlow::Continue(()))
 }
 
-/// Converts a trajectory as [`convert`] does. Calls `watch` after each frame; `watch` may end the conversion.
+/// Converts a trajectory as [`convert`] does, and calls `watch` after each frame.
 ///
 /// # Errors
 /// The errors of [`convert`]; [`ConvertError::Interrupted`] if `watch` breaks. The output is then removed.
@@ -182,7 +178,7 @@ pub fn convert_watched(
     let mut reader =
         FrameReader::new(text.map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?);
     let mut reading = Reading { index: 0, is_truncated: false };
-    // Unreadable input is reported before anything is written.
+    // Input errors are reported before anything is written.
     while reading.index < options.first {
         if reading.next(&mut reader).map_err(read_error)?.is_none() {
             return Err(reading.ended_early(source, options.first));
@@ -220,7 +216,7 @@ fn go_on(watch: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), ConvertError>
     if watch().is_break() { Err(ConvertError::Interrupted) } else { Ok(()) }
 }
 
-/// Whether the source is the trajectory of a run, and the target is the default path for its conversion.
+/// Whether the source is the trajectory of a run, and the target is its default path.
 fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     let expected = format.target_beside(source);
     let [one, other] = [source, target].map(|path| std::fs::canonicalize(folder_of(path)).ok());
@@ -229,13 +225,12 @@ fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
 }
 
 struct Reading {
-    /// Number of frames read.
     index: u64,
     is_truncated: bool,
 }
 
 impl Reading {
-    /// A truncated frame counts as the end of the file, unless it is the first frame.
+    /// A truncated first frame is an error. A truncated later frame counts as the end of the file.
     fn next(&mut self, reader: &mut FrameReader<Box<dyn BufRead>>) -> Result<Option<Frame>, ReadError> {
         match reader.next() {
             Some(Ok(frame)) => {
@@ -276,7 +271,7 @@ fn open(format: Format, target: &Target, source: Option<&Path>) -> Result<Box<dy
     })
 }
 
-/// Writer for frames in extended XYZ. Velocities missing in the source are written as zero.
+/// Writes extended XYZ. Velocities missing in the source are written as zero.
 struct Piece(Text);
 
 impl Writer for Piece {

@@ -1,11 +1,10 @@
 //! A trajectory as a single table with a line per particle and frame, for spreadsheets, pandas and R.
 //!
-//! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`,
-//! `vz` and `radius`. If the first frame has image numbers, the periods travelled follow as `ix`, `iy`, `iz`. The
-//! scalars of the first frame come last. Cells of missing values are empty. Numbers are written with the fewest
-//! digits that restore the same value. A species name with a comma or a quote is quoted (RFC 4180). A name that a
-//! spreadsheet would interpret as a formula is preceded by an apostrophe. Names in scenes need neither, because they
-//! begin with a letter or a digit.
+//! The columns are `frame` (index in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz`
+//! and `radius`. If the first frame has image numbers, the periods travelled follow as `ix`, `iy`, `iz`. The scalars of
+//! the first frame come last. Cells of missing values are empty. Numbers have the fewest digits that restore the same
+//! value. Species names with commas or quotes are quoted (RFC 4180). An apostrophe precedes a name that a spreadsheet
+//! would take for a formula.
 
 use std::io::Write;
 

@@ -1,5 +1,5 @@
-//! Drafts: files under temporary names until they are complete. The process that writes a draft locks it. A
-//! draft of a killed process is therefore recognized and removed by the next command in its folder.
+//! Drafts: files with temporary names until they are complete. The process that writes a draft locks it. The next
+//! command in the folder recognizes drafts of killed processes, and removes them.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -10,22 +10,19 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use super::atomic::{Existing, folder_of, holds_same, publish};
 use super::plain;
 
-/// Beginning of a draft's name. The id of the process, the number of the draft and the suffix follow, as in
-/// `.carom-4711-0.partial`.
+/// Beginning of a draft's name, such as `.carom-4711-0.partial`. The process id and the number of the draft follow.
 const PREFIX: &str = ".carom-";
 const SUFFIX: &str = ".partial";
 
-/// A file under a temporary name until it is published. Dropping this value removes the file, unless it has been
-/// published.
+/// A file with a temporary name. Dropping this value removes the file unless it has been published.
 pub(crate) struct UnnamedFile {
     temporary: TemporaryFile,
     target: PathBuf,
 }
 
 impl UnnamedFile {
-    /// Creates an empty file under a temporary name, in the folder of its final path.
     pub fn beside(path: &Path) -> io::Result<(Self, File)> {
-        // If the path is a link, the file that it points to is replaced, not the link.
+        // If the path is a link, the target of the link is replaced, not the link.
         let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
         remove_abandoned(folder_of(&target));
         let (temporary, file) = TemporaryFile::beside(&target)?;
@@ -36,10 +33,10 @@ impl UnnamedFile {
         &self.temporary.path
     }
 
-    /// Gives the file its final name. If an existing file has the same content, this does not count as a replacement.
+    /// Gives the file its final name. An equal file may always be replaced.
     ///
     /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] if another file exists and is to be kept; system errors.
+    /// [`io::ErrorKind::AlreadyExists`] if a different file exists and is to be kept; system errors.
     pub fn publish(self, existing: Existing) -> io::Result<()> {
         let Self { temporary, target } = self;
         if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.path)? {
@@ -49,7 +46,7 @@ impl UnnamedFile {
     }
 }
 
-/// A file with a temporary name. Dropping this value removes the file if it still has this name.
+/// A file with a temporary name. Dropping this value removes the file unless it has been renamed.
 struct TemporaryFile {
     path: PathBuf,
     /// Keeps the file locked until this value is dropped, even if another program writes to the file.
@@ -64,10 +61,10 @@ impl TemporaryFile {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
             match OpenOptions::new().write(true).create_new(true).open(&path) {
-                // Another process took this file for abandoned before it could be locked, so the next number is tried.
+                // Another process took the unlocked file for abandoned. The loop tries the next number.
                 Ok(file) if is_lost(&file) => {}
                 Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
-                // A killed process with the same id left this file, so the next number is tried.
+                // A killed process with the same id left the file. The loop tries the next number.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
@@ -81,15 +78,14 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Removes all drafts in a folder, except for drafts that a process has locked. On systems without locks, no draft is
-/// removed.
+/// Removes all drafts in a folder, except locked drafts. Without file locks, no draft is removed.
 pub(crate) fn remove_abandoned(folder: &Path) {
-    // An unreadable folder is ignored here, because the command itself reports it.
+    // The command itself reports an unreadable folder.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
         let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
-        // `file` keeps the draft locked until the draft is removed. Otherwise, the process that has just created the
-        // draft could lock it and start to write.
+        // The lock on `file` lasts until the draft is removed. Otherwise, the process that has just created the draft
+        // could lock it and start to write.
         if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }
@@ -102,13 +98,13 @@ pub(crate) fn is_draft(name: &OsStr) -> bool {
     inner.and_then(|inner| inner.split_once('-')).is_some_and(|(process, count)| is_number(process) && is_number(count))
 }
 
-/// Locks a new draft. Returns whether another process treats it as abandoned and has locked or removed it.
+/// Locks a new draft. Returns whether another process has taken the draft for abandoned.
 #[cfg(unix)]
 fn is_lost(file: &File) -> bool {
     matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) || !has_name(file)
 }
 
-/// Locks a draft if no other process has locked it. Returns whether the draft is locked now and has not been removed.
+/// Tries to lock a draft. Returns whether the lock succeeded and the draft still exists.
 #[cfg(unix)]
 fn is_abandoned(file: &File) -> bool {
     file.try_lock().is_ok() && has_name(file)
@@ -119,7 +115,7 @@ fn has_name(file: &File) -> bool {
     file.metadata().is_ok_and(|metadata| std::os::unix::fs::MetadataExt::nlink(&metadata) > 0)
 }
 
-/// On other systems, drafts are not locked, because a lock would keep ffmpeg from writing to the file.
+/// Outside Unix, drafts are not locked, because a lock would keep ffmpeg from writing to the file.
 #[cfg(not(unix))]
 fn is_lost(_file: &File) -> bool {
     false

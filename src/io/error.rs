@@ -1,5 +1,3 @@
-//! Errors of the files of a run.
-
 use crate::analysis::instruments::InstrumentError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -32,25 +30,25 @@ pub enum OutputError {
     /// The folder cannot be read or created.
     #[error("cannot make the folder {}", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// Why.
+        /// The underlying system error.
         source: io::Error,
     },
     /// A file cannot be written: no permission, or no space.
     #[error("cannot write {}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The underlying system error.
         source: io::Error,
     },
     /// A frame of a trajectory cannot be written.
     #[error("cannot write a frame to {}", path.display())]
     Frame {
-        /// The file.
+        /// Path of the trajectory.
         path: PathBuf,
-        /// Why.
+        /// Reason why the frame cannot be written.
         source: WriteError,
     },
     /// Another run writes to this folder.
@@ -59,7 +57,7 @@ pub enum OutputError {
     /// The files of a run exceed the permitted size.
     #[error("the files in {} take {}, more than the {} that a run may write without --force", path.display(), size(*bytes), size(*most))]
     TooMuch {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
         /// Total size of the files `[bytes]`.
         bytes: f64,
@@ -69,11 +67,10 @@ pub enum OutputError {
     /// The folder holds a run that has ended.
     #[error("{} holds a run already", .0.display())]
     Finished(PathBuf),
-    /// A file not written by Carom has the name of one of Carom's files.
+    /// A file that Carom did not write has the name of one of Carom's files.
     #[error("{} exists and was not written by carom", .0.display())]
     Foreign(PathBuf),
-    /// Something other than a plain file, such as a link, has the name of one of Carom's files. Nothing is written
-    /// through it.
+    /// A link, a folder or a device has the name of one of Carom's files. Carom does not write through links.
     #[error("{} is {found}, expected {expected} of carom", path.display())]
     NotPlain {
         /// The path.
@@ -89,15 +86,15 @@ pub enum OutputError {
     /// The folder holds a run and its replacement, which is unfinished or unsound.
     #[error("{} holds a run and its unfinished replacement", .0.display())]
     Replacing(PathBuf),
-    /// The new run would replace an existing one. It needs this path, but something else exists there.
+    /// The new run needs this path to replace an existing run, but something else exists there.
     #[error("{} is needed for the new run, and holds something else", .0.display())]
     NotReplacement(PathBuf),
     /// The output folder is inside the folder of a run.
     #[error("{} is within {}, the folder of a run", target.display(), run.display())]
     WithinRun {
-        /// The folder.
+        /// The output folder.
         target: PathBuf,
-        /// The folder of the run that contains the output folder.
+        /// The folder of the run.
         run: PathBuf,
     },
     /// The trajectory cannot be converted to a format that the scene requests.
@@ -106,7 +103,7 @@ pub enum OutputError {
     /// A checkpoint cannot be used, so the run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The run began with custom instruments that differ from the present ones.
+    /// The custom instruments differ from the instruments with which the run began.
     #[error(transparent)]
     Instrument(#[from] InstrumentError),
 }
@@ -153,8 +150,7 @@ impl OutputError {
 
 pub(crate) fn cure_of(error: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-    /// Error numbers for too many open files, in the whole system and in one process. They are the same on all Unix
-    /// systems.
+    /// Error numbers for too many open files, in the whole system and in one process, on all Unix systems.
     const TOO_MANY_OPEN: [i32; 2] = [23, 24];
     match error.kind() {
         StorageFull | QuotaExceeded | FileTooLarge => {

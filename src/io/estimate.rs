@@ -1,4 +1,4 @@
-//! Estimates of the output and memory of a run before it starts.
+//! Estimates of a run's output and memory.
 //!
 //! ```
 //! use carom::io::estimate::SizeEstimate;
@@ -39,17 +39,14 @@ const CHECKPOINT: f64 = 3.0 * 300.0;
 /// Size of an event in the table of contacts `[bytes]`.
 const CONTACT: f64 = 100.0;
 
-/// Memory of the program without particles, and additional memory per particle `[bytes]`. The latter includes a
-/// prediction and the neighbours in a dense system.
+/// Memory of the program without particles, and memory per particle in a dense system `[bytes]`.
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// Memory per triangle of a curved mesh `[bytes]`, including its edges, its corners and the search tree. The measured
-/// value for a million triangles was 0.97 GB.
+/// Memory per triangle of a curved mesh, including the search tree `[bytes]`. A million triangles took 0.97 GB.
 const TRIANGLE: f64 = 1_000.0;
 
-/// Additional memory per particle `[bytes]` if instruments must know the duration of the run in advance. A copy of the
-/// simulation then runs ahead to find the duration.
+/// Memory per particle of a second simulation, which runs ahead if instruments need the duration of the run `[bytes]`.
 const COPY: f64 = 250.0;
 
 /// Largest size of a run that is written without `--force` `[bytes]`.
@@ -58,25 +55,25 @@ const MOST: f64 = 1e10;
 /// Estimated output and memory of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SizeEstimate {
-    /// Number of rows of `thermo.csv`; `None` if the scene does not determine it.
+    /// Number of rows of `thermo.csv`; `None` if unknown.
     pub rows: Option<f64>,
-    /// Number of frames of `trajectory.xyz`; `None` if the scene does not determine it.
+    /// Number of frames of `trajectory.xyz`; `None` if unknown.
     pub frames: Option<f64>,
-    /// Why the number of frames is limited by their size on disk; `None` if it is not.
+    /// Why the number of frames is limited by their size on disk; `None` if it is not limited.
     pub frames_limit: Option<&'static str>,
-    /// Number of events of all stages; `None` if the scene does not determine it.
+    /// Number of events of all stages; `None` if unknown.
     pub events: Option<f64>,
     /// Total size of all files `[bytes]`, within a factor of two.
     pub bytes: f64,
-    /// Whether `bytes` includes all files. Otherwise it is a lower bound, because the size of some files is unknown.
+    /// Whether `bytes` includes all files. Otherwise `bytes` is a lower bound.
     pub is_complete: bool,
     /// Memory of the program `[bytes]`, within a factor of two.
     pub memory: f64,
 }
 
 impl SizeEstimate {
-    /// Estimates the output and memory of a run. `rate` is the number of events per unit of simulated time `[1 /
-    /// time]`, if it is known.
+    /// Estimates the output and memory of a run. `rate` is the number of events per simulated time, if known
+    /// `[1/time]`.
     #[must_use]
     pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
         let (duration, measured) = lengths(&scene.run.limit, rate);
@@ -136,7 +133,7 @@ fn triangles(scene: &Scene) -> f64 {
     scene.surfaces.iter().map(of).sum::<usize>() as f64
 }
 
-/// Whether no event can happen: all particles are at rest without overlaps, and nothing acts on them from outside.
+/// Whether no event can happen: all particles rest without overlaps, and nothing accelerates them.
 fn rests(scene: &Scene) -> bool {
     let plan = &scene.run;
     let is_pushed = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0) || scene.shear_rate.is_some();
@@ -165,8 +162,8 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// Number of rows or frames in one of the stages that precede the final measurement. If the scene gives no `interval`,
-/// the run chooses one that yields at most `most` rows or frames. `None` if the scene does not determine the number.
+/// Number of rows or frames in a stage before the final measurement; `None` if unknown. Without `interval`, the run
+/// chooses an interval that yields at most `most` rows or frames.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -178,8 +175,8 @@ fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most:
     }
 }
 
-/// Simulated time and number of events at which a limit is reached; `None` if they are unknown. If the limit has both,
-/// the event rate decides which of them is reached first.
+/// Simulated time and number of events at which a limit is reached; `None` if unknown. If the limit has both, the rate
+/// decides which comes first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
@@ -190,11 +187,10 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     }
 }
 
-/// Size of a frame in extended XYZ and in all formats that the scene requests `[bytes]`.
+/// Size of a frame `[bytes]`, summed over extended XYZ and all requested formats.
 fn frame_bytes(scene: &Scene) -> f64 {
     let text = extended_xyz::frame_bytes(scene);
-    // Sizes are relative to extended XYZ. A binary format stores a number in 4 or 8 bytes, fewer than its digits take
-    // as text.
+    // Sizes relative to extended XYZ. A binary number takes 4 or 8 bytes, fewer than its digits as text.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,
         Format::Npy => 0.5,
@@ -203,7 +199,7 @@ fn frame_bytes(scene: &Scene) -> f64 {
     text * (1.0 + scene.output.formats.iter().map(share).sum::<f64>())
 }
 
-/// The expected output exceeds the size permitted without `--force`.
+/// The expected output is larger than permitted without `--force`.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("would write about {}, more than the {} allowed without --force", size(*.bytes), size(*.most))]
 pub struct TooLarge {
@@ -213,24 +209,23 @@ pub struct TooLarge {
     pub most: f64,
 }
 
-/// Checks the expected size of an output, `bytes`. Returns the largest size that may be written to a folder without
-/// `--force` `[bytes]`.
+/// Checks the expected size of an output. Returns the largest size permitted without `--force` in a folder `[bytes]`.
 ///
 /// # Errors
-/// [`TooLarge`] if the expected size exceeds it.
+/// [`TooLarge`] if `bytes` exceeds this size.
 pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
     let most = allowance(free_disk(folder));
     if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
 }
 
-/// Returns the largest size of a run that is written without `--force` `[bytes]`: 10 GB, or a tenth of the free disk
-/// space if this is less. `free` is the free disk space `[bytes]`, if it is known.
+/// Returns the largest size of a run without `--force` `[bytes]`: 10 GB or a tenth of the free disk space, if this is
+/// less. `free` is the free disk space, if known.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// Free disk space for a folder, which need not exist yet `[bytes]`; `None` if the system does not report it.
+/// Free disk space `[bytes]` for a folder that may not exist yet; `None` if unknown.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &Path) -> Option<f64> {
@@ -248,7 +243,7 @@ pub fn free_disk(folder: &Path) -> Option<f64> {
     (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
 }
 
-/// Returns `None`, because the free disk space is unknown on this system.
+/// Returns `None`, because this system does not report the free disk space.
 #[cfg(not(target_os = "linux"))]
 #[must_use]
 pub fn free_disk(_folder: &Path) -> Option<f64> {

@@ -42,10 +42,9 @@ const COLUMNS: [Kind; 9] = [
     ("dissipated.npy", "<f8", &[], 8),
 ];
 
-/// Number of events buffered in memory. They take 0.7 MB.
+/// Number of events in the buffer, which takes 0.7 MB.
 const GATHERED: usize = 4096;
 
-/// Size of an event, summed over all columns `[bytes]`.
 pub(super) fn bytes_of_event() -> f64 {
     COLUMNS.iter().map(|(.., size)| *size as f64).sum()
 }
@@ -108,19 +107,18 @@ impl EventLog {
         Ok(())
     }
 
-    /// Total length of the column files, including buffered entries `[bytes]`.
+    /// Total size of the column files and the buffer `[bytes]`.
     pub fn length(&self) -> u64 {
         let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
         self.columns.iter().map(PartialFile::length).chain(gathered).sum()
     }
 
-    /// Writes the buffered events and syncs all column files to disk.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
         self.hand_on()?;
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
     }
 
-    /// Writes the final number of entries into each column, and returns the files.
+    /// Writes the final number of entries into the header of each column, and returns the files.
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
         self.hand_on()?;
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
@@ -139,7 +137,6 @@ fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
     bytes
 }
 
-/// Names of the column files, relative to the folder of a run.
 pub(super) fn names() -> impl Iterator<Item = String> {
     COLUMNS.iter().map(|(name, ..)| format!("{FOLDER}/{name}"))
 }

@@ -1,5 +1,3 @@
-//! The folder in which a run writes its files.
-
 mod completion;
 mod conversions;
 mod frames;
@@ -40,35 +38,33 @@ use crate::model::Scene;
 use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
-/// Name of the last file that a run writes. If it exists, all other files are complete and belong to the same run.
+/// Name of the last file that a run writes. If this file exists, the run has ended and all its files are complete.
 pub(super) const SUMMARY: &str = "summary.json";
-/// Name of the old summary of a continued run, until the new summary is written.
+/// Name of the old summary while a run is continued.
 pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 pub(super) const SCENE: &str = "scene.toml";
-/// Name of the file with particles that a program has passed to the scene. The copy of the scene refers to this file.
+/// Name of the file with particles that the calling program has passed to the scene. The copy of the scene refers to
+/// it.
 pub(super) const PARTICLES: &str = "particles.xyz";
 pub(super) const THERMO: &str = "thermo.csv";
 pub(super) const TRAJECTORY: &str = "trajectory.xyz";
 pub(super) const CONTACTS: &str = "contacts.csv";
 pub(super) const REPORT: &str = "report.txt";
-/// Page with the results of a run. It is outdated once the run has continued.
+/// Page with the results of a run, outdated once the run has continued.
 pub(super) const PAGE: &str = "report.html";
-/// Page of a single run in a sweep. The page of the sweep links to it.
+/// Page of a single run in a sweep.
 pub(crate) const SMALL_PAGE: &str = "run.html";
 pub(super) const PICTURE: &str = "picture.png";
 
-/// Interval between flushes of `thermo.csv`, so that the table can be viewed during the run.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
 ///
-/// Files have temporary names, such as `thermo.csv.partial`, until all are complete; `summary.json` is
-/// written last. The surfaces of the scene, in `surfaces/`, are complete from the start. A run that replaces
-/// another one is written to the folder `replacement` inside the folder of the old run. The old run is
-/// unchanged until the new run is complete and sound. Otherwise the new run stays in `replacement`.
-/// Checkpoints are written at intervals, and [`Folder::resume`] continues from the last one. The file
-/// `.carom` lists what Carom wrote. Nothing else is ever replaced or removed. The list is locked while a run
-/// writes.
+/// Files have temporary names, such as `thermo.csv.partial`, until all are complete; `summary.json` is written last.
+/// The surfaces of the scene, in `surfaces/`, are complete from the start. A run that replaces another run is written
+/// to the inner folder `replacement`, and stays there unless it ends complete and sound. Checkpoints are written at
+/// intervals, and [`Folder::resume`] continues from the last one. The file `.carom` lists the files that Carom wrote,
+/// and is locked while a run writes. No other file is ever replaced or removed.
 ///
 /// ```
 /// use carom::io::{Existing, Folder};
@@ -94,12 +90,11 @@ pub struct Folder {
     /// This field is dropped first, so that its thread finishes writing before the locks are released.
     trajectory: Trajectory,
     target: PathBuf,
-    /// Folder in which the files are written: the requested folder, or a folder inside it if this run is to replace an
-    /// old run.
+    /// Folder of the files: `target`, or an inner folder if this run is to replace an old run.
     path: PathBuf,
     /// List of Carom's files in the folder `path`.
     owned: Owned,
-    /// List of the old run, if this run is to replace it.
+    /// List of the old run that this run is to replace, if any.
     outer: Option<Owned>,
     /// Checksum of the scene; `None` if its text is not stored.
     scene: Option<u32>,
@@ -110,7 +105,7 @@ pub struct Folder {
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
-    /// Largest total size of the files `[bytes]`.
+    /// Largest permitted size of all files together `[bytes]`.
     most_bytes: f64,
 }
 
@@ -132,8 +127,7 @@ impl Folder {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
         remove_abandoned(target);
-        // The state of the folder is checked before anything is created. A run that writes to the folder is detected
-        // later, by its lock.
+        // The folder is checked before anything is created. If another run writes to it, the lock fails later.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);
         }
@@ -145,14 +139,14 @@ impl Folder {
         replacement::recover(target, &mut owned)?;
         let path = spot(target, existing)?;
         let names = names_of(scene);
-        // Foreign files that are in the way are reported now, before any other file is created.
+        // Reports foreign files before any file is created.
         owned.allow(&names)?;
         let mut outer = None;
         if path != target {
             owned.set_replacement(Replacement::Begun)?;
             make(&path)?;
             let mut inner = Owned::lock(&path)?;
-            // Removes the remains of an earlier run that was to replace the same run.
+            // Removes the remains of an earlier replacement.
             inner.remove_all()?;
             outer = Some(std::mem::replace(&mut owned, inner));
         }
@@ -178,15 +172,15 @@ impl Folder {
         })
     }
 
-    /// Sets the interval between checkpoints. The default is five minutes.
+    /// Sets the interval between checkpoints, by default five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
     }
 
-    /// Interrupts the run once its files exceed this size `[bytes]`. A checkpoint is written first, and
-    /// [`Folder::excess`] returns an error afterwards.
+    /// Interrupts the run once its files exceed this size `[bytes]`. The run first writes a checkpoint, and
+    /// [`Folder::excess`] then returns an error.
     #[must_use]
     pub fn at_most(mut self, bytes: f64) -> Self {
         self.most_bytes = bytes;
@@ -203,8 +197,8 @@ impl Folder {
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
-    /// Writes the text of the scene to `scene.toml`, from which the run can be repeated. For a scene that was read from
-    /// a file, [`Scene::record`] returns this text. A scene made in code has no text, and the page of the run says so.
+    /// Writes the text of the scene to `scene.toml`, from which the run can be repeated. [`Scene::record`] returns the
+    /// text of a scene that was read from a file. A scene made in code has no text.
     ///
     /// # Errors
     /// [`OutputError::Write`] if the file cannot be written.
@@ -216,12 +210,12 @@ impl Folder {
     /// Name of the file that [`Self::keep_particles`] writes to the folder of the run.
     pub const PARTICLES: &str = PARTICLES;
 
-    /// Writes `content`, the particles that a program has passed to the scene, to `particles.xyz`. The scene that
-    /// [`Self::keep_scene`] writes contains the name and the checksum of this file
+    /// Writes `content`, the particles that the calling program has passed to the scene, to `particles.xyz`. The scene
+    /// in the folder contains the name and the checksum of this file
     /// ([`KeptParticles::InFile`](crate::scene::KeptParticles)).
     ///
     /// # Errors
-    /// [`OutputError::Foreign`] if a file of this name exists that Carom did not write, [`OutputError::Write`] if the
+    /// [`OutputError::Foreign`] if Carom did not write an existing file of this name, [`OutputError::Write`] if the
     /// file cannot be written.
     pub fn keep_particles(&mut self, content: &[u8]) -> Result<(), OutputError> {
         let names = [PARTICLES.to_owned()];
@@ -235,7 +229,7 @@ impl Folder {
         file.complete().map(drop)
     }
 
-    /// Returns the state of the run in a folder, which follows from the files in it.
+    /// Returns the state of the run in a folder.
     ///
     /// # Errors
     /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or
@@ -250,7 +244,7 @@ impl Folder {
         run.join(SCENE)
     }
 
-    /// Returns the path of the summary in the folder of a run. The summary is the last file that a run writes.
+    /// Returns the path of the summary in the folder of a run. A run writes this file last.
     #[must_use]
     pub fn summary_of(run: &Path) -> PathBuf {
         run.join(SUMMARY)
@@ -265,7 +259,7 @@ impl Folder {
     }
 }
 
-/// Names of the files that a run of this scene will write, except files of measurements.
+/// Names of the files that a run of this scene will write, except measurements.
 fn names_of(scene: &Scene) -> Vec<String> {
     let [last, previous] = checkpoints::NAMES;
     let mut names: Vec<String> =
@@ -279,7 +273,6 @@ fn names_of(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// Removes a file if it exists.
 pub(crate) fn remove(path: &Path) -> Result<(), OutputError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::write(path)(error)),

@@ -12,11 +12,10 @@
 //! | `log/particles/q6` and others | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
-//! Numbers are `f32` unless noted otherwise. The box of HOOMD is centred at the origin: a position in the file is the
-//! position in the run minus the centre of the box. In a tilted box, a multiple of the period along x is added to put
-//! each particle inside. The box of HOOMD is always periodic along all axes. If the box of the run is not,
-//! `log/carom/periodic` says so, and particles may lie outside. A chunk that equals the chunk of the first frame is not
-//! repeated.
+//! Numbers are `f32` unless noted otherwise. The box of HOOMD is centred at the origin, so the centre of the box is
+//! subtracted from each position. In a tilted box, a multiple of the period along x is added to put each particle
+//! inside. The box of HOOMD is periodic along all axes. If the box of the run is not, `log/carom/periodic` says so, and
+//! particles may lie outside. A chunk equal to the first frame's chunk is not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -35,12 +34,12 @@ use chunks::{Chunks, Kind};
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// Chunks of the first frame. A later frame contains such a chunk only if it differs.
+    /// Chunks of the first frame. Later frames contain only the chunks that differ.
     first: Vec<(&'static str, Vec<u8>)>,
-    /// Whether any frame so far had velocities. From then on, each frame needs a chunk of velocities, because readers
+    /// Whether any frame so far had velocities. Each later frame then needs a chunk of velocities, because readers
     /// would otherwise use the velocities of the first frame.
     has_velocities: bool,
-    /// Whether any frame so far had images. From then on, each frame needs a chunk of images.
+    /// Whether any frame so far had images. Each later frame then needs a chunk of images.
     has_images: bool,
 }
 
@@ -49,7 +48,6 @@ impl Trajectory {
         Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
-    /// Writes a chunk, unless the first frame has an equal chunk.
     fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
         let first = self.first.iter().find(|(known, _)| *known == name);
         if first.is_some_and(|(_, first)| *first == bytes) {
@@ -155,8 +153,8 @@ impl Writer for Trajectory {
     }
 }
 
-/// Returns a position inside the tilted box of HOOMD, and the number of periods along x that were subtracted for this.
-/// `position` is relative to the centre of the box.
+/// Moves a position relative to the centre into the tilted box of HOOMD. Also returns the number of periods subtracted
+/// along x.
 fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
         return (position, 0.0);
@@ -166,7 +164,7 @@ fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods)
 }
 
-/// Returns the image number of a particle along x after `periods` have been subtracted from its position.
+/// Returns a particle's image number along x after `periods` have been subtracted from its position.
 fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     let sum = f64::from(image) + periods;
     if !(f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum) {
@@ -175,7 +173,7 @@ fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     Ok(trunc_to_i32(sum))
 }
 
-/// Sorts particles by id, because a particle has no id in GSD other than its index.
+/// Sorts particles by id, because GSD identifies a particle by its index.
 fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     if frame.particles.is_sorted_by_key(|particle| particle.id) {
         return Cow::Borrowed(frame);
@@ -209,7 +207,7 @@ fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, Fr
     Ok(bytes)
 }
 
-/// Returns the names of types. Each is padded with zeros to the same width, and ends with at least one zero.
+/// Returns the names of types, padded with zeros to one width. Each name ends with at least one zero.
 fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
     let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Protection of input files: no output may replace them, and a run is not continued if they have changed.
+//! Protection of input files: no output replaces them, and a run is not continued if they have changed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::scene::NamedInput;
 /// # Errors
 /// [`OutputError::Input`] with the first such input.
 pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
-    // An output file that does not exist yet replaces nothing.
+    // A missing output file replaces nothing.
     let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
     for input in inputs {
         let input: PathBuf = input.as_ref().to_owned();
@@ -47,7 +47,7 @@ pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
 }
 
 /// Rejects the continuation of a run whose inputs have changed. Missing inputs and the checkpoint of a preceding run
-/// are ignored, because they are not needed to continue.
+/// are not needed, and are ignored.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {

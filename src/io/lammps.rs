@@ -17,20 +17,18 @@
 //! 0 1 ball 0.5 0.5 0 1 0 0 -2 0 0 0.5
 //! ```
 //!
-//! `TIMESTEP` is the index of the frame in the trajectory, from 0, because there are no time steps. `TIME` is
-//! the simulated time. Ids are the same as in all other outputs and count from 0. Types count from 1 in the
-//! order of the species. `element` is the name of the species. `ix iy iz` are the periods travelled, so that
-//! `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz` is the unwrapped position. Velocities and images that the
-//! source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat axis gets the
-//! largest diameter, centred on the particles. Scalars of the particles follow in further columns. Numbers
-//! have the fewest digits that read back as the same number.
+//! `TIMESTEP` is the index of the frame in the trajectory, from 0. `TIME` is the simulated time. Ids count from 0, as
+//! in all outputs. Types count from 1 in the order of the species, and `element` is the name of the species. `ix iy iz`
+//! are the periods travelled, and the unwrapped position is `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz`. Velocities
+//! and images that the source does not have are left out. Sides are `p` (periodic) or `f` (all others). A flat axis
+//! gets the largest diameter, centred on the particles. Scalars of the particles follow in further columns. Numbers
+//! have the fewest digits that restore the same value.
 //!
 //! A sheared box whose next image along y is displaced has the bounds of its parallelepiped, followed by the
-//! displacement as the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions are the same as in
-//! the run.
+//! displacement as the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions do not change.
 //!
-//! ASE accepts only chemical symbols as names, and MDAnalysis (2.11) rejects dumps with `TIME`. Use extended
-//! XYZ or GSD for these.
+//! ASE accepts only chemical symbols as names, and MDAnalysis (2.11) rejects dumps with `TIME`. Both read extended XYZ
+//! or GSD.
 
 use std::io::Write;
 

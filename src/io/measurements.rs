@@ -1,5 +1,5 @@
-//! Results of the instruments of a run or a replica exchange: `measurements.json`, and a CSV table for each curve in
-//! the folder `measurements`. Earlier stages and temperatures have subfolders.
+//! Results of instruments: `measurements.json`, and a CSV table for each curve in the folder `measurements`. Earlier
+//! stages and temperatures have subfolders.
 
 use std::fmt::Write;
 use std::fs;
@@ -18,14 +18,13 @@ use crate::run::{Finished, MeasuredStage};
 pub(crate) const FILE: &str = "measurements.json";
 pub(crate) const TABLES: &str = "measurements";
 
-/// Content of `measurements.json`: the results of the instruments in the last measurement of a run and in its earlier
-/// measured stages, or at each temperature of an exchange.
+/// Results of the instruments in a run or a replica exchange; the content of `measurements.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measurements {
     /// Results of the last measurement.
     #[serde(flatten)]
     pub last: Measured,
-    /// Results of the earlier measured stages of a run, or results at each temperature of an exchange.
+    /// Results of the earlier measured stages of a run, or of the temperatures of an exchange.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageMeasured>,
 }
@@ -33,7 +32,7 @@ pub struct Measurements {
 /// Results of the instruments in a measured stage, or at one temperature of an exchange.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
-    /// Name of the stage in the scene, or `temperature-1` for the first temperature of an exchange, and so on.
+    /// Name of the stage, or `temperature-1` for the first temperature of an exchange, and so on.
     pub name: String,
     /// Results of the instruments.
     #[serde(flatten)]
@@ -60,7 +59,6 @@ impl Measurements {
         }
     }
 
-    /// Returns all curves, each with the path of its table.
     fn curves(&self) -> impl Iterator<Item = (String, &Curve)> {
         let of_stage = |stage: &StageMeasured, curve: &Curve| format!("{TABLES}/{}/{}.csv", stage.name, curve.name);
         let last = self.last.curves.iter().map(|curve| (format!("{TABLES}/{}.csv", curve.name), curve));
@@ -71,7 +69,6 @@ impl Measurements {
         )
     }
 
-    /// Writes the files under temporary names.
     pub(crate) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
         if *self == Self::default() {
             return Ok(Vec::new());
@@ -89,7 +86,6 @@ impl Measurements {
         Ok(files)
     }
 
-    /// Names of the files that [`Self::prepare`] writes, relative to the folder of the run.
     pub(super) fn names(&self) -> Vec<String> {
         if *self == Self::default() {
             return Vec::new();
@@ -102,8 +98,8 @@ pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// Writes a curve as a CSV table: its variables, and each quantity with its standard error. Cells of missing data are
-/// empty. The headings are identifiers; the units are in `measurements.json`.
+/// Writes a curve as a CSV table: the variables, and each quantity with its standard error. Missing data are empty
+/// cells. Headings are identifiers; `measurements.json` contains the units.
 fn table(curve: &Curve) -> String {
     let mut text = String::new();
     let heads = curve.variables.iter().map(|variable| variable.name.clone());

@@ -17,8 +17,8 @@
 //! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | names of the bonds' interactions, and an index into the names for each bond |
 //!
 //! The unwrapped position is the position plus the image times the edges of the box. In a sheared box, the image along
-//! y times the displacement along x is added. Numbers are `f64`, ids and indices are `u32`, all little-endian. Every
-//! frame must have the same particles in the same order.
+//! y times the displacement along x is added. Numbers are `f64`, ids and indices are `u32`, all little-endian. All
+//! frames must have the same particles in the same order.
 
 pub(super) mod array;
 #[cfg(test)]
@@ -37,8 +37,7 @@ pub(super) struct Arrays {
     growing: Option<Growing>,
 }
 
-/// Arrays to which every frame adds data, and the first frame. The particles and bonds of later frames must agree with
-/// those of the first frame.
+/// Arrays that grow with each frame, and the first frame. Later frames must have its particles and bonds.
 #[derive(Debug)]
 struct Growing {
     first: Frame,
@@ -56,7 +55,7 @@ impl Arrays {
         Self { folder: folder.to_owned(), growing: None }
     }
 
-    /// Creates the arrays, and writes the data that is the same in all frames.
+    /// Creates the arrays, and writes the data common to all frames.
     fn start(&self, frame: &Frame, has_velocities: bool) -> Result<Growing, FrameError> {
         let file = |name: &str| self.folder.join(name);
         let all = &frame.particles;

@@ -1,11 +1,9 @@
-//! Cells of tables: numbers and words.
-
 use std::fmt;
 
 use crate::base::shortest::Shortest;
 
-/// A number as a cell of a table. It has the fewest digits that read back as the same number, and an exponent instead
-/// of many zeros. A missing value is an empty cell.
+/// A number in a table, with the fewest digits that restore the same value, or empty if missing. An exponent replaces
+/// many zeros.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell(pub Option<f64>);
 
@@ -23,8 +21,7 @@ pub(crate) fn quoted(word: &str) -> String {
     if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
-/// Returns a text as a cell of a CSV table. If a spreadsheet would take the text for a formula, an apostrophe precedes
-/// it. Numbers are unchanged.
+/// Returns a text as a cell of a CSV table. An apostrophe precedes a text that a spreadsheet would take for a formula.
 pub(crate) fn text_cell(word: &str) -> String {
     let is_formula = word.starts_with(['=', '+', '-', '@', '\t', '\r']) && word.parse::<f64>().is_err();
     if is_formula { quoted(&format!("'{word}")) } else { quoted(word) }

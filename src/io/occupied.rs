@@ -1,5 +1,4 @@
-//! State of a folder before a run writes to it. The folder may hold no run, an unfinished run, a finished run, or
-//! something else.
+//! State of the run in a folder: none, unfinished or finished.
 
 use std::fs;
 use std::io;
@@ -24,14 +23,13 @@ pub enum FolderState {
     Finished,
 }
 
-/// Returns the folder in which a new run writes its files: the requested folder, or a folder inside it if the requested
-/// folder holds a run that is to be replaced.
+/// Returns the folder in which a new run writes: the requested folder, or an inner folder if the new run is to replace
+/// a run.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if the requested folder holds something other than a run, [`OutputError::Finished`],
-/// [`OutputError::Unfinished`] or [`OutputError::Replacing`] if it holds a run to be kept,
-/// [`OutputError::NotReplacement`] if something else is at the path of the inner folder, [`OutputError::NotFolder`] or
-/// [`OutputError::Folder`] if the requested folder cannot be read.
+/// [`OutputError::Finished`], [`OutputError::Unfinished`] or [`OutputError::Replacing`] if the requested folder holds a
+/// run to be kept, [`OutputError::NotReplacement`] if something else is at the path of the inner folder, and the errors
+/// of [`state_of`].
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
     match (state_of(path)?, existing) {
         (FolderState::Nothing, _) => Ok(path.to_owned()),
@@ -40,7 +38,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (FolderState::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // A folder at the inner path counts as the replacement of this run only if the list of this run records a
+            // A folder at the inner path is the replacement of this run only if the list of this run records a
             // replacement.
             let is_known = owned::replacement_of(path) != Replacement::None;
             if !is_known && (inner.is_symlink() || !matches!(state_of(&inner), Ok(FolderState::Nothing))) {
@@ -51,15 +49,14 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
     }
 }
 
-/// Returns the folder of the latest run. This is the folder inside `path` if it holds a checkpoint of a run that is to
-/// replace the run in `path`, otherwise `path`.
+/// Returns the folder of the latest run: the inner folder if it holds a checkpoint of a replacement, otherwise `path`.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
     if is_known && is_run(&inner) && checkpoints::has_any(&inner) { inner } else { path.to_owned() }
 }
 
-/// Returns the folder of the run that contains `path`, whether or not `path` exists.
+/// Returns the folder of the run that contains `path`. `path` need not exist.
 pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let path = std::path::absolute(path).ok()?;
     // Links are resolved as far as the path exists.
@@ -68,8 +65,8 @@ pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
-/// Returns the state of the run in a folder. The folder may also contain a newer run that is to replace this run. If
-/// the newer run can be resumed, the older run counts as finished.
+/// Returns the state of the run in a folder. The run counts as finished if the folder contains a replacement that can
+/// be resumed.
 ///
 /// # Errors
 /// [`OutputError::Occupied`] if the folder holds something other than a run, [`OutputError::NotFolder`] or

@@ -1,6 +1,6 @@
-//! List of all files that Carom wrote in the folder of a run. A folder with such a list is recognized as the folder of
-//! a run. Only listed files are replaced or removed. The list also records whether a new run is to replace this run, so
-//! that no foreign folder is mistaken for the new run.
+//! List of the files that Carom wrote in the folder of a run. The list identifies the folder of a run. Only listed
+//! files are replaced or removed. The list also records a replacement, so that no foreign folder is mistaken for the
+//! new run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -21,19 +21,19 @@ use crate::run::checkpoint::Checkpoint;
 /// Name of the list of files. The list is locked while a run writes to the folder.
 pub(super) const FILE: &str = ".carom";
 
-/// First line of the list of files. It identifies the list.
+/// First line, which identifies a list of files.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// Beginning of a line of the list that records the progress of a replacement.
+/// Beginning of the line that records the progress of a replacement.
 const REPLACEMENT: &str = "replacement ";
 
-/// Progress of the replacement of a run by a new run.
+/// Progress in replacing an old run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Replacement {
     #[default]
     None,
     Begun,
-    /// The new run is complete, and its files are replacing the files of the old run.
+    /// The new run is complete, and its files are moving to the old run's folder.
     Complete,
 }
 
@@ -50,8 +50,8 @@ impl Replacement {
     }
 }
 
-/// Names of the files that Carom wrote in the folder of a run. A name that ends with `/` is a folder and stands for all
-/// files of one format in it.
+/// List of Carom's files in the folder of a run. A name that ends with `/` stands for all files of one format in a
+/// folder.
 #[derive(Debug)]
 pub(super) struct Owned {
     folder: PathBuf,
@@ -60,7 +60,7 @@ pub(super) struct Owned {
     replacement: Replacement,
 }
 
-/// Whether a folder is the folder of a run. If its list is missing, a checkpoint identifies it.
+/// Whether a folder belongs to a run. Without a list, a checkpoint identifies it.
 pub(super) fn is_run(folder: &Path) -> bool {
     let start = plain::read(&folder.join(FILE), HEADER.len() as u64);
     let has_list = start.is_ok_and(|bytes| bytes == HEADER.as_bytes());
@@ -71,25 +71,23 @@ pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
-/// Formats of the converted trajectories in the list of a run. The scene requested them, or a command converted the
-/// trajectory.
+/// Formats of the converted trajectories in the list of a run, made by the run or by a later command.
 pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
     let names = read(folder).map(|list| list.names).unwrap_or_default();
     Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
 }
 
-/// Whether a list contains at most its first line. A run that was killed at its beginning leaves such a list.
+/// Whether a list contains at most its first line, for example because the run was killed at its beginning.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
 
 impl Owned {
-    /// Locks a folder until the returned list is dropped. The folder must be empty or belong to a run.
+    /// Locks an empty folder or the folder of a run, until the list is dropped.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::NotPlain`] if a link, or anything
-    /// other than a plain file, has the name of a listed file; [`OutputError::Foreign`] if a file has the name of the
-    /// list but is not a list. Nothing is changed in these cases.
+    /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::NotPlain`] if a listed name belongs to
+    /// a link or another special file; [`OutputError::Foreign`] if the file with the list's name is not a list.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
@@ -109,7 +107,7 @@ impl Owned {
             owned.file.set_len(whole as u64).map_err(OutputError::write(&path))?;
         }
         if whole == 0 {
-            // The list is missing, because the run is new or because the list was lost.
+            // The run is new, or its list was lost.
             owned.append(HEADER)?;
             owned.list(&lost)?;
         }
@@ -132,17 +130,14 @@ impl Owned {
         Ok(())
     }
 
-    /// Adds names to the list before the files are created.
-    ///
-    /// # Errors
-    /// [`OutputError::Foreign`] if a file that Carom did not write has one of the names.
+    /// Adds names to the list before the files are created. A foreign file with one of the names is an error.
     pub fn claim(&mut self, names: &[String]) -> Result<(), OutputError> {
         self.allow(names)?;
         self.list(names)
     }
 
-    /// Checks that files with these names may be written. A file or folder that already has one of the names must be in
-    /// the list. If it is a folder, Carom must have written every file in it.
+    /// Checks that files with these names may be written. An existing file or folder must be in the list, and Carom
+    /// must have written every file in a listed folder.
     ///
     /// # Errors
     /// [`OutputError::Foreign`] if a file that Carom did not write is in the way, [`OutputError::NotPlain`] if a folder
@@ -174,7 +169,7 @@ impl Owned {
         Ok(())
     }
 
-    /// Removes the files with these names, complete or not, and deletes the names from the list.
+    /// Removes files, complete or not, and removes their names from the list.
     pub fn remove(&mut self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
@@ -184,7 +179,7 @@ impl Owned {
                 remove(&path)?;
             }
             self.remove_partial(name)?;
-            // The folder of a removed file is removed too, if it is now empty.
+            // The folder of a removed file is removed too if it is now empty.
             if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
                 let _ = fs::remove_dir(parent);
             }
@@ -210,18 +205,18 @@ impl Owned {
     }
 }
 
-/// Default names of pages and pictures that commands add to the folder of a run.
+/// Names of pages and pictures that commands add to the folder of a run.
 const ABOUT: [&str; 3] = [PAGE, SMALL_PAGE, PICTURE];
 
-/// Adds a file to the list of the run in the same folder, so that a run that replaces this run removes the file. Only
-/// pages, pictures and converted trajectories with their default names are added.
+/// Adds a page, a picture or a converted trajectory to the list of the run, if the file has the default name. The file
+/// is then removed when the run is replaced.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
     let conversions = Format::ALL.map(Format::listed);
     let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
-        // Errors are ignored. If the entry is missing, a run that replaces this run merely leaves the file in place.
+        // If the entry is missing, a replacement of the run merely leaves the file in place.
         if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
@@ -230,14 +225,13 @@ pub(crate) fn note(path: &Path) {
 
 #[derive(Debug, Default)]
 struct List {
-    /// Names of files that were added and not removed later.
     names: BTreeSet<String>,
     replacement: Replacement,
 }
 
 impl List {
-    /// Reads a list from the content of its file. Also returns the length of its complete lines `[bytes]`, because a
-    /// truncated last line is ignored. `None` if the file is not a list.
+    /// Reads a list, and the length of its complete lines `[bytes]`. A truncated last line is ignored. `None` if the
+    /// file is not a list.
     fn of(text: &[u8]) -> Option<(Self, usize)> {
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
         let lines = text[..whole].strip_prefix(HEADER.as_bytes())?;
@@ -260,8 +254,7 @@ fn read(folder: &Path) -> Option<List> {
     List::of(&text).map(|(list, _)| list)
 }
 
-/// Returns the standard names of run files that exist in a folder, complete or not. If the list of files was lost, they
-/// form the new list.
+/// Returns the standard names of run files that exist in a folder, complete or not. They replace a lost list.
 fn known_in(folder: &Path) -> Vec<String> {
     let known = [SCENE, PARTICLES, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
     let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
@@ -269,7 +262,7 @@ fn known_in(folder: &Path) -> Vec<String> {
     known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()
 }
 
-/// Whether a path stays inside the folder to which it is relative.
+/// Whether a relative path stays inside its folder.
 fn is_inside(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
@@ -291,7 +284,7 @@ mod tests {
         assert!(matches!(owned.claim(&names(&["c", "mine"])), Err(OutputError::Foreign(_))));
         owned.remove(&names(&["b"])).unwrap();
         drop(owned);
-        // A power failure may truncate the last line of the list.
+        // A power failure can truncate the last line of the list.
         OpenOptions::new().append(true).open(folder.path().join(FILE)).unwrap().write_all(b"+ mi").unwrap();
         let owned = Owned::lock(folder.path()).unwrap();
         assert_eq!(owned.names().iter().collect::<Vec<_>>(), ["a"]);

@@ -1,5 +1,3 @@
-//! Files that have a temporary name until they are complete.
-
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -11,20 +9,18 @@ use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 const SUFFIX: &str = ".partial";
 
-/// A file that has a temporary name until it is complete. Its checksum is updated while it is written, so that a
-/// checkpoint does not have to read it again.
+/// A file that has a temporary name until it is complete. The checksum is updated with each write, so a checkpoint need
+/// not read the file again.
 #[derive(Debug)]
 pub(crate) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: BufWriter<Checked<File>>,
-    /// Length of the head of the file `[bytes]`. The checksum does not include the head, because it is overwritten at
-    /// the end of the run.
+    /// Length of the head `[bytes]`. The checksum excludes the head, which is overwritten at the end of the run.
     head: u64,
 }
 
 impl PartialFile {
-    /// Creates an empty file under a temporary name. `path` is its final path.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
         let partial = partial_of(&path);
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
@@ -37,14 +33,13 @@ impl PartialFile {
         Ok(file)
     }
 
-    /// Returns the path at which a file exists: its temporary path as long as it is unfinished, otherwise its final
-    /// path.
+    /// Returns the temporary path if a file exists there, otherwise the final path.
     pub fn present(path: &Path) -> PathBuf {
         let partial = partial_of(path);
         if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Checks that a file still contains the data that a checkpoint records.
+    /// Checks that a file contains the data that a checkpoint records.
     pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
@@ -53,8 +48,8 @@ impl PartialFile {
         Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
-    /// Reopens, under its temporary name, a file that a checkpoint records. Everything written after the checkpoint is
-    /// cut off. The caller must have checked the file with [`Self::check`].
+    /// Reopens a file that a checkpoint records, under its temporary name, and cuts off everything written later. Call
+    /// [`Self::check`] first.
     pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         file.set_len(entry.length).map_err(OutputError::write(&partial))?;
@@ -63,7 +58,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
-    /// Reopens a file that no checkpoint records. Writing continues at its end.
+    /// Reopens a file that no checkpoint records, and continues at its end.
     pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
         let mut file = Checked::new(file);
@@ -75,7 +70,7 @@ impl PartialFile {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
 
-    /// Writes a provisional head to an empty file. [`Self::replace_head`] writes the final one.
+    /// Writes a provisional head to an empty file. [`Self::replace_head`] later writes the final head.
     pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         self.replace_head(bytes)?;
         self.head = bytes.len() as u64;
@@ -94,13 +89,12 @@ impl PartialFile {
             .map_err(OutputError::write(&self.partial))
     }
 
-    /// Length of the file, including bytes that are still buffered `[bytes]`.
+    /// Length of the file, including the buffer `[bytes]`.
     pub fn length(&self) -> u64 {
         self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Syncs everything written so far to disk. Returns the entry of this file for a checkpoint, with its name relative
-    /// to `folder`, the folder of the run.
+    /// Syncs the file to disk. Returns its entry for a checkpoint, with its name relative to the folder of the run.
     pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
@@ -121,7 +115,7 @@ impl PartialFile {
         self.write_bytes(text.as_bytes())
     }
 
-    /// Flushes everything written so far to the operating system, so that other programs can read it.
+    /// Hands everything over to the operating system, so that other programs can read it.
     pub fn flush(&mut self) -> Result<(), OutputError> {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }
@@ -142,7 +136,7 @@ impl PartialFile {
     }
 }
 
-/// Opens an existing file for writing. If it already has its final name, it is renamed to its temporary name first.
+/// Opens an existing file for writing, under its temporary name.
 fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
     let partial = partial_of(path);
     if !partial.exists() {

@@ -1,5 +1,5 @@
-//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because their targets may not
-//! belong to Carom.
+//! Carom's own files: plain files in plain folders. Symbolic links are not followed, because they may lead to foreign
+//! files.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
@@ -10,11 +10,8 @@ use super::error::OutputError;
 use super::occupied::run_around;
 use super::partial::partial_of;
 
-/// Creates an empty file. An existing file is removed first, because writing through a symbolic or hard link would
-/// change another file.
-///
-/// # Errors
-/// System errors, for example if a folder exists at the path.
+/// Creates an empty file. An existing file is removed first, because it may be a symbolic or hard link to a foreign
+/// file.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -23,7 +20,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Opens a plain file with the given options.
+/// Opens a plain file.
 ///
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`] for a link, a folder, a device or a pipe; system errors.
@@ -33,8 +30,8 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
         // `O_NOFOLLOW` rejects links, and `O_NONBLOCK` avoids blocking on a pipe.
         std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
-    // On systems other than Linux, only this check rejects links. On Linux, the flags of `open` also reject a link that
-    // appears after this check.
+    // Outside Linux, only this check rejects links. On Linux, `O_NOFOLLOW` also rejects a link that appears after this
+    // check.
     if fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file"));
     }
@@ -43,17 +40,13 @@ pub(crate) fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
 }
 
 /// Returns the content of a plain file, up to `most` bytes.
-///
-/// # Errors
-/// The errors of [`open`], and errors of reading.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(OpenOptions::new().read(true), path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Opens or creates the file that marks a folder as Carom's. The file stays locked for this process until it is
-/// dropped.
+/// Opens or creates the file that marks a folder as Carom's, and locks it until the file is dropped.
 ///
 /// # Errors
 /// [`OutputError::Busy`] if another process has locked the file, [`OutputError::NotPlain`] or [`OutputError::Write`] if
@@ -73,7 +66,7 @@ pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputE
     Ok((file, bytes))
 }
 
-/// Creates a folder for the output of a command, unless it exists. Removes drafts that killed commands left in it.
+/// Creates an output folder if it is missing, and removes drafts of killed commands from it.
 ///
 /// # Errors
 /// [`OutputError::WithinRun`] if the path is inside the folder of a run, [`OutputError::NotFolder`] or
@@ -90,11 +83,8 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Checks the temporary path and the final path of one of Carom's files. If something exists there, it must be a plain
-/// file, or a plain folder if `name` ends with `/`. No folder between `folder` and the file may be a link.
-///
-/// # Errors
-/// [`OutputError::NotPlain`] otherwise. A missing file is accepted.
+/// Checks the temporary path and the final path of one of Carom's files. Each must be missing or a plain file, or a
+/// plain folder if `name` ends with `/`. No folder between `folder` and the file may be a link.
 pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError> {
     refuse_links_to(folder, name)?;
     let path = folder.join(name.trim_end_matches('/'));
@@ -102,21 +92,15 @@ pub(crate) fn refuse_others(folder: &Path, name: &str) -> Result<(), OutputError
     refuse(&path, name.ends_with('/'))
 }
 
-/// Checks that all folders from `folder` down to a file in it are plain folders and not links.
-///
-/// # Errors
-/// [`OutputError::NotPlain`].
+/// Checks that no folder between `folder` and a file in it is a link.
 pub(crate) fn refuse_links_to(folder: &Path, name: &str) -> Result<(), OutputError> {
     let path = folder.join(name.trim_end_matches('/'));
     let mut parents = path.ancestors().skip(1).take_while(|parent| *parent != folder);
     parents.try_for_each(|parent| refuse(parent, true))
 }
 
-/// Rejects a path at which something other than a plain file exists, or something other than a folder if `is_folder` is
-/// true. Links are always rejected.
-///
-/// # Errors
-/// [`OutputError::NotPlain`]. A missing file is accepted.
+/// Rejects a path at which something other than a plain file exists, or other than a folder if `is_folder`. Links are
+/// always rejected; a missing file is accepted.
 pub(crate) fn refuse(path: &Path, is_folder: bool) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
     let kind = metadata.file_type();

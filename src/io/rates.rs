@@ -16,14 +16,14 @@ pub struct Rate {
     pub species: Vec<String>,
     /// Number of events of this kind.
     pub events: u64,
-    /// Number of these events per unit of time `[1 / time]`; `None` if no time passed.
+    /// Number of events per simulated time `[1 / time]`; `None` if no time passed.
     pub per_time: Option<f64>,
-    /// Number of these events per unit of time and per particle of each species `[1 / time]`. An event between two
+    /// Number of events per simulated time and per particle of each species `[1 / time]`. An event between two
     /// particles of the same species counts for both. `None` for static particles.
     pub per_particle: Vec<Option<f64>>,
 }
 
-/// Returns the rates of all kinds of events that occurred in a measurement. `duration` is its simulated time `[time]`.
+/// Returns the rates of all kinds of events in a measurement of length `duration` `[time]`.
 #[must_use]
 pub fn rates(simulation: &Simulation, counts: &EventCountsBySpecies, duration: f64) -> Vec<Rate> {
     let (numbers, scene) = (simulation.population(), simulation.scene());
@@ -52,8 +52,7 @@ impl Rate {
         format!("{}, {}", self.kind, self.species.join(" and "))
     }
 
-    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`. If both species are the same, their rate
-    /// appears once.
+    /// Describes the rates per particle, such as `0.57 per A, 0.11 per B`. A species appears once.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words: Vec<String> = Vec::new();
@@ -65,8 +64,8 @@ impl Rate {
     }
 }
 
-/// Returns the rates to print in addition to the collision rate of a run. A core rate is left out if it is the only
-/// core rate and involves every species that occurs in `rates`, because it is then equal to the collision rate.
+/// Returns the rates to print beside the collision rate. If there is only one core rate, and it involves every species
+/// in `rates`, it equals the collision rate and is left out.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

@@ -1,7 +1,6 @@
-//! Replacement of an old run by a new run. The new run is written to a folder inside the folder of the old run. The old
-//! run is unchanged until the new run is complete and sound. Then the new files replace the old files. An interrupted
-//! replacement is completed when the folder is opened next. The list of the old run records the progress. Other files
-//! in the folder are left alone.
+//! Replacement of an old run by a new run. The new run is written to a folder inside the old run's folder. Once it is
+//! complete and sound, its files replace the old files. If the program is killed meanwhile, the next command that opens
+//! the folder completes the replacement. The list of the old run records the progress.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,8 +18,8 @@ pub(super) fn within(run: &Path) -> PathBuf {
     run.join(FOLDER)
 }
 
-/// Completes a replacement that a killed program left unfinished. A complete new run replaces the old run. A new run
-/// that cannot be resumed is removed. The folder must be locked.
+/// Completes an interrupted replacement. A complete new run replaces the old run; a new run that cannot be resumed is
+/// removed. The folder must be locked.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     if owned.replacement() == Replacement::None {
         return Ok(());
@@ -43,16 +42,12 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     owned.set_replacement(Replacement::None)
 }
 
-/// Replaces all files of the old run by the files of the complete new run.
-///
-/// # Errors
-/// [`OutputError::Foreign`] if a file that neither run wrote is in the way, [`OutputError::Write`] if a file cannot be
-/// moved.
+/// Replaces the files of the old run by the files of the complete new run. Fails if a foreign file is in the way.
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
     old.set_replacement(Replacement::Complete)?;
-    // From here on, files of the old run are replaced. All files of the new run are complete and synced to disk.
+    // From here on, files of the old run are replaced. All files of the new run are complete and on disk.
     remove(&run.join(SUMMARY))?;
     sync_folder(run);
     for name in names.iter().filter(|name| *name != SUMMARY) {
@@ -61,7 +56,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
     old.remove(&stale)?;
     for name in &names {
-        // The old run may have left unfinished files.
+        // Removes unfinished files of the old run.
         old.remove_partial(name)?;
     }
     sync_folder(run);
@@ -71,7 +66,7 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.set_replacement(Replacement::None)
 }
 
-/// Moves a file or folder. If `from` is missing, an earlier attempt has already moved it.
+/// Moves a file or folder. A missing source has been moved by an earlier attempt.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -81,13 +76,13 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    // The old folder is removed first. A single rename then moves the new folder into place. Even if the program is
-    // killed, no old files are left among the new ones.
+    // First removes the old folder, then moves the new folder in one step. Old and new files are never mixed, even
+    // after a kill.
     remove_converted(to)?;
     fs::rename(from, to).map_err(write)
 }
 
-/// Removes the folder of a run if it contains only its list and empty folders.
+/// Removes the folder of a run, unless it contains more than its list and empty folders.
 fn clear(inner: &Path, list: Owned) {
     for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
         if !folder.as_os_str().is_empty() {
@@ -95,7 +90,7 @@ fn clear(inner: &Path, list: Owned) {
         }
     }
     drop(list);
-    // The folder stays if it contains files of the user.
+    // If the folder contains files of the user, it stays.
     let _ = fs::remove_file(inner.join(owned::FILE));
     let _ = fs::remove_dir(inner);
 }

@@ -1,4 +1,4 @@
-//! Simulations saved in separate files. A file contains the exact state, in the format of a checkpoint.
+//! Simulations saved in files of their own, with their exact state, in the format of checkpoints.
 
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, Write};
@@ -70,10 +70,9 @@ impl SavedError {
     }
 }
 
-/// Saves a simulation, and data that a program keeps with it, so that [`load_simulation`] continues with the
-/// same bits.
+/// Saves a simulation together with data of the calling program. [`load_simulation`] continues with the same bits.
 ///
-/// The file gets its final name once it is complete. An existing saved simulation is replaced; anything else
+/// The file gets its final name once it is complete. An existing saved simulation is always replaced; any other file
 /// only if `existing` permits.
 ///
 /// ```
@@ -96,7 +95,7 @@ impl SavedError {
 /// ```
 ///
 /// # Errors
-/// [`SavedError::Exists`] and [`SavedError::Write`]; an existing file is unchanged then.
+/// [`SavedError::Exists`] and [`SavedError::Write`]. They leave an existing file unchanged.
 pub fn save_simulation(
     path: &Path,
     simulation: &Simulation,
@@ -111,14 +110,13 @@ pub fn save_simulation(
     })
 }
 
-/// Loads a simulation saved by [`save_simulation`], and the data saved with it. The simulation runs on one thread
-/// unless [`Simulation::set_threads`] is called.
+/// Loads a simulation and the data saved with it. It runs on one thread unless [`Simulation::set_threads`] is called.
 ///
 /// # Errors
 /// [`SavedError`] if the file does not exist, was written by another version, or has a changed bit.
 pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, T), SavedError> {
     let unreadable = |source| SavedError::Read { path: path.to_owned(), source };
-    // Anything but a plain file is rejected, because opening a pipe would block.
+    // Opening a pipe would block.
     if path.exists() && !path.is_file() {
         return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "not a plain file")));
     }
@@ -126,7 +124,7 @@ pub fn load_simulation<T: DeserializeOwned>(path: &Path) -> Result<(Simulation, 
     read(file, &path.display().to_string()).map_err(unreadable)?
 }
 
-/// Returns the bytes that [`save_simulation`] would write to a file.
+/// Returns the bytes that [`save_simulation`] writes.
 ///
 /// # Errors
 /// If the simulation or the data cannot be serialized.
@@ -136,7 +134,7 @@ pub fn simulation_to_bytes(simulation: &Simulation, beside: &impl Serialize) -> 
     Ok(bytes)
 }
 
-/// Returns the simulation and the data from the bytes of [`simulation_to_bytes`].
+/// Restores the simulation and the data from the bytes of [`simulation_to_bytes`].
 ///
 /// # Errors
 /// The errors of [`load_simulation`].
@@ -203,7 +201,7 @@ mod tests {
         assert!(matches!(refused, Err(SavedError::Exists(_))));
         assert!(std::fs::read_to_string(&path).unwrap().starts_with("notes"));
         save_simulation(&path, &simulation, &1_u8, Existing::Replace).unwrap();
-        // `Existing::Keep` protects other files, but not saved simulations.
+        // `Existing::Keep` does not protect saved simulations.
         save_simulation(&path, &simulation, &2_u8, Existing::Keep).unwrap();
         assert_eq!(load_simulation::<u8>(&path).unwrap().1, 2);
         assert!(matches!(load_simulation::<u8>(folder.path()), Err(SavedError::Read { .. })));

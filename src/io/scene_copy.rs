@@ -11,7 +11,7 @@ use crate::model::Limit;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// Returns a checksum that identifies the scene even if the limit of the run changes.
+/// Writes the file, and returns a checksum of the scene that does not depend on the limit of the run.
 pub(super) fn create(path: PathBuf, text: &str) -> Result<u32, OutputError> {
     PartialFile::with_text(path, text)?.flush()?;
     Ok(identity(text))

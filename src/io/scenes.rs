@@ -1,4 +1,4 @@
-//! Reads scenes from files. A scene may start from the end of a run.
+//! Reads scenes from files.
 
 use std::path::Path;
 
@@ -10,8 +10,7 @@ use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_text};
 
-/// Reads a scene from a file, with overrides, as [`Scene::from_file_with`] does. The scene may start from a
-/// run.
+/// Reads a scene from a file, as [`Scene::from_file_with`] does. The scene may start from the end of a run.
 ///
 /// ```
 /// use carom::io::{Existing, Folder, read_scene};
@@ -35,15 +34,15 @@ use crate::scene::{GivenParticles, LastRun, SceneError, SceneErrorKind, read_tex
 /// ```
 ///
 /// # Errors
-/// As [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] if it cannot
-/// start from the run.
+/// The errors of [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] if the scene
+/// cannot start from the run.
 pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
     let path = path.as_ref();
     Scene::from_toml_and_run(read_text(path)?, path, overrides, None, &open)
 }
 
-/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from the end of a run. `name` is
-/// treated as the path of the file, in messages and for relative paths in the text.
+/// Reads a scene from its text, as [`Scene::from_toml_with`] does. The scene may start from the end of a run. Messages
+/// and relative paths treat `name` as the path of the text.
 ///
 /// # Errors
 /// The errors of [`read_scene`], except errors of reading the file.
@@ -55,8 +54,8 @@ pub fn read_scene_text(
     Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, None, &open)
 }
 
-/// Reads a scene from its text with particles from memory, as if the text named a file with them. `name` is
-/// used like the path of the text's file.
+/// Reads a scene from its text, with particles from memory instead of a file. Messages and relative paths treat `name`
+/// as the path of the text.
 ///
 /// ```
 /// use carom::io::{read_scene_text, read_scene_with};
@@ -74,7 +73,7 @@ pub fn read_scene_text(
 /// ```
 ///
 /// # Errors
-/// As [`read_scene_text`]. An error in the particles is reported with their name and row.
+/// The errors of [`read_scene_text`]. An error in the particles is reported with their name and row.
 pub fn read_scene_with(
     text: impl Into<String>,
     name: impl AsRef<Path>,

@@ -1,4 +1,4 @@
-//! The numerical results of a run, `summary.json`. Its keys are stable, so that programs can rely on them.
+//! Numerical results of a run: `summary.json`. The keys are stable, so that programs can rely on them.
 
 mod system;
 
@@ -44,14 +44,13 @@ pub struct Summary {
     /// Short name of the reason why the run ended, such as `time`; `None` in files without this key.
     #[serde(default)]
     pub ending: Option<String>,
-    /// Start and duration of the measurement.
     #[serde(default)]
     pub measured: Option<Period>,
     /// The simulated system, in numbers.
     #[serde(default)]
     pub system: Option<System>,
-    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files
-    /// without this key.
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files without this
+    /// key.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
     /// Volume moves of the barostat in the measurement; absent without a barostat.
@@ -61,8 +60,8 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
-    /// Why the run is not sound, in one line, for example because it jammed or because the audit failed. Absent for a
-    /// sound run, for an interrupted run without faults, and in files without this key.
+    /// Why the run is not sound, in one line, such as a jam or a failed audit. Absent if the run is sound or was
+    /// interrupted without faults, and in files without this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
     /// Faults found by the audit, in words; empty if there are none.
@@ -74,11 +73,10 @@ pub struct Summary {
     /// Summaries of the earlier measured stages, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageSummary>,
-    /// Published values from theory and other simulations for the measured quantities, at the mean
-    /// temperature.
+    /// Published values from theory and other simulations, at the mean temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
-    /// Names and units of the columns of each table, by file name. Empty if the run has no folder, and in files without
+    /// Names and units of the columns of each table, by file name. Empty if the run has no folder or the file lacks
     /// this key.
     #[serde(default)]
     pub columns: BTreeMap<String, Vec<Column>>,
@@ -92,7 +90,6 @@ pub struct Summary {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Summary`")]
 pub struct StageSummary {
-    /// Name of the stage in the scene.
     pub name: String,
     pub measured: Period,
     pub diameter_factor: f64,
@@ -120,8 +117,7 @@ pub struct Period {
 #[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
-    /// Number of physical events before the measurement, since the start of the simulation; `None` in files without
-    /// this key.
+    /// Number of physical events from the start of the simulation to the measurement; `None` in files without this key.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -155,8 +151,7 @@ pub struct Energies {
 /// Conservation of momentum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
-    /// Change of the total momentum, relative to the sum of `m |v|` over all particles; `None` if momentum is not
-    /// conserved.
+    /// Change of the total momentum, relative to the sum of `m |v|` over all particles; `None` if not conserved.
     pub drift: Option<f64>,
     /// Largest drift that the audit accepts.
     pub limit: f64,
@@ -169,14 +164,14 @@ pub struct Overlaps {
     pub deepest_executed: f64,
     /// Depth of the deepest overlap at the end of the run.
     pub deepest_final: f64,
-    /// Largest overlap that the audit accepts. If this is `None`, the audit compares each overlap with the round-off of
-    /// its coordinates.
+    /// Largest overlap that the audit accepts. If `None`, the audit accepts the round-off of each overlap's
+    /// coordinates.
     pub limit: Option<f64>,
     /// Number of pairs that overlapped at the start, beyond round-off.
     pub initial: usize,
     /// Number of pairs that overlap at the end, beyond round-off.
     pub r#final: usize,
-    /// Simulated time at which the last overlap of the initial configuration was resolved.
+    /// Simulated time at which the last initial overlap was resolved.
     pub resolved_after: Option<f64>,
 }
 
@@ -265,8 +260,8 @@ impl Summary {
     }
 }
 
-/// Factor by which the growth in progress has changed the diameters; 1 without growth. The diameters in the
-/// simulation's scene include only completed growth.
+/// Factor by which unfinished growth has changed the diameters; 1 without growth. The scene of a simulation already
+/// includes completed growth.
 fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }
@@ -320,8 +315,8 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// Returns published values for the system at the mean temperature of a stage, or of the last measurement if `stage` is
-/// `None`. `scale` is the ratio of a diameter in the measurement to the same diameter in the scene.
+/// Returns published values at the mean temperature of a stage, or of the last measurement if `stage` is `None`.
+/// `scale` is the ratio of a measured diameter to the same diameter in the scene.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,
@@ -331,7 +326,7 @@ fn published(
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
     let (scene, population) = (simulation.scene(), simulation.population());
     let run = &scene.run;
-    // With a barostat, the volume during the measurement may have differed from the present volume.
+    // With a barostat, the volume may have changed since the measurement.
     let is_other_volume = match stage {
         Some(_) => run.has_barostat(),
         None => run.barostat.is_some(),
@@ -370,7 +365,7 @@ fn not_grown() -> f64 {
     1.0
 }
 
-/// Returns the peak resident memory, which Linux reports in kibibytes.
+/// Returns the peak resident memory; Linux reports it in kibibytes.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

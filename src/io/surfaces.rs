@@ -1,11 +1,9 @@
-//! Surfaces of a scene as files for viewers: one binary STL file per surface, in the folder `surfaces` beside the
-//! trajectory.
+//! Surfaces of a scene as binary STL files, in the folder `surfaces` beside the trajectory.
 //!
 //! A file is named after its surface. Characters other than ASCII letters, digits and `_-+.()` become `_`. If two names
-//! would be equal, ignoring case, the later one gets a number. A surface has no file if no part of it is in the
-//! displayed region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first
-//! motion. If a surface moves, or is present in some stages only, `surfaces.json` lists all surfaces of the scene with
-//! their motions.
+//! would be equal, ignoring case, the later one gets a number. A surface has no file if it lies outside the displayed
+//! region, or if its coordinates exceed the range of `f32`. The files show the surfaces before their first motion. If a
+//! surface moves, or is present in some stages only, `surfaces.json` lists all surfaces with their motions.
 
 #[cfg(test)]
 mod tests;
@@ -28,19 +26,17 @@ const LIST: &str = "surfaces.json";
 
 const EXTENSION: &str = "stl";
 
-/// Number of characters of a surface's name that are kept in the name of its file.
+/// Largest number of characters that a file name takes from the surface's name.
 const LONGEST: usize = 80;
 
 /// Names that Windows reserves for devices, with any extension.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// Names of the files of a scene's surfaces, relative to the folder of a run.
 pub(crate) fn names(scene: &Scene) -> Vec<String> {
     let list = is_listed(scene).then(|| LIST.to_owned());
     meshes(scene).into_iter().chain(list).map(|name| format!("{FOLDER}/{name}")).collect()
 }
 
-/// Names of the STL files of all surfaces, inside the folder of surfaces.
 fn meshes(scene: &Scene) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let surfaces = scene.surfaces().iter().map(|surface| surface.name.as_str());
@@ -50,7 +46,7 @@ fn meshes(scene: &Scene) -> Vec<String> {
 /// A surface in `surfaces.json`, which lists all surfaces of the scene in their order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ListedSurface {
-    /// Name of the surface's file. The file is missing if no part of the surface is in the displayed region.
+    /// Name of the surface's file. The file is missing if the surface lies outside the displayed region.
     pub file: String,
     /// Motions of the surface.
     pub motions: Vec<SurfaceMotion>,
@@ -60,8 +56,8 @@ fn is_listed(scene: &Scene) -> bool {
     scene.surfaces().iter().any(|surface| surface.moves() || surface.comes_and_goes())
 }
 
-/// Reads the list of surfaces in the folder of a trajectory. There is no list if all surfaces are at rest and always
-/// present; the result is then empty.
+/// Reads the list of surfaces in the folder of a trajectory. Without a list, the result is empty: all surfaces are at
+/// rest and always present.
 ///
 /// # Errors
 /// The path of the list and an [`io::Error`], if the list exists and cannot be read.
@@ -75,11 +71,7 @@ pub fn listed_surfaces(folder: &Path) -> Result<Vec<ListedSurface>, (PathBuf, io
     read.map_err(|error| (path, error))
 }
 
-/// Writes the surface files that `is_wanted` selects. They get their final names at once, because they are complete
-/// from the start of a run.
-///
-/// # Errors
-/// [`OutputError::Folder`] or [`OutputError::Write`].
+/// Writes the surface files that `is_wanted` selects. They are complete at once, so they need no temporary names.
 pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool) -> Result<(), OutputError> {
     let folder = run.join(FOLDER);
     let make = || fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source });
@@ -94,7 +86,7 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
         match write_stl(&mesh, file.writer()) {
             Ok(()) => file.complete().map(drop)?,
             Err(WriteStlError::Io(source)) => return Err(OutputError::write(&path)(source)),
-            // The coordinates exceed the range of the format, and nothing was written.
+            // The coordinates exceed the range of the format.
             Err(_) => file.discard()?,
         }
     }
@@ -111,8 +103,7 @@ pub(crate) fn write(run: &Path, scene: &Scene, is_wanted: impl Fn(&Path) -> bool
     file.complete().map(drop)
 }
 
-/// Returns the paths of the surface files beside a trajectory, sorted by name. `folder` is the folder of the
-/// trajectory.
+/// Returns the paths of the surface files in the folder of a trajectory, sorted by name.
 #[must_use]
 pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -124,7 +115,7 @@ pub fn surface_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Returns a file name that is valid on every file system and not used by another surface.
+/// Returns a new file name that is valid on every file system.
 fn file_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-+.()".contains(c);
     let plain: String = name.chars().take(LONGEST).map(|c| if is_plain(c) { c } else { '_' }).collect();

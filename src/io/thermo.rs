@@ -2,8 +2,8 @@
 //!
 //! The names of columns are identifiers; `summary.json` contains their units. A column that does not apply to the scene
 //! is absent. An unknown value, such as a rate at the start of a stage, is an empty cell. The last column contains the
-//! name of the stage. The equilibration of a measured stage `a` of the scene has the name `a equilibration`. The last
-//! two stages are `equilibration` and `measurement`.
+//! name of the stage. A measured stage `a` follows its equilibration, `a equilibration`. The last two stages are
+//! `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
@@ -31,8 +31,7 @@ impl Column {
     }
 }
 
-/// A column of the table: whether it applies to the scene, its name, its unit, and a function that returns its value in
-/// a row.
+/// A column: whether it applies to the scene, its name, its unit, and a function that returns its value in a row.
 type Quantity = (bool, &'static str, &'static str, fn(&Row) -> Option<f64>);
 
 #[derive(Debug, Clone)]
@@ -40,7 +39,7 @@ pub(super) struct Columns {
     applicable: ApplicableObservables,
     is_driven: bool,
     regions: Vec<String>,
-    /// Plan of the run, with the names of its stages.
+    /// Plan of the run, which names the stages.
     plan: RunPlan,
 }
 
@@ -49,8 +48,8 @@ impl Columns {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Columns of a resumed run. `applicable` comes from the checkpoint, because the scene of a resumed simulation may
-    /// have no particles.
+    /// Columns of a resumed run. `applicable` comes from the checkpoint, because the scene may no longer have
+    /// particles.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }

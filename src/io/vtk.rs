@@ -5,8 +5,7 @@
 //! - `surface_0_NAME.vtp` and so on are the surfaces as triangles. `surfaces.pvd` lists, for the time of each frame,
 //!   the surfaces that are present, in their positions at that time. A moving surface has a file for each frame, such
 //!   as `surface_0_NAME_000000.vtp`.
-//! - `box.vtp` has the edges of the first frame's box as lines. In a sheared box, it shows the region that contains all
-//!   positions.
+//! - `box.vtp` has the edges of the first frame's box as lines. In a sheared box, the lines enclose all positions.
 //!
 //! A frame has a point and a vertex per particle, and a line per bond. The arrays of the points are `radius`,
 //! `velocity` (if the source has it), `species` (an index), `id`, `image` (periods travelled along each axis, if the
@@ -116,7 +115,6 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     Ok(data)
 }
 
-/// Whether the shortest connection between the ends of a bond crosses a periodic side of the box.
 fn leaves_through_a_side(frame: &Frame, ends: [u32; 2]) -> bool {
     let [Some(a), Some(b)] = ends.map(|end| frame.particles.get(end as usize)) else { return true };
     let separation = a.position - b.position;
@@ -130,7 +128,7 @@ fn outline(frame: &Frame) -> PolyData {
             frame.lower + crate::Vector::new(is_upper(0), is_upper(1), is_upper(2))
         })
         .collect();
-    // An edge of the box joins two corners that differ along one axis.
+    // An edge of the box joins two corners that differ in one coordinate.
     let edges: Vec<[u32; 2]> =
         (0..8_u32).flat_map(|corner| [1, 2, 4].map(|axis| [corner, corner | axis])).filter(|[a, b]| a != b).collect();
     let mut data = PolyData::default();

@@ -1,5 +1,3 @@
-//! Clips meshes by half spaces.
-
 use crate::Vector;
 use crate::model::TriangleMesh;
 
@@ -8,19 +6,19 @@ use crate::model::TriangleMesh;
 pub(crate) struct HalfSpace {
     /// Unit normal that points into the half space.
     pub normal: Vector,
-    /// Distance of the boundary plane from the origin, along the normal `[length]`.
+    /// Distance of the boundary plane from the origin along the normal `[length]`.
     pub offset: f64,
 }
 
 impl HalfSpace {
-    /// Distance of a point from the boundary plane `[length]`, positive inside the half space.
+    /// Distance of a point from the boundary plane, positive inside the half space `[length]`.
     fn depth(&self, point: &Vector) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
 
-/// Returns the part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, so that a
-/// surface in a boundary plane is kept.
+/// Returns the part of a mesh inside all half spaces. Points up to `tolerance` outside count as inside, which keeps
+/// surfaces in a boundary plane.
 pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64) -> TriangleMesh {
     let is_inside = |point: &Vector| spaces.iter().all(|space| space.depth(point) >= -tolerance);
     if mesh.vertices.iter().all(is_inside) {
@@ -33,7 +31,7 @@ pub(crate) fn clipped(mesh: &TriangleMesh, spaces: &[HalfSpace], tolerance: f64)
     TriangleMesh::welded(pieces)
 }
 
-/// Returns the part of a convex polygon inside all half spaces, by the algorithm of Sutherland and Hodgman.
+/// Returns the part of a convex polygon inside all half spaces (Sutherland-Hodgman algorithm).
 pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64) -> Vec<Vector> {
     for space in spaces {
         let mut kept = Vec::with_capacity(polygon.len() + 1);
@@ -45,8 +43,7 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
                 kept.push(*a);
             }
             if is_inside[0] != is_inside[1] {
-                // The intersection is always computed from inside to outside, so that both triangles at an edge get the
-                // same point.
+                // Intersections are computed from inside to outside, so both triangles at an edge get the same point.
                 let (from, to, inner, outer) =
                     if is_inside[0] { (a, b, depth_a, depth_b) } else { (b, a, depth_b, depth_a) };
                 kept.push(from + (to - from) * (inner / (inner - outer)).clamp(0.0, 1.0));
@@ -57,8 +54,8 @@ pub(crate) fn cut(mut polygon: Vec<Vector>, spaces: &[HalfSpace], tolerance: f64
     polygon
 }
 
-/// Returns the triangles of a fan around the first corner of a convex polygon. Triangles with two equal corners are
-/// left out.
+/// Returns a fan of triangles around the first corner of a convex polygon, without triangles that have two equal
+/// corners.
 pub(crate) fn fan(polygon: &[Vector]) -> impl Iterator<Item = [Vector; 3]> + '_ {
     let rest = polygon.get(1..).unwrap_or_default();
     let triangles = rest.windows(2).filter_map(|pair| Some([*polygon.first()?, *pair.first()?, *pair.get(1)?]));
@@ -74,7 +71,7 @@ mod tests {
         let cube = TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(2.0));
         let above = HalfSpace { normal: Vector::z(), offset: 0.5 };
         let upper = clipped(&cube, &[above], 1e-12);
-        // The top has area 4, and each of the four sides has area 2 x 1.5. The cut stays open.
+        // The top has area 4. Each of the four sides has area 2 x 1.5. The cut itself stays open.
         assert!((upper.area() - (4.0 + 4.0 * 3.0)).abs() < 1e-12);
         assert!(upper.all_corners().flatten().all(|corner| corner.z >= 0.5 - 1e-12));
         let oblique = HalfSpace { normal: Vector::new(1.0, 1.0, 0.0).normalize(), offset: 2.0_f64.sqrt() };

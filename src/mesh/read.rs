@@ -6,8 +6,8 @@
 //! | text STL | nearest `f64` | files that end before `endsolid` |
 //! | OBJ | nearest `f64` | vertex numbers that do not exist; faces that are not flat or that cross themselves |
 //!
-//! Names, colours, texture coordinates and normals are ignored. The normal of a triangle follows from the order of its
-//! corners. The required memory depends on the length of the file, never on a number in it.
+//! Names, colours, texture coordinates and normals are ignored. The order of the corners defines the normal of a
+//! triangle. The required memory depends only on the length of the file.
 
 mod error;
 mod obj;
@@ -23,7 +23,7 @@ pub use polygon::PolygonProblem;
 
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Reads a mesh. The extension selects STL or OBJ, ignoring case. The content decides whether STL is binary or text.
+/// Reads a mesh. The extension selects STL or OBJ, ignoring case. The content shows whether an STL file is binary.
 ///
 /// Corners with equal coordinates become one vertex. Triangles with two identical vertices are kept.
 ///
@@ -49,8 +49,7 @@ pub fn read_mesh(name_for_errors: &str, extension: &str, content: &[u8]) -> Resu
     read().map_err(|problem| MeshFileError { name: name_for_errors.to_owned(), problem })
 }
 
-/// Returns the number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; zero for other
-/// files.
+/// Returns the number of bytes that [`read_mesh`] ignores after the triangles of a binary STL file; otherwise zero.
 #[must_use]
 pub fn unread_bytes(extension: &str, content: &[u8]) -> usize {
     let is_stl = extension.trim_start_matches('.').eq_ignore_ascii_case("stl");

@@ -1,4 +1,4 @@
-//! Report on a mesh: its faults, its volume, the thickness of walls and gaps, and whether points are inside.
+//! Report on a mesh: faults, volume, thickness of walls and gaps, and whether points are inside.
 
 mod crossing;
 mod finding;
@@ -18,7 +18,7 @@ pub use thickness::Thinnest;
 use crate::Vector;
 use crate::model::triangle_mesh::TriangleMesh;
 
-/// Number of edges with a fault, and the first of them.
+/// Number of edges with a fault, and the first such edge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EdgeFault {
     /// Number of edges with the fault.
@@ -27,7 +27,7 @@ pub struct EdgeFault {
     pub first: Option<[Vector; 2]>,
 }
 
-/// Number of triangles with a fault, and the first of them.
+/// Number of triangles with a fault, and the first such triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TriangleFault {
     /// Number of triangles with the fault.
@@ -36,19 +36,19 @@ pub struct TriangleFault {
     pub first: Option<usize>,
 }
 
-/// Number of pairs of triangles with a fault, and the first of them.
+/// Number of pairs of triangles with a fault, and the first such pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PairFault {
     /// Number of pairs with the fault.
     pub count: usize,
-    /// Indices of the two triangles of the first pair with the fault, from 0. The smaller index comes first.
+    /// Indices of the triangles of the first pair, from 0, in ascending order.
     pub first: Option<[usize; 2]>,
 }
 
-/// Report on a mesh. All decisions are exact; only areas, volumes and distances are rounded. Coordinates with a
-/// magnitude below `1e-90` count as zero.
+/// Report on a mesh. All decisions are exact; areas, volumes and distances are rounded. Coordinates with a magnitude
+/// below `1e-90` count as zero.
 ///
-/// For a mesh with [`unusable`](Self::unusable) triangles, only vertices and triangles are counted.
+/// If some triangles are [`unusable`](Self::unusable), only vertices and triangles are counted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshReport {
     /// Number of vertices.
@@ -56,14 +56,13 @@ pub struct MeshReport {
     /// Number of triangles.
     pub triangles: usize,
     /// Triangles with vertices that are missing, not finite, or beyond
-    /// [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE). Only the first such triangle is
-    /// counted.
+    /// [`LARGEST_COORDINATE`](crate::model::triangle_mesh::LARGEST_COORDINATE). Only the first one is counted.
     pub unusable: TriangleFault,
-    /// Lower and upper corner of the bounding box of the mesh `[length]`.
+    /// Lower and upper corner of the bounding box `[length]`.
     pub bounds: [Vector; 2],
     /// Total area of all triangles `[length^2]`.
     pub area: f64,
-    /// Enclosed volume `[length^3]`, negative if the normals point inwards. `None` unless the mesh is closed and
+    /// Enclosed volume, negative if the normals point inwards `[length^3]`. `None` unless the mesh is closed and
     /// consistently oriented.
     pub volume: Option<f64>,
     /// Edges that belong to a single triangle.
@@ -72,49 +71,46 @@ pub struct MeshReport {
     pub crowded_edges: EdgeFault,
     /// Edges between two triangles of opposite orientation.
     pub turned_edges: EdgeFault,
-    /// Number of connected parts. Different parts have no common vertex.
+    /// Number of connected parts, which have no common vertices.
     pub parts: usize,
     /// Triangles of zero area, or with an area below `1e-12` times the square of their longest side.
     pub degenerate: TriangleFault,
     /// Triangles with the same three vertices as an earlier triangle, in any order.
     pub duplicates: PairFault,
-    /// Pairs of triangles that meet outside a common vertex or edge. Triangles whose corners are on a line are ignored.
+    /// Pairs of triangles that meet outside a common vertex or edge. Triangles with all corners on a line are ignored.
     pub self_intersections: PairFault,
-    /// Whether all pairs of triangles were tested for self-intersections and distances. The search ends early at
-    /// [`MOST_INTERSECTIONS`] or at [`MOST_PAIRS`].
+    /// Whether all pairs of triangles were tested for self-intersections and distances. The search stops at
+    /// [`MOST_INTERSECTIONS`] or [`MOST_PAIRS`].
     pub is_searched: bool,
-    /// Smallest distance between two triangles that face each other, either through the solid or through the space
-    /// outside.
+    /// Smallest distance between triangles that face each other, through the solid or through the outside.
     pub thinnest: Option<Thinnest>,
     /// Smallest thickness of the enclosed solid; `None` unless the mesh is closed and consistently oriented.
     pub wall: Option<Thinnest>,
-    /// Smallest gap between surfaces outside the enclosed solid; `None` unless the mesh is closed and consistently
-    /// oriented.
+    /// Smallest gap outside the enclosed solid; `None` unless the mesh is closed and consistently oriented.
     pub gap: Option<Thinnest>,
 }
 
-/// Largest number of self-intersections that are counted. A mesh with more of them is not a surface, and the time to
-/// find all of them would be quadratic in the number of triangles.
+/// Largest number of self-intersections that are counted. Counting more would take a time quadratic in the number of
+/// triangles, for a mesh that is not a surface.
 pub const MOST_INTERSECTIONS: usize = 1_000_000;
 
-/// Largest number of pairs of triangles that are tested for self-intersections. Only pairs with overlapping bounding
-/// boxes are tested. The same number limits the tests of triangles against rays. A mesh of a million triangles needs
-/// about a tenth of it. A mesh of tens of thousands of long, thin, oblique triangles may need more if all their
-/// bounding boxes overlap.
+/// Largest number of pairs of triangles with overlapping bounding boxes that are tested for self-intersections, and of
+/// triangles tested against rays. A mesh of a million triangles needs about a tenth of this number. Tens of thousands
+/// of long, thin, oblique triangles may need more if all their boxes overlap.
 pub const MOST_PAIRS: usize = 100_000_000;
 
 /// Direction of the normals of a closed mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Orientation {
-    /// Normals point outwards, so that the enclosed volume is positive.
+    /// Normals point outwards. The enclosed volume is positive.
     Outwards,
-    /// Normals point inwards, so that the enclosed volume is negative.
+    /// Normals point inwards. The enclosed volume is negative.
     Inwards,
 }
 
 impl MeshReport {
     /// Examines a mesh. The time grows as `n log n` with the number `n` of triangles, and linearly with the number of
-    /// pairs of triangles whose bounding boxes overlap.
+    /// pairs of triangles with overlapping bounding boxes.
     #[must_use]
     pub fn of(mesh: &TriangleMesh) -> Self {
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
@@ -139,19 +135,19 @@ impl MeshReport {
         report
     }
 
-    /// Whether each edge belongs to exactly two triangles, so that the mesh encloses a volume.
+    /// Whether each edge belongs to exactly two triangles, as in a mesh that encloses a volume.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.triangles > 0 && self.unusable.count == 0 && self.open_edges.count == 0 && self.crowded_edges.count == 0
     }
 
-    /// Whether neighbouring triangles have their normals on the same side of the mesh.
+    /// Whether adjacent triangles have their normals on the same side of the mesh.
     #[must_use]
     pub fn is_oriented(&self) -> bool {
         self.unusable.count == 0 && self.turned_edges.count == 0
     }
 
-    /// Direction of the normals; `None` unless the mesh is closed, is consistently oriented and encloses a volume.
+    /// Direction of the normals; `None` unless the mesh is closed and consistently oriented, and encloses a volume.
     #[must_use]
     pub fn orientation(&self) -> Option<Orientation> {
         match self.volume {
@@ -161,7 +157,7 @@ impl MeshReport {
         }
     }
 
-    /// Faults of the mesh, the worst first; empty if it can be used as a closed surface.
+    /// Faults of the mesh, the worst first; empty for a proper closed surface.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         finding::of(self)

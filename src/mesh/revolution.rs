@@ -8,13 +8,13 @@ use crate::model::TriangleMesh;
 
 const MOST_SIDES: f64 = 4096.0;
 
-/// Returns a surface of revolution as triangles. The point `base` lies on the axis. Each entry of `profile` is a
-/// distance from the axis and a height above `base`. It becomes a polygon with `n` corners on a circle around the axis.
-/// The sides of the polygon deviate from a circle of radius `r` by up to `r (1 - cos(pi / n))`; `n` is chosen so that
-/// this is at most `tolerance`. Returns `None` if `n` would be too large, or if `axis` is zero.
+/// Returns a surface of revolution as triangles. The point `base` lies on the axis. Each point of `profile` is a
+/// distance from the axis and a height above `base`, and becomes a polygon with `n` corners around the axis. The sides
+/// of the polygon deviate from a circle of radius `r` by up to `r (1 - cos(pi / n))`; `n` is chosen so that this is at
+/// most `tolerance`. Returns `None` if `n` is too large or `axis` is zero.
 ///
-/// A profile that ends where it begins gives a ring. All polygons have the same number of corners, so that pieces of
-/// the profile join without gaps. Where the profile goes up, triangles face away from the axis.
+/// A closed profile gives a ring. All polygons have the same number of corners, so parts of a profile join without
+/// gaps. Where the profile goes up, triangles face away from the axis.
 pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tolerance: f64) -> Option<TriangleMesh> {
     let up = axis.try_normalize(0.0)?;
     let largest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
@@ -23,7 +23,7 @@ pub(crate) fn revolution(base: &Vector, axis: &Vector, profile: &[[f64; 2]], tol
         return None;
     }
     let sides = trunc_to_usize(sides);
-    // The cross product uses the coordinate axis that is closest to perpendicular to `up`.
+    // The coordinate axis closest to perpendicular to `up`.
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;
     let x = up.cross(&least).normalize();
@@ -93,7 +93,7 @@ mod tests {
         let mesh = revolution(&Vector::zeros(), &Vector::z(), &profile, 0.01).unwrap();
         let is_closed = |uses: &[EdgeUse]| uses.len() == 2 && uses[0].is_forward != uses[1].is_forward;
         assert!(mesh.edges().iter().all(is_closed));
-        // The mesh faces outwards, so its volume is positive. It consists of a cone and a truncated cone.
+        // The mesh consists of a cone and a truncated cone. It faces outwards, so its volume is positive.
         let volume = mesh.enclosed_volume();
         let exact = PI / 3.0 * (1.0 + 1.0 + 0.5 + 0.25);
         assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");

@@ -7,12 +7,12 @@
 //! | cylinder | the part inside the region; at open sides it ends perpendicular to its axis |
 //! | plane | the polygon in which the plane cuts the region |
 //!
-//! The region is the box, extended beyond open sides to contain all particles. For a plane just beyond an open side,
-//! the region is enlarged to include it. In a periodic box, parts outside the box are shown at their images inside. If
-//! particles are on one side of a surface only, the normals point to this side.
+//! The region is the box. Beyond open sides, it extends to all particles, and to a plane that lies just outside. In a
+//! periodic box, parts outside the box are shown at their images inside. If all particles are on one side of a surface,
+//! the normals point to this side.
 //!
-//! In a two-dimensional scene, a surface is shown as a narrow strip along its section, on the side away from the
-//! particles. In a one-dimensional scene, no surface is shown.
+//! In two dimensions, a surface is shown as a narrow strip along its section, on the side away from the particles. In
+//! one dimension, no surface is shown.
 
 mod section;
 #[cfg(test)]
@@ -28,19 +28,18 @@ use crate::base::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::model::space::Boundary;
 use crate::model::{Scene, SceneSurface, SurfaceShape, TriangleMesh};
 
-/// Deviation of triangles from a round surface, relative to the diagonal of the region: a fraction of a pixel
-/// in most pictures.
+/// Deviation of triangles from a round surface, relative to the diagonal of the region: a fraction of a pixel in most
+/// pictures.
 const TOLERANCE: f64 = 2e-4;
 
-/// Smallest and largest deviation of triangles from a round surface, relative to its radius. They correspond to 100 and
-/// 23 sides.
+/// Smallest and largest deviation of triangles from a round surface, relative to its radius: 100 and 23 sides.
 const RELATIVE: [f64; 2] = [5e-4, 1e-2];
 
 /// Displayed radius of a capsule of radius 0, relative to the diagonal of the region.
 const THIN: f64 = 1.5e-3;
 
-/// Round-off of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane that
-/// lies in a side of the box, within this round-off, counts as inside the box.
+/// Round-off of coordinates, relative to the diagonal of the region plus its distance from the origin. A plane in a
+/// side of the box counts as inside within this round-off.
 const ROUNDING: f64 = 1e-9;
 
 /// Returns the name and the triangles of each surface of a scene. A surface out of sight has no triangles.
@@ -67,7 +66,7 @@ impl Region {
         region
     }
 
-    /// Enlarges the region beyond open sides to contain a sphere.
+    /// Extends the region beyond open sides to contain a sphere.
     fn hold(&mut self, centre: &Vector, radius: f64) {
         for k in 0..3 {
             let Boundary::Bounded { .. } = self.boundary[k] else { continue };
@@ -98,8 +97,8 @@ impl Region {
         ROUNDING * (self.diagonal() + self.lower.amax().max(self.upper.amax()))
     }
 
-    /// Returns the sides of the region for which `is_wanted` is true. The first argument of `is_wanted` is the axis.
-    /// The second argument is 0 for the lower side and 1 for the upper side.
+    /// Returns the sides of the region that `is_wanted` selects. Its arguments are the axis, and 0 for the lower side
+    /// or 1 for the upper side.
     fn sides(&self, is_wanted: impl Fn(usize, usize) -> bool) -> Vec<HalfSpace> {
         let all = (0..3).flat_map(|k| [(k, 0), (k, 1)]).filter(|&(k, side)| is_wanted(k, side));
         all.map(|(k, side)| {
@@ -162,7 +161,7 @@ impl Region {
 
     fn cylinder(&self, point: &Vector, axis: &Vector, radius: f64) -> TriangleMesh {
         let Some(along) = axis.try_normalize(0.0) else { return TriangleMesh::default() };
-        // The ends of the tube lie beyond all corners of the region.
+        // Beyond all corners of the region.
         let middle = along.dot(&(self.centre() - point));
         let half = 0.5 * (0..3).map(|k| along[k].abs() * (self.upper[k] - self.lower[k])).sum::<f64>();
         let profile = [[radius, middle - half], [radius, middle + half]];
@@ -195,14 +194,14 @@ impl Region {
     fn within_periods<'s>(&self, mesh: Cow<'s, TriangleMesh>) -> Cow<'s, TriangleMesh> {
         let (size, bounds, rounding) = (self.upper - self.lower, mesh.bounds(), self.rounding());
         let is_periodic = |k: usize| self.boundary[k] == Boundary::Periodic;
-        // Shifts that move an image of the mesh into the box, in periods. Images that only touch the box are left out.
+        // Shifts that bring an image of the mesh into the box, in periods. Images that only touch the box do not count.
         let shifts = [0, 1, 2].map(|k| {
             let first = (self.lower[k] + rounding - bounds[1][k]) / size[k];
             let last = (self.upper[k] - rounding - bounds[0][k]) / size[k];
             if is_periodic(k) { trunc_to_i32(first.ceil())..=trunc_to_i32(last.floor()) } else { 0..=0 }
         });
         let is_whole = shifts.iter().all(|shifts| *shifts == (0..=0));
-        // A mesh that extends over more than two periods is not cut.
+        // A mesh longer than two periods is not cut.
         if is_whole || shifts.iter().any(|shifts| shifts.end() - shifts.start() > 2) {
             return mesh;
         }
@@ -219,8 +218,7 @@ impl Region {
     }
 }
 
-/// Returns two unit vectors perpendicular to a given one. The three vectors, the given one last, form a right-handed
-/// system.
+/// Returns two unit vectors that form a right-handed system with the given one as the third vector.
 fn across(up: &Vector) -> (Vector, Vector) {
     let mut least = Vector::zeros();
     least[up.iamin()] = 1.0;

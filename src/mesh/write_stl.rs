@@ -7,17 +7,17 @@ use thiserror::Error;
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Start of the file header. It must not be `solid`, because other programs would then read the file as text.
+/// Start of the file header. Other programs read a file that begins with `solid` as text.
 const HEADER: &[u8; 5] = b"carom";
 
 /// Error when writing a mesh.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WriteStlError {
-    /// The operating system failed to write.
+    /// The system failed to write.
     #[error("cannot write the mesh")]
     Io(#[from] io::Error),
-    /// There are too many triangles: the format has 32 bits for their number.
+    /// The number of triangles does not fit in 32 bits.
     #[error("the mesh has {0} triangles, expected 4294967295 at most")]
     Count(usize),
     /// A corner is missing, not finite or beyond the range of `f32`.
@@ -25,8 +25,8 @@ pub enum WriteStlError {
     Triangle(usize),
 }
 
-/// Writes a mesh. Coordinates are rounded to `f32`, so that vertices closer to each other than `1e-7` of
-/// their distance from the origin may coincide.
+/// Writes a mesh. Coordinates are rounded to `f32`, so vertices may coincide if their distance is less than `1e-7` of
+/// their distance from the origin.
 ///
 /// # Errors
 /// [`WriteStlError`]. Nothing is written if a triangle has no finite `f32` corners.

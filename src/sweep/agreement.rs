@@ -1,36 +1,33 @@
-//! Deviation of the means of a sweep from published values.
-
 use super::results::{Results, StageMeans};
 use crate::analysis::published::PublishedValue;
 
-/// Minimum number of means for meaningful deviations.
+/// Smallest number of means for meaningful deviations.
 const FEWEST: usize = 2;
 
-/// Name of the quantity that distinguishes a crystal from a fluid of the same density.
+/// Quantity that distinguishes a crystal from a fluid of the same density.
 const FACTOR: &str = "compressibility_factor";
 
-/// Deviations of the means of a quantity from published values, squared and in units of their standard errors.
+/// Squared deviations of a quantity's means from published values, in units of their standard errors.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Agreement {
     /// Label of the published values, such as `mKLM`.
     pub label: String,
-    /// Sum of squared deviations in units of the standard error, `chi^2 = sum ((x - x_0) / error)^2`. Here `x_0` is the
-    /// published value for the system size of the runs, [`PublishedValue::at_size`].
+    /// Sum of squared deviations in units of the standard error, `chi^2 = sum ((x - x_0) / error)^2`. The published
+    /// value `x_0` applies to the system size of the runs, see [`PublishedValue::at_size`].
     pub chi_square: f64,
-    /// `chi^2` with published values for infinite systems as `x_0`. `None` if no published value depends on the system
-    /// size.
+    /// `chi^2` with published values for infinite systems; `None` if no published value depends on the system size.
     pub without_size: Option<f64>,
-    /// Number of means. It is also the number of degrees of freedom of `chi_square`, because nothing is fitted.
+    /// Number of means. It equals the degrees of freedom of `chi_square`, because nothing is fitted.
     pub freedom: usize,
-    /// Number of means left out because the system is not in the published phase. If values of both phases are
-    /// published, the phase with the nearer compressibility factor is assumed.
+    /// Number of means that were left out because the system is in the other phase. If values of both phases are
+    /// published, the compressibility factor decides which phase is nearer.
     pub other_phase: usize,
     /// Whether the published values refer to a crystal.
     pub is_of_crystal: bool,
 }
 
-/// A mean, its error, the published value, and whether the system is in the published phase.
+/// Mean, standard error, published value, and whether the system is in the published phase.
 type Pair<'p> = (f64, f64, &'p PublishedValue, bool);
 
 impl Agreement {
@@ -47,8 +44,8 @@ impl Agreement {
 }
 
 impl Results {
-    /// Compares a quantity, given by its index, with published values. Returns an entry for each label of published
-    /// values with at least two means.
+    /// Compares the quantity with this index with published values. Returns an entry for each label with at least two
+    /// means.
     #[must_use]
     pub fn agreements(&self, quantity: usize) -> Vec<Agreement> {
         let Some(name) = self.quantities.get(quantity).map(|it| &it.name) else { return Vec::new() };
@@ -71,7 +68,7 @@ impl Results {
     }
 
     /// Whether the compressibility factor of a stage is nearer to the published crystal than to the published fluid;
-    /// `None` if it is not measured, or not published for both phases.
+    /// `None` if it is not measured, or published for one phase only.
     fn is_crystal(&self, means: &StageMeans) -> Option<bool> {
         let at = self.quantities.iter().position(|it| it.name == FACTOR)?;
         let measured = means.values.get(at).copied().flatten()?.mean;
@@ -126,7 +123,7 @@ mod tests {
         let groups = vec![
             group(5.0, 0.5, &[("A", 6.0, -0.5), ("B", 4.0, 0.0)]),
             group(7.0, 1.0, &[("A", 9.0, 0.0), ("B", 7.0, 0.0)]),
-            // The mean of a conserved quantity has no error. Such a mean is left out.
+            // A conserved quantity has a mean without an error, which is left out.
             group(9.0, 0.0, &[("A", 1.0, 0.0), ("C", 1.0, 0.0)]),
             group(9.0, 1.0, &[("C", 8.0, 0.0)]),
         ];
@@ -168,7 +165,7 @@ mod tests {
             points: Vec::new(),
             groups: vec![
                 at(12.1, 37.0, fluid(12.0, 37.0)),
-                // A crystal, and then a fluid, at a density for which both phases are published.
+                // A crystal and a fluid at a density with published values for both.
                 at(11.8, 33.0, both(16.0, 50.0, 11.7)),
                 at(16.1, 50.0, both(16.0, 50.0, 11.7)),
             ],

@@ -27,7 +27,6 @@ const DIGITS: usize = 12;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     keys: Vec<String>,
-    /// All lists have the same length.
     values: Vec<Vec<String>>,
 }
 
@@ -38,7 +37,7 @@ pub enum AxisError {
     /// The text lacks `=`, the key or the values.
     #[error("`{0}` is not KEY=VALUES, such as fill.0.packing_fraction=0.1..0.4/4 or seed=1..3")]
     Form(String),
-    /// A value of a list is empty.
+    /// A list has an empty value.
     #[error("`{0}` has an empty value")]
     Empty(String),
     /// An end of a range is not a finite number.
@@ -47,7 +46,7 @@ pub enum AxisError {
     /// The ends of a range are not in ascending order.
     #[error("the range `{0}` runs backwards, or its ends are the same: write the smaller end first")]
     Backwards(String),
-    /// A range has an end that is not an integer, so its number of values must be given.
+    /// A range needs a number of values, because its ends are not integers.
     #[error("the range `{0}` does not say how many values it has: write {0}/5 for five, both ends included")]
     Uncounted(String),
     /// An axis has too many values, or a range has a number of values that is not an integer of at least 2.
@@ -59,9 +58,9 @@ pub enum AxisError {
     /// The word after a range is not `log`.
     #[error("`{word}` in `{range}`: expected nothing or log")]
     Spacing {
-        /// The range.
+        /// Text of the range.
         range: String,
-        /// The word.
+        /// The word after the range.
         word: String,
     },
     /// Keys that change together have different numbers of values.
@@ -69,19 +68,19 @@ pub enum AxisError {
         "`{first}` has {expected} values and `{other}` has {found}: keys that change together need the same number of values"
     )]
     Uneven {
-        /// The first key.
+        /// The first of the keys.
         first: String,
         /// Number of values of the first key.
         expected: usize,
-        /// The other key.
+        /// A key with another number of values.
         other: String,
-        /// Number of values of the other key.
+        /// Number of values of this other key.
         found: usize,
     },
 }
 
 impl Axis {
-    /// Keys of the scene that the axis varies, such as `fill.0.packing_fraction`. Several keys change together.
+    /// Keys of the scene that the axis varies together, such as `fill.0.packing_fraction`.
     #[must_use]
     pub fn keys(&self) -> &[String] {
         &self.keys
@@ -155,7 +154,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
     Ok(values)
 }
 
-/// `low` is the text before the dots, `rest` the text after them.
+/// `low` is the text before the dots, and `rest` the text after them.
 fn range(text: &str, low: &str, rest: &str) -> Result<Vec<String>, AxisError> {
     let owned = || text.to_owned();
     let mut parts = rest.split('/').map(str::trim);

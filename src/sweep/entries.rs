@@ -1,5 +1,4 @@
-//! Numbers that vary inside lists and tables of the scene. Each of them has its own column in the tables of the sweep,
-//! and is a variable of plots.
+//! Numbers that vary inside lists and tables of the scene. Each has its own column in the tables of the sweep.
 
 use std::collections::BTreeMap;
 
@@ -8,32 +7,30 @@ use toml::Value;
 use super::plan::{Point, Sweep};
 use super::value::value_of;
 
-/// A number inside a varied list or table that is not the same at all points. For example, `gravity_2` is the number at
-/// index 2 of `dynamics.gravity`.
+/// A number that varies inside a list or table of the scene. For example, `gravity_2` is the number at index 2 of
+/// `dynamics.gravity`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
     key: String,
     name: String,
-    /// Position of the number in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
+    /// Place of the number in the value: `2`, or `0_1` in a list of lists; empty for a plain number.
     place: String,
 }
 
 impl Entry {
-    /// Name of the column, unique in the tables of a sweep: the name of the key, then the index or key of the number
-    /// within the value.
+    /// Name of the column: the name of the key, then the place of the number in the value. It is unique in a sweep.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Key of the scene whose value contains the number.
+    /// Key of the scene that contains the number.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Returns the number that a point of the sweep has at this position of the key's value; `None` if there is no
-    /// number.
+    /// Returns the number at a point of the sweep; `None` if the value has no number at this place.
     #[must_use]
     pub fn of(&self, point: &Point) -> Option<f64> {
         let (_, value) = point.settings().iter().find(|(key, _)| *key == self.key)?;
@@ -42,21 +39,20 @@ impl Entry {
 }
 
 impl Sweep {
-    /// The numbers that vary inside lists and tables. Keys with a plain number have no entries.
+    /// Returns the numbers that vary inside lists and tables. Plain numbers are not included.
     #[must_use]
     pub fn entries(&self) -> Vec<Entry> {
         self.numbers().into_iter().filter(|entry| !entry.place.is_empty()).collect()
     }
 
-    /// Returns all variables for plots of state points, in the order of the keys. Variables are keys with plain
-    /// numbers, and numeric entries of lists and tables.
+    /// Returns all variables for plots of state points, in the order of the keys: plain numbers, and numbers in lists
+    /// and tables.
     pub(crate) fn numbers(&self) -> Vec<Entry> {
         let names = self.state_point_names();
         let keys = self.points().first().into_iter().flat_map(Point::state_point).map(|(key, _)| key);
         keys.zip(names).flat_map(|(key, name)| self.numbers_of(key, &name)).collect()
     }
 
-    /// Numbers that are equal at all points are left out.
     fn numbers_of(&self, key: &str, name: &str) -> Vec<Entry> {
         let settings = self.points().iter().flat_map(Point::settings).filter(|(other, _)| other == key);
         let mut all: Vec<BTreeMap<String, f64>> = settings.map(|(_, value)| numbers(value)).collect();
@@ -73,7 +69,7 @@ impl Sweep {
     }
 }
 
-/// Finite numbers in a value, by their position in the value.
+/// Finite numbers in a value, by their place.
 fn numbers(text: &str) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     gather(&value_of(text), String::new(), &mut all);

@@ -9,7 +9,7 @@ use super::axis::{AxisError, MOST};
 use crate::io::OutputError;
 use crate::scene::SceneError;
 
-/// Error of a sweep as a whole. If a single run fails, its outcome is [`Fate::Failed`](super::Fate::Failed) instead.
+/// Error of a sweep as a whole. A failure of a single run is [`Fate::Failed`](super::Fate::Failed).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
@@ -25,17 +25,17 @@ pub enum SweepError {
     /// A value appears twice in an axis.
     #[error("`{key}` has the value {value} twice")]
     SameValue {
-        /// The key.
+        /// The varied key.
         key: String,
-        /// The value.
+        /// The repeated value.
         value: String,
     },
-    /// The second key refers to the same value of the scene as the first, or to a table or list that contains it.
+    /// Two keys refer to the same value of the scene, or the second key to a table or list that contains the first.
     #[error("`{first}` and `{second}` are the same value of the scene: the first one would have no effect")]
     SamePlace {
-        /// The earlier key, which has no effect.
+        /// The earlier key, which would have no effect.
         first: String,
-        /// The later key. It replaces the value of the earlier key.
+        /// The later key.
         second: String,
     },
     /// Runs with different seeds would be identical, because nothing in them is random.
@@ -55,51 +55,51 @@ pub enum SweepError {
     /// A file cannot be read.
     #[error("cannot read {}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The cause.
+        /// The underlying system error.
         source: io::Error,
     },
     /// The file that describes a sweep is invalid.
     #[error("{} is not the file of a sweep", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The cause.
+        /// The underlying parse error.
         source: Box<toml::de::Error>,
     },
     /// The scene of a sweep has changed since the sweep began.
     #[error("{} is not the scene of the sweep in {}", scene.display(), folder.display())]
     Changed {
-        /// The scene.
+        /// Path of the scene.
         scene: PathBuf,
-        /// The folder of the sweep, or the file that describes it.
+        /// Path of the sweep's folder, or of its file.
         folder: PathBuf,
     },
-    /// A file that the runs start from has changed since the sweep began.
+    /// An input file of the runs has changed since the sweep began.
     #[error(
         "{path} has changed since the sweep in {} began: its checksum is {found}, expected {expected}",
         folder.display()
     )]
     Input {
-        /// Path of the file, or of the checkpoint of a run.
+        /// Path of the file, or of a run's checkpoint.
         path: String,
-        /// Its present checksum.
+        /// Present checksum of the file.
         found: String,
-        /// Its former checksum.
+        /// Checksum of the file when the sweep began.
         expected: String,
-        /// The folder of the sweep.
+        /// Path of the sweep's folder.
         folder: PathBuf,
     },
     /// The folder holds another sweep.
     #[error("{} holds another sweep: {why}", folder.display())]
     Other {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
-        /// How the two sweeps differ, in words.
+        /// Difference between the two sweeps, in words.
         why: String,
     },
-    /// The folder is not empty, but does not contain a sweep.
+    /// The folder is not empty, and contains no sweep.
     #[error("{} exists and holds something that is not a sweep", .0.display())]
     Occupied(PathBuf),
     /// A file or a folder cannot be used.
@@ -108,7 +108,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Returns a suggestion for solving the problem, if there is one.
+    /// Returns a suggestion for the user, if there is one.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -1,5 +1,3 @@
-//! Runs the points of a sweep, several at a time.
-
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
@@ -17,7 +15,7 @@ use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::model::Scene;
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
-/// Outcome of running a point of a sweep.
+/// Outcome of a point of a sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
@@ -25,18 +23,18 @@ pub enum Fate {
     Kept,
     /// The run was executed to its end.
     Done,
-    /// The point cannot be run, or its run failed. The text is the reason.
+    /// The point cannot be run, or its run failed, for the given reason.
     Failed(String),
     /// Another process is running the point.
     Elsewhere,
-    /// The run was interrupted. The next execution continues it.
+    /// The run was interrupted, and can be continued.
     Interrupted,
 }
 
-/// A subset of the points for one task of a job array: every N-th point.
+/// A share of the points for one task of a job array: every N-th point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
-    /// Number of this share, counted from 1.
+    /// Number of this share, from 1.
     pub number: usize,
     /// Number of shares.
     pub of: usize,
@@ -46,7 +44,7 @@ impl Share {
     /// All points.
     pub const ALL: Self = Self { number: 1, of: 1 };
 
-    /// Whether the share contains the point with this index, counted from 0.
+    /// Whether the share contains the point with this index, from 0.
     #[must_use]
     pub fn has(&self, place: usize) -> bool {
         place % self.of.max(1) + 1 == self.number
@@ -56,21 +54,21 @@ impl Share {
 /// Options for running a sweep. They do not affect the results.
 #[derive(Clone, Copy)]
 pub struct Orders<'o> {
-    /// Maximum number of simultaneous runs.
+    /// Largest number of simultaneous runs.
     pub jobs: usize,
-    /// The share of the points to run.
+    /// Points to run.
     pub share: Share,
     /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
-    /// A run is interrupted when its files exceed this size `[bytes]`.
+    /// A run is interrupted once its files exceed this size `[bytes]`.
     pub most_bytes: f64,
     /// Creates the text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
-    /// Registers custom instruments with a run by [`Run::instrument`]. It is called in the thread of the run. A resumed
-    /// run needs the same instruments.
+    /// Adds custom instruments to a run by [`Run::instrument`], in the thread of the run. A resumed run needs the same
+    /// instruments.
     pub instruments: &'o (dyn Fn(Run) -> Run + Sync),
-    /// Names of the custom instruments. If a run began with other instruments, it is rejected before its folder
-    /// changes.
+    /// Names of the custom instruments. A run that began with other instruments is rejected, and its folder is
+    /// unchanged.
     pub instrument_names: &'o [String],
 }
 
@@ -86,11 +84,11 @@ pub enum News<'n> {
 
 impl SweepFolder {
     /// Runs the points of a share that have not been run yet. Returns the outcomes, each with the index of its point in
-    /// [`Sweep::points`]. Points that were not started because of an interruption have no outcome. An interrupted run
+    /// [`Sweep::points`]. If the sweep is interrupted, points that have not started have no outcome. An interrupted run
     /// continues from its last checkpoint, and gives the same bits as an uninterrupted run.
     ///
-    /// `watch` is called from all threads, with the index of a point. If it returns [`ControlFlow::Break`], this run is
-    /// interrupted, and no other run is started.
+    /// Calls `watch` from all threads, with the index of a point. If `watch` returns [`ControlFlow::Break`], this run
+    /// is interrupted, and no other run starts.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -113,7 +111,7 @@ impl SweepFolder {
                 if flow.is_break() || fate == Fate::Interrupted {
                     is_over.store(1, Ordering::Relaxed);
                 }
-                // No thread panics while it holds the lock, so its content is valid even if the lock is poisoned.
+                // A poisoned lock has valid content, because no thread panics while it holds the lock.
                 fates.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((place, fate));
             }
             Ok(())
@@ -132,9 +130,9 @@ impl SweepFolder {
         Ok(fates)
     }
 
-    /// Runs a point that has not been run yet, and returns its outcome, like [`Self::execute`]. `jobs` and `share` are
-    /// ignored, so that the caller, such as a scheduler, decides what runs when and where. If several processes request
-    /// the same point, only one of them runs it.
+    /// Runs a point that has not been run yet, and returns its outcome, like [`Self::execute`]. Ignores `jobs` and
+    /// `share`, so that the caller can schedule the points. If several processes request the same point, only one of
+    /// them runs it.
     ///
     /// # Errors
     /// [`SweepError::Output`] if the reason for a failure cannot be recorded. A failed run is not an error.
@@ -178,7 +176,7 @@ impl SweepFolder {
                         folder.keep_scene(&record)?;
                         return finish(folder, Run::without_start(scene), orders, watch);
                     }
-                    // Another process has finished this run in the meantime.
+                    // Another process has finished this run since the check of its state.
                     Err(OutputError::Finished(_)) => return Ok(Fate::Kept),
                     Err(OutputError::Unfinished(_)) => {}
                     Err(error) => return Err(error),
@@ -189,7 +187,7 @@ impl SweepFolder {
         finish(folder, Run::resume(checkpoint), orders, watch)
     }
 
-    /// Conversions that are missing, for example because the disk was full, are made now.
+    /// Returns the outcome of a finished run, and repeats its missing conversions.
     fn over(&self, point: &Point, path: &Path) -> Result<Fate, OutputError> {
         // A run that was continued outside the sweep may have failed without a record in the folder of the sweep.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
@@ -201,7 +199,7 @@ impl SweepFolder {
         })
     }
 
-    /// Returns the scene of a point, and the text of a scene file that reproduces it.
+    /// Returns the scene of a point, and its text as a scene file.
     fn scene(&self, sweep: &Sweep, point: &Point) -> Result<(Scene, String), SweepError> {
         let scene = sweep.scene_at(point)?;
         if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {

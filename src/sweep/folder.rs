@@ -1,4 +1,4 @@
-//! The folder of a sweep: its description `sweep.toml`, a folder for each point, and the tables.
+//! The folder of a sweep: the file `sweep.toml`, a folder for each point, and the tables.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -20,31 +20,31 @@ use crate::scene::read_text;
 
 const SWEEP: &str = "sweep.toml";
 
-/// Name of the file that keeps the text of the scene in the folder of the sweep, if the scene has no file of its own.
+/// Name of the file with the text of the scene in the folder of the sweep, if the scene has no other file.
 const SCENE: &str = "scene.toml";
 
-/// Folder with the reasons why runs have failed: one file for each point, with the name of the point's folder.
+/// Folder with the reasons for failures: one file per point, named after the point's folder.
 const FAILURES: &str = "failures";
 
 const HEADER: &str = "\
 # A sweep of carom: the scene, what replaces its values at all points, and the axes; each combination of their values is a run in a folder of its own.
 ";
 
-/// The content of `sweep.toml`, written by a user or kept in a folder.
+/// The content of `sweep.toml`, written by a user or by an earlier command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SweepFile {
-    /// Path of the scene. A relative path is resolved against the folder of this file.
+    /// Path of the scene. A relative path starts at the folder of this file.
     scene: String,
     /// Checksum of the text of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
-    /// Overrides for all points, each written as `KEY=VALUE`.
+    /// Overrides for all points, written as `KEY=VALUE`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     set: Vec<String>,
     /// The axes, written as on the command line.
     vary: Vec<String>,
-    /// Checksums of the files that the scenes read, by path.
+    /// Checksums of the input files of all scenes, by path.
     #[serde(default, skip_serializing_if = "Inputs::is_empty")]
     inputs: Inputs,
 }
@@ -64,14 +64,14 @@ impl Sweep {
     /// Reads a sweep from a file with the keys `scene`, `vary` and `set`, written as on the command line.
     ///
     /// # Errors
-    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has the
-    /// checksum of another scene, and the errors of [`Sweep::new`].
+    /// [`SweepError::Read`] or [`SweepError::File`] if the file cannot be read, [`SweepError::Changed`] if the checksum
+    /// of the scene differs, and the errors of [`Sweep::new`].
     pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SweepError> {
         let path = path.as_ref();
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        // Whether the scene is a copy in the folder of the sweep. Such a copy moves with the folder.
+        // Whether the scene is a copy in the folder of the sweep. Its path then moves with the folder.
         let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
         let sweep = if is_kept {
             Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
@@ -108,16 +108,14 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Creates the folder of a sweep, or opens an existing folder of the same sweep. Two sweeps are the same if they
-    /// have the same scene text, overrides and keys. The values of the axes may differ. In this case, existing runs are
-    /// kept, and the tables show the points of `sweep`. If different sweeps open the same folder at the same time, only
-    /// one of them succeeds.
+    /// Creates the folder of a sweep, or opens an existing folder of the same sweep. The same sweep has the same scene
+    /// text, overrides and keys. If it has other values, existing runs are kept, and the tables show the points of
+    /// `sweep`. If several sweeps open a new folder at the same time, only one of them succeeds.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if the folder holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if
-    /// it holds another sweep, [`SweepError::Input`] if a file that its scenes read has changed since the sweep began,
-    /// [`SweepError::Output`] if the folder cannot be created or written, or contains a link in place of one of its
-    /// files.
+    /// it holds another sweep, [`SweepError::Input`] if an input file of its scenes has changed since the sweep began,
+    /// [`SweepError::Output`] if the folder cannot be created or written, or if one of its files is a link.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         plain::make_folder(&folder.path)?;
@@ -131,8 +129,7 @@ impl SweepFolder {
         Ok(folder)
     }
 
-    /// Creates `sweep.toml`, or checks that the existing file describes the same sweep. A new file gets its final name
-    /// in one step and never replaces another file.
+    /// Creates `sweep.toml`, or checks that the existing file describes the same sweep.
     fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
         let (record, mut now) = (self.record(), sweep.file());
         let write = |now: &SweepFile, existing| {
@@ -144,7 +141,7 @@ impl SweepFolder {
                 break false;
             }
             let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
-            // Another process may have created `sweep.toml` in the meantime.
+            // Another process may have created `sweep.toml` after the first check.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
             }
@@ -159,8 +156,7 @@ impl SweepFolder {
         if !is_new {
             let then = SweepFile::read(&record)?;
             self.refuse_other(sweep, &then, &now)?;
-            // `sweep.toml` keeps the checksums of the inputs of earlier runs, even if the sweep no longer has their
-            // points.
+            // Keeps the checksums of earlier runs' inputs, even if the sweep no longer contains these runs.
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
@@ -170,16 +166,14 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// Checksums of the files that the runs of the sweep start from.
     pub(super) fn inputs(&self) -> &Inputs {
         &self.inputs
     }
 
-    /// Opens the folder of an existing sweep without changing it, for processes that run points of a sweep
-    /// begun by another process.
+    /// Opens the folder of a sweep that another process has begun, without changing it.
     ///
     /// # Errors
-    /// [`SweepError::Read`] if it is not a sweep.
+    /// [`SweepError::Read`] if the folder holds no sweep.
     pub fn existing(path: impl AsRef<Path>) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         folder.inputs = SweepFile::read(&folder.record())?.inputs;
@@ -208,7 +202,7 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// The folder.
+    /// Path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -230,7 +224,7 @@ impl SweepFolder {
         self.path.join(point.folder())
     }
 
-    /// An interrupted run counts as unfinished, even if it has written its summary.
+    /// Treats an interrupted run as unfinished, even if it has written its summary.
     pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
         let path = self.of(point);
         let state = Folder::state_of(&path)?;
@@ -247,14 +241,13 @@ impl SweepFolder {
         self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
     }
 
-    /// Records why the run of a point has failed. Without a message, deletes this record.
+    /// Records why a run has failed. Without a message, deletes the record.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let Some(message) = message else {
             remove(&path)?;
-            // Removes the folder if it is empty. If it contains records of other failures, this call fails, as it
-            // should.
+            // Removing the folder fails if it contains records of other failures.
             let _ = fs::remove_dir(self.path.join(FAILURES));
             return Ok(());
         };

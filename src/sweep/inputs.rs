@@ -1,5 +1,4 @@
-//! The files that the scenes of a sweep read. All runs start from the content that these files had at the beginning of
-//! the sweep.
+//! Input files of a sweep's scenes. All runs start from the content at the beginning of the sweep.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -13,12 +12,12 @@ use crate::scene::NamedInput;
 pub(super) type Inputs = BTreeMap<String, String>;
 
 impl Sweep {
-    /// Checksums of the input files at all points: the files that the scenes name, and the last checkpoints of the runs
-    /// from which the scenes start. Missing files are left out.
+    /// Checksums of the input files at all points: files that the scenes name, and the last checkpoints of preceding
+    /// runs. Missing files are left out.
     pub(super) fn inputs(&self) -> Inputs {
         let is_table = |table: &str| Scene::TABLES_WITH_INPUTS.contains(&table.trim());
         let is_naming = |key: &str| key.split('.').next().is_some_and(is_table);
-        // If no varied key names files or runs, the scenes at all points read the same files.
+        // Unless a varied key names files or runs, all points have the same inputs.
         let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
         let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();
         for point in self.points().iter().take(differing) {
@@ -29,8 +28,7 @@ impl Sweep {
     }
 }
 
-/// Returns the first file of a scene that has changed since the sweep began: its path, its current checksum, and its
-/// former checksum.
+/// Returns the first input of a scene that has changed since the sweep began: path, present and former checksum.
 pub(super) fn replaced(scene: &Scene, begun_with: &Inputs) -> Option<(String, String, String)> {
     scene.inputs().iter().find_map(|input| {
         let expected = begun_with.get(&input.path).filter(|expected| **expected != input.checksum)?;

@@ -7,17 +7,17 @@ use toml::Value;
 use super::value::value_of;
 use crate::base::checksum::checksum;
 
-/// Maximum length of the name of a point's folder without its checksum.
+/// Largest length of the name of a point's folder without its checksum.
 const LONGEST: usize = 120;
 
-/// Maximum length of a list or a table in the name of a folder.
+/// Largest length of a list or a table in the name of a folder.
 const LONGEST_LIST: usize = 28;
 
-/// Last words of keys that are also names of measured quantities. To distinguish such a key, its name includes the
-/// preceding word: `barostat_pressure`.
+/// Last words of keys that are also names of measured quantities. The name of such a key includes the preceding word,
+/// as in `barostat_pressure`.
 const MEASURED: [&str; 2] = ["pressure", "temperature"];
 
-/// Last words of keys that are also names of quantities measured in runs with a barostat.
+/// Last words of keys that runs with a barostat also measure.
 const MEASURED_AT_CONSTANT_PRESSURE: [&str; 3] = ["volume", "number_density", "packing_fraction"];
 
 /// Names of the keys in tables and folders; see [`Sweep::short_names`](super::Sweep::short_names).
@@ -40,8 +40,8 @@ pub(super) fn short_names(keys: &[&str], has_barostat: bool) -> Vec<String> {
 }
 
 /// Returns the name of a point's folder, such as `packing_fraction-0.1_seed-2`. A list or table is written as in
-/// `size-12x12x9.5`. A path is shortened to its last part. Characters that some file systems or shells reject are
-/// replaced. If anything is replaced or left out, or the name is taken, a checksum of the settings is appended.
+/// `size-12x12x9.5`, and a path as its last part. Characters that some file systems or shells reject are replaced. If
+/// the name is incomplete or taken, a checksum of the settings is appended.
 pub(super) fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
     let (mut exact, mut is_whole) = (String::new(), true);
     for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {

@@ -1,4 +1,4 @@
-//! Plan of a sweep: a scene, the axes, and the points that are all combinations of their values.
+//! Plan of a sweep: a scene, the axes, and the points.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -14,17 +14,17 @@ use crate::model::Scene;
 use crate::run::foreseen_rate;
 use crate::scene::{NamedInput, SceneError, read_text};
 
-/// Points that differ only in the seed are repetitions of the same state point.
+/// Points that differ only in the seed repeat a state point.
 const SEED: &str = "seed";
 
-/// Runs with a barostat also measure quantities that other scenes prescribe, such as the density.
+/// Runs with a barostat also measure quantities, such as the density, that other scenes prescribe.
 const BAROSTAT: &str = "barostat";
 
-/// Sweep of a scene: its axes and its points. From point to point, the last axis varies fastest.
+/// Sweep of a scene: axes and points. The last axis varies fastest.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
-    /// Whether the scene has its own file. Otherwise its text is kept in the folder of the sweep.
+    /// Whether the scene has its own file. Otherwise, the folder of the sweep keeps its text.
     has_file: bool,
     text: String,
     set: Vec<(String, String)>,
@@ -40,19 +40,19 @@ pub struct Point {
 }
 
 impl Point {
-    /// Keys and values, in the order of the axes.
+    /// Keys and values of the point, in the order of the axes.
     #[must_use]
     pub fn settings(&self) -> &[(String, String)] {
         &self.settings
     }
 
-    /// Name of the point's folder in the folder of the sweep. It is composed of the values.
+    /// Name of the point's folder, which contains the values.
     #[must_use]
     pub fn folder(&self) -> &str {
         &self.folder
     }
 
-    /// Keys and values of the point except the seed. They are the same for all repetitions of a state point.
+    /// Keys and values of the point except the seed, which identify a state point.
     pub fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
         self.settings.iter().filter(|(key, _)| key != SEED)
     }
@@ -60,7 +60,7 @@ impl Point {
 
 impl Sweep {
     /// Creates a sweep of the scene in a file. `set` overrides values at all points, as in
-    /// [`read_scene`](crate::io::read_scene); the axes override the values of their own keys.
+    /// [`read_scene`](crate::io::read_scene); an axis overrides the values of its own keys.
     ///
     /// # Errors
     /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`],
@@ -72,8 +72,8 @@ impl Sweep {
         Self::of(scene, true, text, set, axes)
     }
 
-    /// Creates a sweep of a scene that has no file. Its text is kept in the folder of the sweep. Relative paths in the
-    /// text are resolved against the folder of `name`. Messages show `name` in place of the path of the scene.
+    /// Creates a sweep of a scene that has no file. The folder of the sweep keeps the text. Messages and relative paths
+    /// in the text treat `name` as the path of the scene.
     ///
     /// # Errors
     /// The errors of [`Sweep::new`], except errors of reading the file.
@@ -109,7 +109,7 @@ impl Sweep {
         if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
             return Err(SweepError::Twice(key.to_owned()));
         }
-        // Each value overrides earlier values at the same place or inside it.
+        // Each setting overrides earlier settings of the same value or of a part of it.
         let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
         let places = Scene::places(&self.text, &set, &keys);
@@ -154,13 +154,13 @@ impl Sweep {
         Ok((0..number).map(point).collect())
     }
 
-    /// The scene's file.
+    /// Path of the scene.
     #[must_use]
     pub fn scene(&self) -> &Path {
         &self.scene
     }
 
-    /// The text of a scene that has no file.
+    /// Text of the scene, if it has no file.
     pub(super) fn text_alone(&self) -> Option<&str> {
         (!self.has_file).then_some(&self.text)
     }
@@ -189,9 +189,9 @@ impl Sweep {
         self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
     }
 
-    /// Names of the keys in tables and folders. A name is the last word of a key and the indices after it, such as
-    /// `gravity_1`. If this is also the name of a measured quantity, the preceding word is included, as in
-    /// `barostat_pressure`. If the name is not unique, it is the whole key, such as `fill_0_packing_fraction`.
+    /// Names of the keys in tables and folders. A name is the last word of a key with its indices, such as `gravity_1`.
+    /// If a measured quantity has the same name, the preceding word is included, as in `barostat_pressure`. If the name
+    /// is not unique, it is the whole key, such as `fill_0_packing_fraction`.
     #[must_use]
     pub fn short_names(&self) -> Vec<String> {
         short_names(&self.keys(), self.has_barostat())
@@ -204,14 +204,14 @@ impl Sweep {
         scene || set || self.keys().into_iter().any(is_key)
     }
 
-    /// The [`Self::short_names`] of all keys except the seed. They distinguish state points.
+    /// Names of all keys except the seed, see [`Self::short_names`]. They distinguish state points.
     #[must_use]
     pub fn state_point_names(&self) -> Vec<String> {
         let names = self.short_names().into_iter().zip(self.keys());
         names.filter_map(|(name, key)| (key != SEED).then_some(name)).collect()
     }
 
-    /// For each name in [`Self::state_point_names`], the index of its axis. Several keys can belong to one axis.
+    /// Index of the axis of each name in [`Self::state_point_names`]. One axis may have several keys.
     pub(crate) fn state_point_axes(&self) -> Vec<usize> {
         let keys = self.axes.iter().enumerate().flat_map(|(at, axis)| axis.keys().iter().map(move |key| (at, key)));
         keys.filter_map(|(at, key)| (key != SEED).then_some(at)).collect()
@@ -221,7 +221,7 @@ impl Sweep {
         format!("crc32:{:08x}", checksum(self.text.as_bytes()))
     }
 
-    /// The scene at a point.
+    /// Reads the scene at a point.
     ///
     /// # Errors
     /// [`SceneError`] with the first error.
@@ -229,8 +229,7 @@ impl Sweep {
         read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
-    /// Checks the text of the scene with the values of the point: its keys must be known, and the values must have the
-    /// right types. This is fast, because no particle is placed.
+    /// Checks the keys and the types of values in the scene of a point. This is fast, because no particle is placed.
     ///
     /// # Errors
     /// [`SceneError`] with the first error.
@@ -242,15 +241,15 @@ impl Sweep {
         Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Checks the sweep before anything is created: keys and types at all points, one complete scene, and whether the
-    /// seed has an effect. Returns the scene.
+    /// Checks the sweep before anything is created: keys and types at all points, one complete scene, and the effect of
+    /// the seed. Returns the scene.
     ///
     /// # Errors
-    /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if seeds vary and change nothing.
+    /// [`SweepError::Scene`] with the first error, [`SweepError::SameRuns`] if the seed varies without effect.
     pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
-        // It is enough if the first or the last point is valid. An axis may thus have invalid values at one end. A
-        // sweep has at least one point.
+        // One end of an axis may be invalid, so it is enough if the first or the last point is valid. Every sweep has
+        // points.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
         let (point, scene) = match self.scene_at(first) {
             Ok(scene) => (first, scene),
@@ -260,13 +259,13 @@ impl Sweep {
         Ok(scene)
     }
 
-    /// Checks that points with different seeds give different runs.
+    /// Checks that different seeds give different runs.
     fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
-        // Replica exchanges are not checked, because a sweep rejects them anyway.
+        // Replica exchanges are not checked, because a sweep rejects them.
         let is_driven = scene.run().has_andersen() || scene.has_thermal_walls() || scene.exchange().is_some();
         let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
         let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
-        // If the scene at the other point is invalid, the run of that point reports the error.
+        // If the scene is invalid, the run of its point reports the error.
         let Ok(again) = self.scene_at(other) else { return Ok(()) };
         if again.particles() == scene.particles() {
             return Err(SweepError::SameRuns { first: point.folder.clone(), second: other.folder.clone() });
@@ -274,14 +273,14 @@ impl Sweep {
         Ok(())
     }
 
-    /// Expected total size of the files of all runs `[bytes]`, if the runs resemble `scene`. It is accurate within a
-    /// factor of two, or a lower bound if the size of some files is unknown.
+    /// Expected total size of the files of all runs, if the runs resemble `scene` `[bytes]`. The size is accurate
+    /// within a factor of two, or a lower bound if the size of some files is unknown.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, foreseen_rate(scene).ok()).bytes * self.points.len() as f64
     }
 
-    /// Returns the text of a scene file that reproduces the scene at a point.
+    /// Returns the scene at a point as the text of a scene file.
     pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
         scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
     }

@@ -13,8 +13,8 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// Quantities that come first in tables, in this order. The density is measured only in runs with a barostat.
-/// Quantities in `LAST` are mainly checks. All others are in between, in the order of their first appearance.
+/// Quantities that come first in tables, in this order; quantities in `LAST` come last. The density is measured only
+/// with a barostat.
 const FIRST: [&str; 10] = [
     "number_density",
     "compressibility_factor",
@@ -30,7 +30,7 @@ const FIRST: [&str; 10] = [
 const LAST: [&str; 7] =
     ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
 
-/// Returns the position of a quantity in tables.
+/// Returns the rank of a quantity in the order of tables.
 fn rank(name: &str, has_stages: bool) -> usize {
     if has_stages && name == "temperature" {
         return 0;
@@ -39,14 +39,14 @@ fn rank(name: &str, has_stages: bool) -> usize {
     1 + place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
 }
 
-/// A quantity measured by at least some runs of a sweep.
+/// A quantity that at least one run of a sweep has measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredQuantity {
-    /// Name of an observable, or of a number that an instrument measures.
+    /// Name of an observable, or of an instrument's number.
     pub name: String,
     /// Name for display.
     pub title: String,
-    /// Unit; `1` for a pure number.
+    /// Unit of the quantity; `1` for a pure number.
     pub unit: String,
 }
 
@@ -64,14 +64,13 @@ pub struct Value {
 pub struct Pooled {
     /// Mean over the runs, with equal weights.
     pub mean: f64,
-    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if the error of
-    /// any run is unknown.
+    /// Standard error of the mean from the errors `e_i` of the `n` runs, `sqrt(sum e_i^2) / n`; `None` if one is
+    /// unknown.
     pub error: Option<f64>,
     /// Standard error of the mean from the scatter of the values `x_i` of the `n` runs,
     /// `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 if the scatter is round-off, `None` for a single run.
     pub scatter: Option<f64>,
-    /// Number of runs with a value. Other runs were too short, or had a curve that was not straight enough to give a
-    /// value.
+    /// Number of runs with a value. Other runs were too short, or had a curve that was not straight enough.
     pub runs: usize,
 }
 
@@ -81,9 +80,9 @@ pub struct Pooled {
 pub enum Standing {
     /// The run has ended without problems.
     Done,
-    /// The run failed. The text is the reason.
+    /// The run failed, for the given reason.
     Failed(String),
-    /// The run has started, but has not ended.
+    /// The run has started but not ended.
     Begun,
     /// The run has not started.
     Missing,
@@ -95,7 +94,7 @@ pub enum Standing {
 pub struct PointResult {
     /// Status of the run.
     pub standing: Standing,
-    /// Results of the measured stages in order, then of the last measurement; empty if the run has no results yet.
+    /// Results of the measured stages, then of the last measurement; empty if there are none yet.
     pub measurements: Vec<StageResult>,
 }
 
@@ -109,7 +108,7 @@ pub struct StageResult {
     pub duration: Option<f64>,
     /// Number of physical events.
     pub events: u64,
-    /// The measured values, in the order of [`Results::quantities`].
+    /// Measured values, in the order of [`Results::quantities`].
     pub values: Vec<Option<Value>>,
     /// Published values for the simulated system.
     pub published: Vec<PublishedValue>,
@@ -121,10 +120,10 @@ pub struct StageResult {
 pub struct Group {
     /// Indices of the points of the group in [`Sweep::points`].
     pub places: Vec<usize>,
-    /// Number of completed runs that repeat another run of the group bit for bit. They do not count in the means.
-    /// Without a random start and a heat bath, every seed gives the same run.
+    /// Number of completed runs that repeat another run bit for bit, and do not count in the means. Without a random
+    /// start or a heat bath, all runs of the group are identical.
     pub repeats: usize,
-    /// Means of the measured stages and of the last measurement, in order.
+    /// Means of the measured stages, then of the last measurement.
     pub measurements: Vec<StageMeans>,
 }
 
@@ -134,11 +133,11 @@ pub struct Group {
 pub struct StageMeans {
     /// Name of the measured stage; `measurement` for the last measurement.
     pub stage: String,
-    /// Number of completed runs of the state point that contain this measurement. Repeated runs are not counted.
+    /// Number of completed runs with this measurement, without repeated runs.
     pub runs: usize,
-    /// The means, in the order of [`Results::quantities`].
+    /// Means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
-    /// The published values, each averaged over the runs.
+    /// Published values, each averaged over the runs.
     pub published: Vec<PublishedValue>,
 }
 
@@ -148,7 +147,7 @@ pub struct StageMeans {
 pub struct Results {
     /// Measured quantities, the most important ones first.
     pub quantities: Vec<MeasuredQuantity>,
-    /// Names of the measured stages of all runs, in order, and `measurement` for the last measurement.
+    /// Names of the measured stages of all runs, then `measurement` for the last measurement.
     pub stages: Vec<String>,
     /// Results of each point.
     pub points: Vec<PointResult>,
@@ -157,7 +156,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Reads the current results from the folder of a sweep. A point counts as failed if its files cannot be read.
+    /// Reads the present results from the folder of a sweep. A point with unreadable files has failed.
     #[must_use]
     pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
         let mut quantities = Vec::new();
@@ -180,19 +179,18 @@ impl Results {
         self.stages.len() > 1
     }
 
-    /// Iterates over all means, each with its state point.
+    /// Returns all means, each with its state point.
     pub fn means(&self) -> impl Iterator<Item = (&Group, &StageMeans)> {
         self.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
     }
 
-    /// Number of completed runs that do not count in the means, because they repeat other runs of their state
-    /// point bit for bit.
+    /// Number of completed runs that repeat other runs bit for bit, and do not count in the means.
     #[must_use]
     pub fn repeats(&self) -> usize {
         self.groups.iter().map(|group| group.repeats).sum()
     }
 
-    /// Numbers of completed and of failed points.
+    /// Numbers of completed and failed points.
     #[must_use]
     pub fn counts(&self) -> [usize; 2] {
         let count = |is: fn(&Standing) -> bool| self.points.iter().filter(|point| is(&point.standing)).count();
@@ -226,7 +224,7 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<MeasuredQ
     }
 }
 
-/// Returns the reason why a run is not sound; `None` if its summary contains no fault.
+/// Returns why a run is not sound; `None` if its summary contains no fault.
 pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
     let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
     summary.trouble.clone().or_else(faults)
@@ -283,17 +281,17 @@ fn stages(points: &[PointResult]) -> Vec<String> {
     stages
 }
 
-/// Returns the values of all instruments, and the means of the observables that no instrument measures.
+/// Returns the results of all instruments, and the means of other observables.
 fn values_of(
     observables: &BTreeMap<String, Observable>,
     dimensions: usize,
     measured: &Measured,
 ) -> Vec<(MeasuredQuantity, Value)> {
-    // The pressure tensor also measures the collision rate, under the name `core_rate`.
+    // The pressure tensor measures the collision rate too, as `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
-    // Observables of this version come first, in a fixed order. Observables that later versions have added follow.
+    // Known observables come first, in a fixed order. Observables of later versions follow.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
     let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
@@ -314,7 +312,7 @@ fn values_of(
     observables.chain(numbers).collect()
 }
 
-/// Groups the points that differ only in their seeds, in the order of the first point of each group.
+/// Groups the points that differ only in their seeds, in the order of their first points.
 fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -335,8 +333,8 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
             }
         }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
-        // A state point without completed runs has an entry for each stage of the sweep, because its own stages are
-        // unknown.
+        // Without completed runs, the stages of a state point are unknown, so it gets an entry for each stage of the
+        // sweep.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups
@@ -360,7 +358,7 @@ fn pooled(values: &[Value]) -> Option<Pooled> {
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
     let scatter = (scatter / (number * (number - 1.0))).sqrt();
-    // Differences within round-off do not count as scatter. They occur for conserved quantities.
+    // Values of conserved quantities differ by round-off, which is not scatter.
     let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,

@@ -1,11 +1,10 @@
-//! The tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with a row for each state point and
-//! means over its seeds, and `sweep-columns.csv` with the units. If runs have measured stages, each stage has its own
-//! row, and a column names the stage.
+//! Tables of a sweep: `sweep.csv` with a row for each run, `sweep-mean.csv` with means over the seeds for each state
+//! point, and `sweep-columns.csv` with the units. Each measured stage has its own row; a column names the stage.
 //!
-//! Besides a column `x` there is `x_error`, its standard error. In `sweep-mean.csv`, `x_error` follows from the errors
-//! of the runs and `x_scatter` from their scatter; the two should agree. If some runs of a state point have no value of
-//! `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells. The numbers that vary inside a
-//! list or table have their own columns, such as `size_0`.
+//! A column `x_error` gives the standard error of `x`. In `sweep-mean.csv`, it follows from the errors of the runs, and
+//! `x_scatter` follows from the scatter of their values; the two should agree. If some runs of a state point have no
+//! value of `x`, `x_runs` is the number of runs with a value. Unknown values are empty cells. Numbers that vary inside
+//! a list or table have their own columns, such as `size_0`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -24,17 +23,17 @@ const COLUMNS: &str = "sweep-columns.csv";
 const STAGE: &str = "stage";
 
 impl SweepFolder {
-    /// Writes the tables of the current results. Returns their paths.
+    /// Writes the tables of the present results, and returns their paths.
     ///
     /// # Errors
-    /// [`SweepError::Output`] if they cannot be written.
+    /// [`SweepError::Output`] if a table cannot be written.
     pub fn write_tables(&self, sweep: &Sweep, results: &Results) -> Result<Vec<PathBuf>, SweepError> {
         let tables = [(RUNS, runs(sweep, results)), (MEANS, means(sweep, results)), (COLUMNS, columns(sweep, results))];
         tables.iter().map(|(name, text)| self.write(name, text)).collect()
     }
 }
 
-/// Formats a value as the user wrote it, without quotes.
+/// Formats a value as in the scene, without quotes.
 fn typed(value: &str) -> String {
     text_cell(value.trim_matches(['"', '\'']))
 }

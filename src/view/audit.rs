@@ -1,22 +1,20 @@
-//! The audit of a run as rows, for the final table and for the page of the run.
-
 use super::describe::momentum_changes;
 use crate::base::text::{digits, tiny};
 use crate::io::Summary;
 use crate::model::Scene;
 
-/// A row of the audit: a conserved quantity or another check of a run, with its verdict.
+/// A row of the audit: a conserved quantity or another check, with its verdict.
 pub(super) struct Row {
     pub what: &'static str,
     pub how: &'static str,
     pub value: String,
-    /// Whether `value` is a ratio. In this case, `how` names the quantity by which it is divided.
+    /// Whether `value` is a ratio. Then `how` names the divisor.
     pub is_relative: bool,
-    /// Reason for a missing verdict, if it is not obvious.
+    /// Why the verdict is missing, if this is not obvious.
     pub why: Option<String>,
-    /// Limit above which the audit fails; empty if the row has no limit.
+    /// Limit above which the audit fails; empty without a limit.
     pub limit: String,
-    /// Verdict: whether the value is within the limit. `None` if the row has no verdict.
+    /// Whether the value is within the limit; `None` without a verdict.
     pub is_sound: Option<bool>,
 }
 
@@ -30,7 +28,7 @@ impl Row {
     }
 }
 
-/// `scene`, if it could be read, gives the reasons why momentum is not conserved.
+/// Builds the rows. `scene` explains why momentum is not conserved, if the scene could be read.
 pub(super) fn rows(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, events) = (&summary.energy, &summary.events);
     let how = "relative error of the sum of kinetic, potential and dissipated energy, minus the supplied energy";
@@ -74,8 +72,8 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let (overlap, invalid) = (&summary.overlap, summary.events.in_invalid_state);
     let is_judged_by_rounding = overlap.limit.is_none() && overlap.initial == 0;
     let limit = overlap.limit.map_or_else(|| "round-off".to_owned(), |limit| format!("{limit:.1e}"));
-    // If the scene sets no limit, the run compares each overlap with the round-off of the coordinates involved. The run
-    // is sound if no overlap exceeded this round-off. There is no verdict if particles overlapped at the start.
+    // Without a limit, no overlap may exceed the round-off of its coordinates. There is no verdict if particles
+    // overlapped at the start.
     let is_sound = |depth: f64, number: u64| match overlap.limit {
         Some(limit) => Some(depth <= limit),
         None => is_judged_by_rounding.then_some(number == 0),

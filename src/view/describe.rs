@@ -1,5 +1,4 @@
-//! Descriptions of a scene in words, and numbers in readable form, for the terminal and for the page of a
-//! run.
+//! Descriptions of a scene in words, and readable numbers, for the terminal and the page of a run.
 
 mod barostat;
 mod estimate;
@@ -43,7 +42,7 @@ pub fn population(scene: &Scene) -> String {
     population_of(scene, &counts(scene))
 }
 
-/// Describes the numbers of particles of each species, for example `500 A + 20 B`.
+/// Describes the number of particles of each species, such as `500 A + 20 B`.
 #[must_use]
 pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     let of = |is_static: bool| {
@@ -55,8 +54,8 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
-/// Returns the kind of interaction of the moving particles as an adjective with a space at its end, for example
-/// `hard ` or `square-well `. The text is empty if there are several kinds or none.
+/// Returns the kind of potential of the moving particles, such as `hard ` or `square-well `, with a space at the end.
+/// Empty unless there is exactly one kind.
 #[must_use]
 pub fn kind_of_potential(scene: &Scene) -> &'static str {
     let kind = |potential: &Potential| match potential.energies() {
@@ -166,7 +165,7 @@ fn potential(potential: &Potential) -> String {
     }
 }
 
-/// Lists the interactions: one line for each pair of species that can meet, and one for each interaction of bonds.
+/// Describes the interactions, one per line: pairs of species that can meet, and bonds.
 #[must_use]
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -228,8 +227,8 @@ fn equilibrates(equilibration: &Equilibration) -> String {
     }
 }
 
-/// Describes a stage, for example `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor
-/// of 1000`.
+/// Describes a stage, such as
+/// `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
 #[must_use]
 pub fn stage(stage: &StagePlan) -> String {
     let mut parts = Vec::new();
@@ -274,8 +273,7 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
     }
 }
 
-/// Lists the reasons why momentum is not conserved over a whole run, for example `walls along x and y, acceleration
-/// along z`.
+/// Lists why a whole run does not conserve momentum, such as `walls along x and y, acceleration along z`.
 #[must_use]
 pub fn momentum_changes(scene: &Scene) -> String {
     let axes = |changed: &[bool; 3]| {
@@ -298,7 +296,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
-            // `redrawn` already contains the axes of all Andersen thermostats.
+            // `redrawn` contains the axes of all Andersen thermostats.
             Influence::AndersenCollisions => None,
         })
         .collect();
@@ -311,8 +309,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
     words.join(", ")
 }
 
-/// Describes the run from which a scene starts, and whether its engine continues or a new one begins. `None` if the
-/// scene does not start from another run.
+/// Describes the run from which a scene starts, and whether its engine continues; `None` without such a run.
 #[must_use]
 pub fn start(scene: &Scene) -> Option<String> {
     let run = scene.predecessor()?;

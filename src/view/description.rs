@@ -1,4 +1,4 @@
-//! A scene in words, with warnings about settings that are probably unintended: the output of `carom check`.
+//! A scene in words, with warnings about probable mistakes: the output of `carom check`.
 
 use super::describe;
 use crate::Vector;
@@ -10,7 +10,7 @@ use crate::model::{InputFile, Limit, Scene};
 use crate::prepare::resting::{Ground, resting};
 use crate::run::{self, Burden, Unreached};
 
-/// Description of a scene: its facts, one line each.
+/// Describes a scene by its facts, one per line.
 #[must_use]
 pub fn text(scene: &Scene) -> String {
     let mut text = format!("{}, seed {}\n", scene.name(), scene.seed());
@@ -30,7 +30,7 @@ pub fn line(label: &str, value: &str) -> String {
     format!("  {label:<14}{value}\n")
 }
 
-/// Warnings about settings that are allowed but probably unintended.
+/// Warns of settings that are allowed but probably unintended.
 #[must_use]
 pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -86,7 +86,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Lists the parts of the scene's files that are not used: columns, and bytes at the end of a mesh file.
+/// Lists unused parts of input files: columns, and bytes at the end of mesh files.
 #[must_use]
 pub fn unused_input(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
@@ -102,7 +102,7 @@ pub fn unused_input(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// Lists the planned measurements that are not defined for the scene, each with the reason.
+/// Lists planned measurements that are not defined for the scene, with the reasons.
 #[must_use]
 pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -122,7 +122,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// Lists the cutoffs that are shorter than requested because of the box, each with the reason.
+/// Lists cutoffs that the box shortens, with the reasons.
 #[must_use]
 pub fn shortened(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -132,7 +132,7 @@ pub fn shortened(scene: &Scene) -> Vec<String> {
     shortened_cutoffs(plan, &SystemDescription::of(scene))
 }
 
-/// Planned times that are never reached, because their stage is shorter.
+/// Lists planned times that no stage reaches.
 #[must_use]
 pub fn unreached(scene: &Scene) -> Vec<String> {
     let told = |it| match it {
@@ -149,7 +149,7 @@ pub fn unreached(scene: &Scene) -> Vec<String> {
     run::unreached(scene).into_iter().map(told).collect()
 }
 
-/// Warns of particles that are at rest and in contact at the start, and says what will happen to them.
+/// Warns of particles that are at rest and in contact at the start.
 #[must_use]
 pub fn at_rest(scene: &Scene) -> Vec<String> {
     let all = resting(scene);
@@ -190,7 +190,7 @@ pub fn at_rest(scene: &Scene) -> Vec<String> {
     vec![format!("particle {} rests on {ground}{others}, {cause}; {cure}", first.particle.0)]
 }
 
-/// Lists reasons why the run takes far longer than its events alone would take, with the wall time for each.
+/// Lists what slows a run down apart from its events, with the wall time of each.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(told).collect()
@@ -198,7 +198,7 @@ pub fn burdens(scene: &Scene) -> Vec<String> {
 
 fn told(Burden { cause, seconds }: Burden) -> String {
     match seconds {
-        // A wall time below one second is left out. It is either negligible or unknown.
+        // A wall time below one second is negligible or unknown.
         ..1.0 => cause,
         _ => format!("{cause}: about {} of wall time", wall_time(seconds)),
     }
@@ -214,8 +214,7 @@ fn wall_time(seconds: f64) -> String {
     }
 }
 
-/// Describes the number density and packing fraction of the moving particles. `None` unless the box is periodic along
-/// all axes.
+/// Describes the number density and packing fraction of moving particles; `None` unless all axes are periodic.
 fn density(scene: &Scene) -> Option<String> {
     if !scene.space().is_fully_periodic() {
         return None;
@@ -240,7 +239,7 @@ fn density(scene: &Scene) -> Option<String> {
     Some(format!("number density {number_density}, packing fraction {packing_fraction}{when}{temperature}"))
 }
 
-/// The kinetic temperature at the start, as in the first row of a run.
+/// Kinetic temperature at the start.
 fn temperature(scene: &Scene) -> Option<f64> {
     let mut kinetic = 0.0;
     let mut momentum = Vector::zeros();
@@ -255,8 +254,8 @@ fn temperature(scene: &Scene) -> Option<f64> {
     ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
-/// Warns if large coordinates or pair energies leave so few accurate digits that round-off may cause overlaps. The
-/// audit accepts overlaps of at most a millionth of a diameter as round-off.
+/// Warns if coordinates or pair energies are so large that round-off may cause overlaps. The audit accepts overlaps of
+/// up to a millionth of a diameter as round-off.
 fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
@@ -304,7 +303,7 @@ mod tests {
         assert_eq!(of(90.4), "large cells: about 90 seconds of wall time");
     }
 
-    /// Returns the warnings about times that are never reached, for a fluid with the given `run` and `measure` tables.
+    /// Returns warnings about times that a fluid with these `run` and `measure` tables never reaches.
     fn never(run: &str, measure: &str) -> Vec<String> {
         let text = format!(
             "species = [{{ name = \"A\", mass = 1.3, diameter = 1.0 }}]\n\
@@ -342,7 +341,7 @@ mod tests {
             never(run, measure),
             late.map(|it| format!("{it} is longer than the longest measurement, 8, so it is never reached"))
         );
-        // The duration of a run with a given number of events is unknown, so there is no warning.
+        // The duration of a run with a given number of events is unknown.
         assert_eq!(never("run = { until_events = 100 }", measure), [""; 0]);
     }
 }

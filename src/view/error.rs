@@ -1,4 +1,4 @@
-//! Errors that occur when pictures, movies and pages are made.
+//! Errors of pictures, movies and pages.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,14 +9,14 @@ use crate::mesh::read::MeshFileError;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
-/// Why a picture, a movie or a page could not be made or written.
+/// Error of making or writing a picture, a movie or a page.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ViewError {
     /// The trajectory could not be read.
     #[error("cannot read the trajectory {}", path.display())]
     Trajectory {
-        /// The file.
+        /// Path of the trajectory.
         path: PathBuf,
         /// Error of the trajectory reader.
         source: ReadError,
@@ -24,9 +24,9 @@ pub enum ViewError {
     /// A surface file beside the trajectory could not be read.
     #[error("cannot read the surface {}", path.display())]
     SurfaceFile {
-        /// The file.
+        /// Path of the surface file.
         path: PathBuf,
-        /// Error of the operating system.
+        /// The underlying system error.
         source: io::Error,
     },
     /// A surface file beside the trajectory is damaged.
@@ -54,12 +54,12 @@ pub enum ViewError {
         /// Rows of pixels.
         height: u32,
     },
-    /// A number in the style of an image or in the options of a movie is invalid.
+    /// An option of an image or a movie has an invalid value.
     #[error("{name} is {value}, expected {expected}")]
     Option {
-        /// Name of the invalid option.
+        /// Name of the option.
         name: &'static str,
-        /// Its value.
+        /// Value of the option.
         value: f64,
         /// Expected value, in words.
         expected: &'static str,
@@ -70,12 +70,12 @@ pub enum ViewError {
     /// The file extension does not belong to a movie format.
     #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
-    /// A GIF has too many images per second. Players would slow it down.
+    /// A GIF has too many images per second, and players would slow it down.
     #[error(
         "a GIF cannot show {0} images per second: an image lasts for whole hundredths of a second, and players show the shortest images ten times longer"
     )]
     FastGif(u32),
-    /// An MP4 has an odd width or height. The format stores one colour for each block of two by two pixels.
+    /// An MP4 has an odd width or height. The format stores colours for blocks of two by two pixels.
     #[error("an MP4 of {width} x {height} pixels cannot be written: expected even numbers")]
     OddSize {
         /// Columns of pixels.
@@ -98,21 +98,21 @@ pub enum ViewError {
     /// The trajectory ends before the first requested frame.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
     NoSuchFrame {
-        /// The file.
+        /// Path of the trajectory.
         path: PathBuf,
-        /// The requested frame.
+        /// Index of the requested frame.
         first: u64,
-        /// The number of complete frames.
+        /// Number of complete frames.
         count: u64,
     },
     /// A frame of a movie cannot be drawn.
     #[error("frame {index} of {} cannot be drawn", path.display())]
     Frame {
-        /// The file.
+        /// Path of the trajectory.
         path: PathBuf,
         /// Index of the frame, from 0.
         index: u64,
-        /// The error.
+        /// Reason why the frame cannot be drawn.
         source: Box<Self>,
     },
     /// The target of the movie exists and is not a file.
@@ -124,26 +124,26 @@ pub enum ViewError {
     /// No thread could be started.
     #[error("no thread could be started to draw images")]
     Threads,
-    /// The progress callback stopped the work.
+    /// The callback for progress stopped the work.
     #[error("interrupted; nothing was written")]
     Interrupted,
     /// The path of a run is not a folder.
     #[error("{} is not the folder of a run", .0.display())]
     NotFolder(PathBuf),
-    /// The summary, which every finished run has, is missing or unreadable.
+    /// The summary of the run is missing or unreadable.
     #[error("cannot read {}", path.display())]
     Unreadable {
-        /// The file.
+        /// Path of the summary.
         path: PathBuf,
-        /// Error of the operating system.
+        /// The underlying system error.
         source: io::Error,
     },
     /// The summary is damaged.
     #[error("{} is not the summary of a run", path.display())]
     Summary {
-        /// The file.
+        /// Path of the summary.
         path: PathBuf,
-        /// Parse error: the position in the file, and what was expected there.
+        /// Position and kind of the error in the file.
         source: serde_json::Error,
     },
     /// The target file already exists and must not be replaced.
@@ -152,14 +152,14 @@ pub enum ViewError {
     /// The file could not be written.
     #[error("cannot write {}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of the operating system.
+        /// The underlying system error.
         source: io::Error,
     },
 }
 
-/// Returns the extension of a path with its dot, or the file name if there is no extension.
+/// Returns the extension of a path with its dot, or the file name without an extension.
 fn ending(path: &Path) -> String {
     let extension = path.extension().map(|extension| format!(".{}", extension.display()));
     extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
@@ -178,7 +178,7 @@ impl ViewError {
         move |source| Self::Trajectory { path: path.to_owned(), source }
     }
 
-    /// Returns what the user can do about the error, if that is not obvious.
+    /// Returns a suggestion for the user, unless the remedy is obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -1,4 +1,4 @@
-//! The final table of a run: the content of `report.txt`.
+//! Final table of a run: the content of `report.txt`.
 
 use std::fmt::Write;
 
@@ -16,13 +16,12 @@ use crate::view::{audit, describe};
 
 type Means<T> = [(&'static str, T)];
 
-/// Largest number of lines for results of instruments: enough for one instrument of each kind with a few
-/// species.
+/// Largest number of lines for results of instruments, enough for one instrument of each kind with a few species.
 const MOST_NUMBERS: usize = 48;
 
 const MOST_RATES: usize = 12;
 
-/// Table of the results of a run: the system, how the run ended, the means and the audit.
+/// Returns the table of results: the system, the end of the run, the means and the audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
@@ -73,8 +72,7 @@ pub fn text(finished: &Finished) -> String {
     lines.text()
 }
 
-/// Describes numbers of events by kind, for example `12 core, 3 wall`. The counts are in the order core, capture,
-/// release, bounce, wall.
+/// Describes numbers of events by kind, such as `12 core, 3 wall`. `counts` are core, capture, release, bounce, wall.
 #[must_use]
 pub fn kinds(counts: [u64; 5], shown: fn(u64) -> String) -> String {
     let kinds = ["core", "capture", "release", "bounce", "wall"].into_iter().zip(counts);
@@ -110,7 +108,7 @@ fn ending(finished: &Finished) -> String {
     }
 }
 
-/// Lines with names and values, in two columns.
+/// Lines of a table with names and values in two columns.
 #[derive(Debug, Clone, Default)]
 pub struct Lines(String);
 
@@ -152,7 +150,7 @@ impl Lines {
         }
     }
 
-    /// Results with too few data are also listed.
+    /// Results with too few data are listed too.
     fn instruments(&mut self, title: &str, measured: &Measured, dimensions: usize) {
         let numbers = &measured.numbers;
         if numbers.is_empty() {
@@ -217,7 +215,7 @@ impl Lines {
         }
     }
 
-    /// All lines.
+    /// Returns all lines.
     #[must_use]
     pub fn text(self) -> String {
         self.0

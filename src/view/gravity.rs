@@ -1,4 +1,4 @@
-//! Reads gravity from the scene file beside a trajectory. Pictures use it for the upward direction.
+//! Reads gravity from the scene file beside a trajectory.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::Vector;
 use crate::io::Folder;
 
-/// The part of a scene file that contains gravity. All other keys are ignored, so scenes of other versions can be read.
+/// Gravity in a scene file. Other keys are ignored, so scenes of other versions can be read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Scene {
@@ -21,8 +21,8 @@ struct Dynamics {
     gravity: Option<[f64; 3]>,
 }
 
-/// Reads `dynamics.gravity` `[length / time^2]` from the scene file beside a trajectory. `None` without gravity or
-/// without a scene file.
+/// Reads `dynamics.gravity` from the scene file beside a trajectory `[length / time^2]`; `None` without gravity or
+/// file.
 pub(super) fn gravity_beside(trajectory: &Path) -> Option<Vector> {
     let text = fs::read_to_string(Folder::scene_of(trajectory.parent().unwrap_or(Path::new("")))).ok()?;
     let scene: Scene = toml::from_str(&text).ok()?;

@@ -1,9 +1,9 @@
 //! A scene that runs in a browser: a self-contained page that needs no network.
 //!
-//! The page contains the engine as WebAssembly, the *module* built by `web/build`, and so computes the same
-//! bits as the program. A worker runs the scene (`live/worker*.js`, `live/observables*.js`, with the calls of
-//! `live/engine.js`). The page shows it: the picture with the renderer of the report player
-//! (`live/live*.js`), plots (`live/plots*.js`), and sliders and the text of the scene (`live/editor*.js`).
+//! The page contains the engine as WebAssembly, the *module* built by `web/build`, and computes the same bits as the
+//! program. A worker runs the scene (`live/worker*.js`, `live/observables*.js`, `live/engine.js`). The page shows the
+//! picture with the renderer of the report player (`live/live*.js`), plots (`live/plots*.js`), sliders and the text of
+//! the scene (`live/editor*.js`).
 
 mod engine;
 mod head;
@@ -25,7 +25,7 @@ pub use engine::Engine;
 pub use head::Shown;
 pub use source::Source;
 
-/// Scripts of the page, in the order of loading. They are loaded after the scripts in `RENDERER`.
+/// Scripts of the page in the order of loading, after the scripts in `RENDERER`.
 const PROGRAM: [&str; 24] = [
     include_str!("report/save.js"),
     include_str!("live/plots_axis.js"),
@@ -69,11 +69,11 @@ const WORKER: [&str; 13] = [
     include_str!("live/worker.js"),
 ];
 
-/// Shaders of this page that the report player does not have.
+/// Shaders that the report player does not have.
 const LINES: [(&str, &str); 2] =
     [("line.vert", include_str!("live/line.vert")), ("line.frag", include_str!("live/line.frag"))];
 
-/// Style sheets of the page. They are added to the style sheets of reports.
+/// Style sheets of the page, added to the style sheets of reports.
 const STYLE: [&str; 3] =
     [include_str!("live/live.css"), include_str!("live/editor.css"), include_str!("live/plots.css")];
 
@@ -81,7 +81,7 @@ const STYLE: [&str; 3] =
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
                       worker-src blob:; img-src data: blob:";
 
-/// Returns a page that runs a scene. `source` contains the text of the scene.
+/// Returns a page that runs a scene. `source` contains the scene as text.
 #[must_use]
 pub fn page(scene: &Scene, source: &Source, engine: Engine) -> Page {
     let mut body = include_str!("live/page.html").to_owned();
@@ -99,14 +99,14 @@ fn element(page: &mut String, kind: &str, id: &str, text: &str) {
     page.push_str(&format!("<script type=\"{kind}\" id=\"{id}\">{text}</script>\n"));
 }
 
-/// Returns the comment at the start of a text, which usually describes the scene.
+/// Returns the comment at the start of a scene, which usually describes it.
 #[must_use]
 pub fn first_comment(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix('#'));
     lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the script of the page, and the texts that it looks up by id: shaders, schema and worker.
+/// Returns the script of the page, and the shaders, the schema and the worker that it finds by id.
 fn scripts() -> String {
     let mut texts = Map::new();
     for (name, text) in SHADERS.iter().chain(&LINES) {

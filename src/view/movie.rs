@@ -1,9 +1,8 @@
-//! Movies of a trajectory as GIF, APNG or MP4; every frame is drawn by [`render`].
+//! Movies of a trajectory as GIF, APNG or MP4. Each frame is drawn by [`render`].
 //!
-//! All images are framed in the same way: by the box, or else by all particles of all frames. The camera may
-//! move around the scene at constant speed. The scale of speeds is the same in all images. The simulated time
-//! and a scale bar appear below each image. In perspective, the scale bar is valid at the distance of the
-//! middle of the scene.
+//! The framing is the same in all images: the box, or else all particles of all frames. The camera may move around the
+//! scene at constant speed. The scale of speeds is the same in all images. Each image shows the simulated time and a
+//! scale bar. In perspective, the scale bar applies at the middle of the scene.
 //!
 //! | format | how | colours |
 //! |---|---|---|
@@ -11,10 +10,9 @@
 //! | [`MovieFormat::Apng`] | by the crate `png` | all |
 //! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, which receives the images through a pipe | H.264, or MPEG-4 if ffmpeg lacks it |
 //!
-//! GIF and APNG store only the part of each image that differs from the previous one, and repeat for ever.
-//! The program first scans the file for its frames. Then it reads, draws and compresses each frame once.
-//! Cores and memory limit the number of frames processed at the same time. The same trajectory and options
-//! give the same bytes on any number of cores (for MP4, as far as ffmpeg does).
+//! GIF and APNG store only the changes from image to image, and repeat for ever. The program first scans the file for
+//! its frames. Then it reads, draws and compresses each frame once, with as many frames at a time as cores and memory
+//! allow. The bytes do not depend on the number of cores (for MP4, as far as ffmpeg allows).
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -61,25 +59,25 @@ use index::{Index, Selection};
 use pipeline::Pipeline;
 use track::{Codec, Track};
 
-/// Largest memory for images drawn at the same time `[bytes]`, unless a single image needs more.
+/// Largest memory for images drawn at the same time, unless a single image needs more `[bytes]`.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// Memory per particle while its frame is drawn `[bytes]`. It covers the line of the particle in the frame, its
-/// position and rectangle in the image, and its entries in the lists that are used for shading.
+/// Memory per particle while its frame is drawn `[bytes]`: its line in the frame, its place in the image, and its
+/// entries in the lists for shading.
 const BYTES_PER_PARTICLE: u64 = 2000;
 
 const MOST_PER_SECOND: u32 = 120;
 
-/// Largest turn of the camera, ten full turns `[degrees]`.
+/// Largest turn of the camera: ten full turns `[degrees]`.
 const LARGEST_TURN: f64 = 3600.0;
 
 /// File format of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MovieFormat {
-    /// Graphics Interchange Format: opens everywhere, but has only 256 colours and at most 50 images per second.
+    /// Graphics Interchange Format: opens everywhere, with only 256 colours and at most 50 images per second.
     Gif,
-    /// Animated PNG: opens in browsers and has all colours, but the files are large.
+    /// Animated PNG: opens in browsers, with all colours, in large files.
     Apng,
     /// MPEG-4 with H.264: small files that open in players, browsers and slides. Needs ffmpeg.
     Mp4,
@@ -89,7 +87,7 @@ impl MovieFormat {
     /// All formats, with their file extensions.
     pub const ENDINGS: [(Self, &'static str); 3] = [(Self::Mp4, "mp4"), (Self::Gif, "gif"), (Self::Apng, "apng")];
 
-    /// Returns the format for the extension of a file name.
+    /// Returns the format of a file name.
     ///
     /// # Errors
     /// [`ViewError::Format`] if no format has this extension.
@@ -103,21 +101,21 @@ impl MovieFormat {
 /// Options of a movie: which frames, how fast, and the camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movie {
-    /// Style of each image. The movie has exactly this width and height. The azimuth applies to the first image.
+    /// Style of each image, with its exact width and height. The azimuth applies to the first image.
     pub style: Style,
     /// Images per second, 1 to 120.
     pub frames_per_second: u32,
-    /// The first frame; frames count from 0.
+    /// First frame, from 0.
     pub first: u64,
-    /// The last frame, inclusive; `None` continues to the end.
+    /// Last frame, inclusive; `None` for all later frames.
     pub last: Option<u64>,
-    /// The movie shows every N-th frame, starting with the first.
+    /// The movie shows every N-th frame from the first.
     pub every: u64,
-    /// Degrees by which the camera moves around the scene to the right, from the first image to the last.
+    /// Angle by which the camera moves around the scene to the right, from the first image to the last `[degrees]`.
     /// Flat and one-dimensional scenes are always seen from the front.
     pub turn: f64,
-    /// The point to follow, if any. It is in the middle of all images: particles are wrapped around it along periodic
-    /// axes, and the camera moves with it along the other axes.
+    /// Point in the middle of all images, if any. Along periodic axes, particles are wrapped around the point. Along
+    /// other axes, the camera follows it.
     pub follow: Option<Follow>,
 }
 
@@ -135,43 +133,42 @@ pub struct WrittenMovie {
     pub frames: u64,
     /// Size of the file `[bytes]`.
     pub bytes: u64,
-    /// Whether the trajectory ends in the middle of a frame, for example because the run was killed. All earlier frames
-    /// are complete.
+    /// Whether the trajectory ends within a frame, for example after a kill. All earlier frames are complete.
     pub is_truncated: bool,
 }
 
 /// Progress of a movie.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MovieProgress {
-    /// Whether the images of the movie are being drawn. Before that, the trajectory is scanned for its frames, and for
-    /// a GIF a few trial images are drawn to choose its colours.
+    /// Whether the images of the movie are being drawn. Before this, the trajectory is scanned, and trial images are
+    /// drawn to choose the colours of a GIF.
     pub is_drawing: bool,
-    /// Number of frames scanned, of trial images drawn for the colours of a GIF, or of images written.
+    /// Number of frames scanned, trial images drawn, or images written.
     pub frames: u64,
     /// Simulated time of the last frame or image `[time]`.
     pub time: f64,
-    /// Completed fraction of the scan, of the trial images or of the writing, 0 to 1.
+    /// Completed fraction of the scan, the trial images or the writing, 0 to 1.
     pub fraction: f64,
 }
 
-/// Progress callback of a movie. It can stop the work.
+/// Callback for the progress of a movie. It can stop the work.
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
-/// Writes a movie of a trajectory in extended XYZ; the extension of `path` determines the format. The file
-/// appears when it is complete. An incomplete last frame, as left by a killed run, is ignored.
+/// Writes a movie of a trajectory in extended XYZ. The extension of `path` determines the format. The file appears once
+/// it is complete. An incomplete last frame is ignored.
 ///
 /// # Errors
 /// - [`ViewError::Format`], [`ViewError::Option`], [`ViewError::FastGif`] or [`ViewError::OddSize`] if the
 ///   options are invalid, [`ViewError::NoFfmpeg`] if an MP4 is requested without ffmpeg;
 /// - [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::Changed`], [`ViewError::NoSuchFrame`],
 ///   [`ViewError::EmptyMovie`] or [`ViewError::Frame`] if the trajectory is not usable;
-/// - [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface beside it cannot be read;
+/// - [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface beside the trajectory cannot be read;
 /// - [`ViewError::Exists`] or [`ViewError::NotReplaceable`] if the target must not be replaced,
 ///   [`ViewError::Write`] if the file cannot be written, [`ViewError::Ffmpeg`] if ffmpeg fails,
 ///   [`ViewError::Threads`] if no thread can be started;
 /// - [`ViewError::Interrupted`] if `watch` breaks.
 ///
-/// In all of these cases there is no new file, and an existing file is unchanged.
+/// In all these cases, there is no new file, and an existing file is unchanged.
 pub fn write(
     trajectory: &Path,
     path: &Path,
@@ -243,7 +240,6 @@ impl Movie {
     }
 }
 
-/// Rejects an existing target of the movie before anything is drawn.
 fn refuse_existing(path: &Path, existing: Existing) -> Result<(), ViewError> {
     match fs::metadata(path) {
         Ok(found) if !found.is_file() => Err(ViewError::NotReplaceable(path.to_owned())),
@@ -282,7 +278,7 @@ impl Reel<'_> {
             crew: at_once,
             is_stopped: &is_stopped,
         };
-        // The callback runs between two images and while the next image is not ready.
+        // Calls `watch` after each image, and while the next image is not ready.
         let (watch, done) = (RefCell::new(watch), Cell::new(0));
         let ask = |written: usize| {
             done.set(written);
@@ -319,7 +315,7 @@ impl Reel<'_> {
         shot.draw(&frame, (azimuth, focus), &time, team).map_err(fault)
     }
 
-    /// Chooses the colours of a GIF from a few of its images, which are drawn small.
+    /// Chooses the colours of a GIF from a few small images.
     fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, ViewError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&self.surfaces, &style, self.movie.turn)?;
@@ -328,7 +324,7 @@ impl Reel<'_> {
         for (done, &place) in (1_u32..).zip(&pilots) {
             images.push(self.draw(place, &shot, &Team::whole())?);
             let time = self.index.places[place].time;
-            // Trial images are drawn before any image is written, so they are reported as preparation.
+            // Trial images belong to the preparation, because no image has been written.
             let fraction = f64::from(done) / pilots.len() as f64;
             if watch(&MovieProgress { is_drawing: false, frames: u64::from(done), time, fraction }).is_break() {
                 return Err(ViewError::Interrupted);

@@ -1,10 +1,10 @@
 //! Images of a frame: shaded spheres, bonds and the box, drawn without a display.
 //!
-//! The camera positions itself. Three-dimensional scenes are seen in perspective from a raised corner; flat
-//! and one-dimensional scenes are seen from the front. Light comes from the sky and from a sun with soft
-//! shadows, so that heaps and packings look solid. With gravity, shadows fall on the ground. Static particles
-//! and [surfaces](Surfaces) are translucent, so that their contents stay visible. The box is drawn behind its
-//! contents. The same frame, surfaces and style give the same bytes on each machine.
+//! The camera positions itself. Three-dimensional scenes are seen in perspective from a raised corner; flat and
+//! one-dimensional scenes are seen from the front. Light comes from the sky and from a sun with soft shadows, so that
+//! heaps look solid. With gravity, shadows fall on the ground. Static particles and [surfaces](Surfaces) are
+//! translucent and show their contents. The box is behind its contents. The same frame, surfaces and style give the
+//! same bytes on every machine.
 //!
 //! ```
 //! use carom::trajectory::{Frame};
@@ -65,7 +65,7 @@ use shade::Scenery;
 use sheets::Sheets;
 use stroke::{Edge, Pen};
 
-/// Memory per pixel while an image is drawn `[bytes]`.
+/// Memory per pixel during drawing `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 40;
 
 /// Opacities of box edges, of box edges in front of the box, and of surface edges. `FINE` is the width of surface edges
@@ -75,12 +75,12 @@ const NEAR_OPACITY: f32 = 0.22;
 const FINE_OPACITY: f32 = 0.4;
 const FINE: f32 = 0.7;
 
-/// Draws one frame of a trajectory file: the frame nearest to a time `[time]`, or the last frame. Surfaces and gravity
-/// are those of the scene beside the file. An incomplete last frame, as left by a killed run, is ignored.
+/// Draws the frame of a trajectory nearest to a time `[time]`, or the last frame, with the surfaces and gravity of the
+/// scene beside the file. An incomplete last frame is ignored.
 ///
 /// # Errors
-/// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`]
-/// if a surface file cannot be read; otherwise as [`draw`].
+/// [`ViewError::Trajectory`] if the file cannot be read, [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a
+/// surface file cannot be read, and the errors of [`draw`].
 pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, ViewError> {
     let pick = pick_frame(path, time).map_err(ViewError::trajectory(path))?;
     draw_with(&pick.frame, &Surfaces::beside(path)?, &style.beside(path))
@@ -89,13 +89,12 @@ pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Im
 /// Draws a frame.
 ///
 /// # Errors
-/// As [`draw_with`].
+/// The errors of [`draw_with`].
 pub fn draw(frame: &Frame, style: &Style) -> Result<Image, ViewError> {
     draw_with(frame, &Surfaces::default(), style)
 }
 
-/// Draws a frame and surfaces. If a surface is much larger than the box and the particles, only its visible
-/// part is drawn.
+/// Draws a frame and surfaces. A surface much larger than the box and the particles is drawn only where visible.
 ///
 /// # Errors
 /// [`ViewError::Empty`], [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn;
@@ -118,7 +117,6 @@ pub fn draw_with(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Result<Im
     Ok(image(&camera, &pixels, &team))
 }
 
-/// Draws a frame without text.
 fn paint(
     (frame, surfaces): (&Frame, &Surfaces),
     style: &Style,
@@ -136,7 +134,7 @@ fn paint(
     let sharp = surfaces.skins.iter().filter(|_| has_outline).flat_map(|skin| &skin.edges);
     let fine = Pen { width: FINE * thick, colour: ink, opacity: FINE_OPACITY, is_behind: false };
     let edges = box_edges(frame).into_iter().filter(|_| style.has_box).filter_map(|(ends, faces)| {
-        // If both adjacent sides face the camera, the edge is in front of the box.
+        // An edge between two sides that face the camera is in front of the box.
         let is_near = faces.iter().all(|normal| camera.is_before(&ends[0], normal)) && !faces.is_empty();
         let opacity = if is_near { NEAR_OPACITY } else { BOX_OPACITY };
         Edge::of(camera, place(&ends), Pen { width: thick, colour: ink, opacity, is_behind: true })

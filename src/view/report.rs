@@ -1,9 +1,9 @@
-//! A page about a run for a browser: what was simulated, whether it can be trusted, the results, and the
-//! moving particles.
+//! A page about a run for a browser: what was simulated, whether it can be trusted, the results, and the moving
+//! particles.
 //!
-//! The page is one file without external references, so it can be sent and kept; it needs a browser but no
-//! network. Only `summary.json` is required of the files of a run; if another file is missing or damaged, the
-//! page says so. The same files give the same bytes each time.
+//! The page is one file without external references, so it can be sent and kept, and needs no network. Of the files of
+//! a run, only `summary.json` is required; the page names other files that are missing or damaged. The same files
+//! always give the same bytes.
 //!
 //! ```no_run
 //! use carom::io::Existing;
@@ -44,17 +44,16 @@ pub use sweep::{run_page_in, sweep_page, sweep_page_in, write_run_pages};
 
 use html::escape;
 
-/// Content security policy: a page runs only its own scripts.
+/// Security policy: a page runs only its own scripts.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 use inputs::Inputs;
 
 pub(super) const STYLE: &str = include_str!("report/page.css");
 
-/// Script of the figures. It shows values under the pointer, saves plots, and unfolds all parts of the page for
-/// printing.
+/// Script of the figures. It shows values under the pointer, saves plots, and unfolds the page for printing.
 const FIGURES: &str = concat!(include_str!("report/save.js"), include_str!("report/figures.js"));
 
-/// Largest trajectory file that a small page plays `[bytes]`. On the page it takes about a third of this size.
+/// Largest trajectory file that a small page plays `[bytes]`. It takes about a third of this size on the page.
 const MOST_OF_SMALL: u64 = 3_000_000;
 
 /// HTML report of a run.
@@ -63,24 +62,23 @@ const MOST_OF_SMALL: u64 = 3_000_000;
 pub struct Page {
     /// The whole document.
     pub html: String,
-    /// Notes on everything that is left out of the page, with reasons. The page shows them too.
+    /// Notes on everything that the page leaves out, with reasons. The page shows the notes.
     pub notes: Vec<String>,
 }
 
-/// Makes the page of a run from the files in its folder. Memory is bounded by the size of the page, about 40
-/// MB, plus two frames.
+/// Makes the page of a run from its files. Memory is limited to the size of the page, about 40 MB, and two frames.
 ///
 /// # Errors
-/// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`]
-/// if its `summary.json` is missing or damaged.
+/// [`ViewError::NotFolder`] if there is no such folder, [`ViewError::Unreadable`] or [`ViewError::Summary`] if
+/// `summary.json` is missing or damaged.
 pub fn page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, u64::MAX)
 }
 
-/// Makes a small page for one of many runs. The page has no player if the trajectory is larger than a few megabytes.
+/// Makes a small page of a run. A trajectory larger than a few megabytes has no player.
 ///
 /// # Errors
-/// The same errors as [`page`].
+/// The errors of [`page`].
 pub fn small_page(run: &Path) -> Result<Page, ViewError> {
     page_within(run, MOST_OF_SMALL)
 }
@@ -90,10 +88,11 @@ fn page_within(run: &Path, most_bytes: u64) -> Result<Page, ViewError> {
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
-/// Writes a page to a file. The file appears only when it is complete. A file with the same bytes is left unchanged.
+/// Writes a page to a file, which appears once it is complete.
 ///
 /// # Errors
-/// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot be written.
+/// [`ViewError::Exists`] if a different file exists and must be kept, [`ViewError::Write`] if the file cannot be
+/// written.
 pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ViewError> {
     let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
     written.map_err(ViewError::write(path))?;
@@ -131,7 +130,7 @@ fn document(inputs: &Inputs) -> String {
     shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
 }
 
-/// A section has an id, a title and a body.
+/// Returns a document. A section has an id, a title and a body.
 fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
     let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
     let body: String = sections
@@ -171,7 +170,7 @@ fn scene(inputs: &Inputs) -> String {
     }
 }
 
-/// `what` completes the sentence that starts with "From this text and seed".
+/// `what` continues the sentence "From this text and seed".
 fn scene_text(what: &str, text: &str) -> String {
     format!(
         "<p>From this text and seed {what}.</p>\n\

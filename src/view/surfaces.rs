@@ -1,5 +1,4 @@
-//! Surfaces drawn with the particles: triangle meshes with the normals of the round shapes that they
-//! approximate.
+//! Surfaces drawn with the particles: triangle meshes with the normals of the round shapes they approximate.
 
 mod skin;
 
@@ -17,9 +16,8 @@ use crate::model::TriangleMesh;
 use crate::model::surface_motion::{Pose, Timeline};
 use crate::trajectory::Frame;
 
-/// Largest distance by which a surface may extend beyond the particles and the box if the whole surface is to be
-/// visible. The distance is relative to the longest edge of the bounding box of the particles and the box. Larger
-/// surfaces extend out of the picture, so that particles stay large.
+/// Largest distance by which a completely visible surface extends beyond the particles and the box, relative to the
+/// longest edge of their bounding box. Larger surfaces extend out of the picture, so that particles stay large.
 const REACH: f64 = 0.5;
 
 /// Surfaces to draw.
@@ -29,16 +27,16 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// The given meshes.
+    /// Makes surfaces of meshes.
     #[must_use]
     pub fn of<'m>(meshes: impl IntoIterator<Item = &'m TriangleMesh>) -> Self {
         Self { skins: meshes.into_iter().map(Skin::of).filter(|skin| !skin.triangles.is_empty()).collect() }
     }
 
-    /// The surfaces that a run wrote beside its trajectory; empty if there are none.
+    /// Reads the surfaces that a run wrote beside its trajectory; none if there are no files.
     ///
     /// # Errors
-    /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if one of them cannot be read.
+    /// [`ViewError::SurfaceFile`] or [`ViewError::Surface`] if a surface cannot be read.
     pub fn beside(trajectory: &Path) -> Result<Self, ViewError> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let files = surface_files(folder);
@@ -46,7 +44,7 @@ impl Surfaces {
         Self::of_run(folder, meshes.collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// Meshes from the files of a run, with the presence and motion that the run folder lists for them.
+    /// Gives meshes from the files of a run the presence and the motion in the run's list.
     ///
     /// # Errors
     /// [`ViewError::SurfaceFile`] if the list exists but cannot be read.
@@ -69,8 +67,8 @@ impl Surfaces {
         Cow::Owned(Self { skins: self.skins.iter().filter(is_there).map(|skin| skin.at(frame.time)).collect() })
     }
 
-    /// Pose of each surface at a time, `R x + d`: the columns of the rotation `R`, then the displacement `d`. A pose is
-    /// `None` if the surface is absent. The list is empty if all surfaces are present and at rest.
+    /// Returns the pose of each surface at a time, `R x + d`: the columns of the rotation `R`, then the displacement
+    /// `d`. `None` for an absent surface. The list is empty if all surfaces are present and at rest.
     pub(super) fn poses(&self, time: f64, present: &[bool]) -> Vec<Option<[f64; 12]>> {
         if self.skins.iter().all(|skin| skin.timeline.is_none() && skin.is_among(present)) {
             return Vec::new();
@@ -84,7 +82,7 @@ impl Surfaces {
         self.skins.iter().map(pose).collect()
     }
 
-    /// Sets the bounding box of each moving surface so that it contains the surface at all given times.
+    /// Extends the bounding box of each moving surface to contain the surface at all given times.
     pub(super) fn around(mut self, times: impl Iterator<Item = f64> + Clone) -> Self {
         for skin in self.skins.iter_mut().filter(|skin| skin.timeline.is_some()) {
             let boxes = times.clone().map(|time| skin.bounds_at(time));
@@ -99,7 +97,7 @@ impl Surfaces {
         self.skins.is_empty()
     }
 
-    /// Corners of the bounding boxes of all surfaces that are small enough to be visible as a whole. The arguments are
+    /// Corners of the bounding boxes of all surfaces that are small enough to be completely visible. The arguments are
     /// the lower and upper corner of everything else in the picture.
     pub(super) fn framed(&self, [lower, upper]: [Vector; 2]) -> Vec<Vector> {
         let room = REACH * (upper - lower).max();
@@ -109,7 +107,7 @@ impl Surfaces {
         near.flat_map(|[low, high]| super::render::corners(&low, &(high - low))).collect()
     }
 
-    /// Memory that drawing the surfaces needs in addition to the pixels of an image `[bytes]`.
+    /// Memory for drawing the surfaces, apart from the pixels `[bytes]`.
     pub(super) fn image_bytes(&self) -> u64 {
         self.skins.iter().map(|skin| 24 * skin.vertices.len() as u64 + 28 * skin.triangles.len() as u64).sum()
     }

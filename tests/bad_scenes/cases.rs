@@ -5,19 +5,17 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-/// Folder of the cases. Coordinate files of the scenes are in it.
+/// Folder with the cases and with the coordinate files of their scenes.
 pub const FOLDER: &str = "tests/bad_scenes";
 
 /// Scene with one mistake, and the error for it.
 pub struct Case {
     pub scene: String,
-    /// Line of the error, from 1.
+    /// Line number of the error, counted from 1.
     pub line: usize,
-    /// Part of the message.
     pub message: String,
 }
 
-/// Entry of `cases.toml`, which explains the keys.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
@@ -51,7 +49,6 @@ impl Entry {
         Case { scene, line, message: self.message }
     }
 
-    /// Applies the changes to the base.
     fn changed(&self, name: &str, base: &str) -> String {
         let mut scene = base.to_owned();
         for (old, new) in &self.replace {
@@ -71,7 +68,6 @@ impl Entry {
     }
 }
 
-/// Index of the only line with this text.
 fn index_of(line: &str, scene: &str, name: &str) -> usize {
     let indices: Vec<usize> = (0..).zip(scene.lines()).filter(|(_, other)| *other == line).map(|(i, _)| i).collect();
     assert_eq!(indices.len(), 1, "{name}: the line `{line}` must occur once in\n{scene}");
@@ -88,7 +84,6 @@ pub fn bases() -> BTreeMap<String, String> {
     paths.map(|path| (path.file_stem().unwrap().to_str().unwrap().to_owned(), read(&path))).collect()
 }
 
-/// All cases, by name.
 pub fn cases() -> BTreeMap<String, Case> {
     let entries: BTreeMap<String, Entry> = toml::from_str(&read(&Path::new(FOLDER).join("cases.toml"))).unwrap();
     let bases = bases();

@@ -1,10 +1,10 @@
-// Feeds bad scenes to the engine module. It must not trap, must answer in time, must stay usable, and must
-// give the program's messages.
+// Feeds bad scenes to the engine module. The module must not trap, must answer in time, must remain usable, and must
+// give the same messages as the program.
 //
 //   node tests/browser/bad_scenes.mjs [COUNT] [--seed N] [--program PATH] [--compare N] [--module PATH] [--patience SECONDS]
 //
-// Uses the scenes of tests/bad_scenes/, which Python writes, then mutations of these and of configs/: cut,
-// flipped, swapped, with other numbers, nested, random.
+// Uses the scenes of tests/bad_scenes/, which Python writes. Then uses mutations of these scenes and of configs/: cut,
+// flipped, swapped, nested, random, or with other numbers.
 
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -56,7 +56,7 @@ async function serve() {
       answer.lives = lives();
     }
     answer.memory = engine.calls.memory.buffer.byteLength;
-    // An instance never gives memory back.
+    // A WebAssembly instance never gives memory back.
     if (answer.memory > 1 << 29) {
       engine = await Engine.of(module);
     }

@@ -1,4 +1,4 @@
-// Tests what the player draws between frames and beyond periodic sides. Run it with Node.
+// Tests the pictures that the player draws between frames and beyond periodic sides. Run it with Node.
 "use strict";
 
 const assert = require("node:assert");

@@ -354,8 +354,7 @@ def check_piston(browser, path, pictures):
     expect(abs(row(0) - start) < 1, "and back")
 
 
-# CSS classes of the elements that are too wide for a printed A4 page, which has 182 mm (688 pixels) between its
-# margins.
+# CSS classes of elements that are too wide for a printed A4 page, with 688 pixels between the margins.
 CUT = """[...document.querySelectorAll('table, pre, svg.plot, .wide')].filter((element) =>
   element.getBoundingClientRect().right > 689 || element.scrollWidth > element.clientWidth + 1).map((element) => element.className)"""
 

@@ -26,7 +26,7 @@ const tests = {
     for (const name of scenes) {
       const text = read(name);
       const toml = new Toml(text);
-      // As many keys as lines that begin with a key, and as many tables as headers.
+      // The text has one key for each line that begins with a key, and one table for each header.
       const isInside = (at) => [...toml.entries.values()].some(({ start, end }) => start < at && at < end);
       let [at, keys, headers] = [0, 0, 0];
       for (const line of text.split("\n")) {
@@ -51,7 +51,6 @@ const tests = {
     assert.equal(toml.numbered("surface.gate.restitution"), "surface.1.restitution");
     const changed = new Toml(toml.with("surface.gate.restitution", "0.25"));
     assert.deepEqual([0, 1].map((index) => changed.get(`surface.${index}.restitution`)), [0.6, 0.25]);
-    // A new key gets a line in the table of its name.
     const added = new Toml(toml.with("species.grain.charge", "2"));
     assert.equal(added.get("species.0.charge"), 2);
     assert.equal(new Toml("species = [{ name = \"a\" }, { name = \"b\", mass = 3 }]").get("species.b.mass"), 3);

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from devtools import Browser, Failure, expect, find
 
-# Counts animation frames and measures the longest time between two frames. Also records when the simulated time shown
-# on the page first changed.
+# Counts animation frames and measures the longest time between two frames. Also records when the simulated time on the
+# page first changes.
 WATCH = """
 window.watched = { frames: 0, longest: 0, moved: undefined, shown: undefined };
 (() => {

@@ -1,7 +1,6 @@
-// Compares observables of the live page with exact values and with the program:
-// node tests/browser/observables_test.mjs [PROGRAM]
-// PROGRAM is carom. The module of the page repeats a run of the program bit for bit. Without PROGRAM, or
-// without web/carom.module, only exact values are tested.
+// Compares observables of the live page with exact values and with a run of the program carom, which the module of the
+// page repeats bit for bit: node tests/browser/observables_test.mjs [PROGRAM]
+// Without PROGRAM or web/carom.module, only exact values are tested.
 
 import assert from "node:assert/strict";
 import { existsSync, mkdtempSync, rmSync } from "node:fs";
@@ -60,7 +59,7 @@ const tests = {
       const box = head(count, size, more);
       const radial = new RadialDistribution(new ObservedSystem(box));
       every(radial.sums);
-      // Eight bins of all samples, with errors from their scatter.
+      // Eight bins that contain all samples, with errors from their scatter.
       const parts = [];
       for (let k = 0; k < samples; k += 1) {
         const before = radial.sums.newer.slice();
@@ -210,8 +209,7 @@ const tests = {
     const { t, msd, vacf, diffusion } = displacement.results();
     assert.ok(t.length > 30 && t[0] < 0.051 && t[t.length - 1] > 8, `${t.length} ${t[t.length - 1]}`);
     t.forEach((time, k) => {
-      // The mean square in a bin of times exceeds the square of the mean by the variance within the bin, at
-      // most one part in 1700.
+      // The mean square in a bin of times exceeds the square of the mean by the variance in the bin, at most 1/1700.
       const off = msd[0][k] / (square * time ** 2) - 1;
       assert.ok(off > -1e-9 && off < 6e-4, `${time}: ${off}`);
       assert.ok(Math.abs(vacf[0][k] / square - 1) < 1e-9);
@@ -307,7 +305,7 @@ const tests = {
   },
 
   "hard rods, disks and spheres have the compressibility of their theories"() {
-    // 2 / (1 - 0.5), Henderson and Carnahan and Starling by hand, and no value for crystals.
+    // The formulas of Tonks, Henderson, and Carnahan and Starling, evaluated by hand. Crystals have no value.
     const close = (found, expected) => assert.ok(Math.abs(found - expected) < 1e-12, `${found} but ${expected}`);
     close(Pressure.compressibility(0.5, 1), 2);
     close(Pressure.compressibility(0.4, 2), 1.02 / 0.36);
@@ -315,8 +313,7 @@ const tests = {
     assert.deepEqual([0.71, 0.5].map((fraction, k) => Pressure.compressibility(fraction, 2 + k)), [NaN, NaN]);
   },
   "the error of a mean is that of its blocks"() {
-    // Blocks of two with the means 1, 3, 1, 3, ...: their variance is 8 / 7, and their error is the square
-    // root of an eighth of this variance.
+    // The means of the eight blocks are 1, 3, 1, 3, ... Their variance is 8 / 7, so the error is sqrt(8 / 7 / 8).
     const values = Float64Array.from({ length: 16 }, (_, k) => (Math.floor(k / 2) % 2 ? 3 : 1) + (k % 2 ? 0.5 : -0.5));
     assert.ok(Math.abs(Pressure.scatter(values) - Math.sqrt(1 / 7)) < 1e-12);
     assert.ok(Number.isNaN(Pressure.scatter(new Float64Array(3))));

@@ -1,5 +1,4 @@
-// Tests without a browser what the worker of a live page makes of states:
-// node tests/browser/worker_test.mjs
+// Tests how the worker of a live page processes states, without a browser: node tests/browser/worker_test.mjs
 
 import assert from "node:assert/strict";
 import test from "node:test";
@@ -53,7 +52,6 @@ test("contacts are changes of velocity that gravity does not explain", () => {
   const pull = [0, 0, -2];
   assert.deepEqual([...frames.frame(state(1, 0, [1, 0, -2, 0, 1, -2, 0, 0, 0], pull), "species").hits], [0, 0]);
   assert.deepEqual([...frames.frame(state(2, 1, [1, 0, -4, 0, -1, -4, 0, 0, 0], pull), "species").hits], [0, 1]);
-  // Two particles cannot have changed without an event.
   assert.deepEqual([...frames.frame(state(3, 1, [3, 0, -6, 0, 5, -6, 0, 0, 0], pull), "species").hits], [0, 0]);
 });
 

@@ -8,7 +8,7 @@ fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
 }
 
-/// Whether a program contains all pieces in the given order. The lines of each piece must be consecutive.
+/// Whether a program contains all pieces in this order. The lines of each piece must be consecutive.
 fn has_pieces(program: &[&str], pieces: &[Vec<&str>]) -> bool {
     let mut rest = program;
     pieces.iter().all(|piece| {

@@ -16,15 +16,15 @@ struct Key {
 
 const HEAD: [&str; 5] = ["key", "type", "unit", "default", "meaning"];
 
-/// Returns the names of the tables in a heading, where they are marked as code. A heading without code describes the
-/// top level, whose name is empty.
+/// Returns the names of the tables in a heading, which are marked as code. A heading without code describes the top
+/// level, whose name is empty.
 fn tables(heading: &str) -> Vec<String> {
     let names: Vec<String> =
         heading.split('`').skip(1).step_by(2).map(|name| name.trim_matches(['[', ']']).to_owned()).collect();
     if names.is_empty() { vec![String::new()] } else { names }
 }
 
-/// Every documented key by its path, with its row, its meaning and its line number.
+/// The documented keys by path, each with its row, its meaning and its line number.
 fn documented() -> BTreeMap<String, (Key, String, usize)> {
     let page = Page::of("docs/scene.md");
     let mut keys = BTreeMap::new();
@@ -58,7 +58,7 @@ fn documented() -> BTreeMap<String, (Key, String, usize)> {
     keys
 }
 
-/// Every key of the schema by its path, with its own schema and whether it is required.
+/// The keys of the schema by path, each with its own schema and whether it is required.
 fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool)>) {
     for (key, property) in schema["properties"].as_object().into_iter().flatten().filter(|(_, rules)| rules.is_object())
     {
@@ -73,7 +73,7 @@ fn expected(schema: &Value, path: &str, keys: &mut BTreeMap<String, (Value, bool
     }
 }
 
-/// The limits of a number as the documents write them, such as `> 0, <= 1`.
+/// The limits of a number in the notation of the documents, such as `> 0, <= 1`.
 fn range(rules: &Map<String, Value>) -> String {
     let limits = [("exclusiveMinimum", ">"), ("minimum", ">="), ("exclusiveMaximum", "<"), ("maximum", "<=")];
     let limits = limits.iter().filter_map(|(key, sign)| {
@@ -114,7 +114,7 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The unit of a key. Its description in the schema has the unit in brackets.
+/// The unit of a key, which its description in the schema gives in brackets.
 fn unit(schema: &Value) -> String {
     let description = schema["description"].as_str().unwrap_or_default();
     description.split("`[").nth(1).and_then(|rest| rest.split("]`").next()).unwrap_or_default().to_owned()

@@ -90,8 +90,8 @@ fn every_documented_carom_command_is_valid() {
         let Some(words) = arguments(&line, "carom ").or_else(|| arguments(&line, "cargo run --release -- ")) else {
             continue;
         };
-        // KIND is a placeholder for one of several words. `--help` at the end keeps the program from
-        // executing the command.
+        // KIND is a placeholder for one of several words. `--help` at the end prevents the program from executing the
+        // command.
         let words: Vec<&str> = words.into_iter().filter(|word| *word != "KIND").collect();
         let output = Command::new(env!("CARGO_BIN_EXE_carom")).args(&words).arg("--help").output().unwrap();
         assert!(output.status.success(), "{place}: {line}\n{}", String::from_utf8_lossy(&output.stderr));
@@ -150,7 +150,7 @@ fn every_file_of_the_repository_that_is_named_is_there() {
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            // Paths of modules, and of folders of modules, may be relative to `src`.
+            // Paths of modules may be relative to `src`.
             let is_module =
                 (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub struct Page {
-    /// Path relative to the root of the repository.
+    /// Path from the root of the repository.
     pub path: String,
     pub text: String,
 }
@@ -42,7 +42,6 @@ impl Page {
         pages().into_iter().find(|page| page.path == path).unwrap_or_else(|| panic!("there is no {path}"))
     }
 
-    /// Lines outside of code blocks, with their line numbers from 1.
     pub fn prose(&self) -> Vec<(usize, &str)> {
         let mut is_code = false;
         let mut lines = Vec::new();

@@ -30,7 +30,7 @@ temperature = 1.0
 until_events = 100
 "#;
 
-/// The tables of the fragment replace the tables of the base scene.
+/// Replaces tables of the base scene by the tables of the fragment.
 fn completed(fragment: &str) -> Table {
     let mut scene: Table = BASE.parse().unwrap();
     let fragment: Table = fragment.parse().unwrap();
@@ -67,7 +67,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             };
             let value: Value = serde_json::to_value(&table).unwrap();
             assert_eq!(mistakes(&schema, &value), [""; 0], "{place}");
-            // A scene that starts from a coordinate file or from a run can only be built if that file or run exists.
+            // Scenes that start from a coordinate file or a run are not built, because the file or run may not exist.
             if !table.contains_key("file") && !table.contains_key("start") {
                 Scene::from_toml(toml::to_string(&table).unwrap(), "scene.toml")
                     .unwrap_or_else(|error| panic!("{place}: {error}"));

@@ -26,8 +26,8 @@ const EVENTS: usize = 40;
 /// which is still far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
-/// Simulated time after which a comparison ends. The particles of an open scene may disperse and never have another
-/// event.
+/// Simulated time after which a comparison ends, because the particles of an open scene may disperse and never meet
+/// again.
 const LONGEST: f64 = 20.0;
 
 #[derive(Debug, Clone)]
@@ -45,12 +45,11 @@ struct Recipe {
     bonds: usize,
     contact_time: Option<f64>,
     box_length: f64,
-    /// Number that selects the surfaces. It has an effect only in boxes without periodic axes.
+    /// Selects the surfaces, which exist only in boxes without periodic axes.
     surfaces: usize,
     motion: usize,
 }
 
-/// A recipe for elastic hard spheres of two masses in open space.
 const PLAIN: Recipe = Recipe {
     seed: 1,
     count: 12,
@@ -71,7 +70,7 @@ const PLAIN: Recipe = Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
-        // Numbers that are not powers of two, so that products and quotients are rounded.
+        // These numbers are not powers of two, so products and quotients are rounded.
         (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             prop::sample::select(vec![1.0, 0.9, 0.5]),
@@ -151,8 +150,7 @@ impl Recipe {
         if let Some(time) = self.contact_time {
             builder = builder.contact_time(time);
         }
-        // Static particles and bonded pairs come first, in planes of their own, so that their ids and distances are
-        // known.
+        // Static particles and bonded pairs come first, in separate planes, so that their ids and distances are known.
         let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);
         for k in 0..self.statics {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
@@ -191,7 +189,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// Kind of an event in terms of the reference engine, which shares no types with the fast engine.
+/// Kind of an event as a type of the reference engine.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
@@ -212,19 +210,18 @@ fn kind(event: &Event) -> Option<reference::EventKind> {
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
-    // The list also ends if the simulation is arrested or has no more events.
     let until = Until { time: LONGEST, events: count as u64 };
     let _ = simulation.advance_with(until, |event| events.push(*event));
     events
 }
 
 /// A comparison ends before the first contact with a smaller normal velocity. Positions in the two engines may differ
-/// by up to [`TOLERANCE`] at the end of a comparison. This shifts the time of a slow contact by much more than the
-/// tolerance. By chance, one in `2 / v^2` events is this slow; the events of an inelastic collapse always are.
+/// by up to [`TOLERANCE`], which shifts the time of such a slow contact by much more than the tolerance. In
+/// equilibrium, one event in `2 / v^2` is this slow; during an inelastic collapse, all events are.
 const SLOWEST: f64 = 1e-3;
 
-/// Number of events that both engines executed alike. The comparison is cut short if two events of the reference engine
-/// are too close in time to be ordered, or if a contact is too slow.
+/// Number of events that both engines executed alike. The comparison stops early if two events are too close in time to
+/// be ordered, or if a contact is too slow.
 struct Compared {
     events: usize,
     is_cut_short: bool,
@@ -258,15 +255,15 @@ fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
 
 const CASES: u32 = 400;
 
-/// Smallest number of events that all scenes together must compare. The largest possible number is 16,000. Six scenes
-/// in a hundred are open and disperse before their fortieth event, which removes 22 of their events on average. Twelve
-/// runs compared 15,480 events on average, with a standard deviation of 110. This is close to the expected
-/// `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`. The limit is five expected standard deviations below the average.
+/// Smallest total number of compared events. The largest possible number is 16,000. About 6 % of the scenes are open
+/// and disperse early, which costs 22 events each on average. Twelve runs compared 15,480 events on average, with a
+/// standard deviation of 110. The expected standard deviation is `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120`, and the
+/// limit is five of these below the average.
 const FEWEST: usize = 14_880;
 
-/// Largest number of scenes whose comparison may be cut short by rounding. On average, six of 400 scenes were cut
-/// short, always by a collapse on a wall or at the end of a bond. The number has a Poisson distribution. The limit is
-/// five standard deviations above the average, `6 + 5 sqrt(6)`.
+/// Largest number of scenes whose comparison may stop early because of rounding. The average is six of 400 scenes,
+/// always at a collapse on a wall or at the end of a bond. The limit is five standard deviations of a Poisson
+/// distribution above the average, `6 + 5 sqrt(6)`.
 const MOST_CUT_SHORT: usize = 18;
 
 #[test]
@@ -326,7 +323,8 @@ fn both_engines_meet_walls() {
     assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
 }
 
-/// `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and motion.
+/// The environment variable `CAROM_MOVING_SCENES` sets the number of scenes for each combination of surfaces and
+/// motion.
 #[test]
 fn both_engines_meet_surfaces_of_every_kind() {
     let moving: usize = std::env::var("CAROM_MOVING_SCENES").map_or(4, |scenes| scenes.parse().unwrap());
@@ -365,6 +363,5 @@ fn both_engines_meet_surfaces_of_every_kind() {
 fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
     let recipe = Recipe { seed: 462_767, count: 10, boundary: [2, 0, 0], box_length: 5.0, ..PLAIN };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
-    // The box is open along x: after about thirty events the particles have dispersed.
     assert!(!compared.is_cut_short && compared.events >= 20, "{}", compared.events);
 }

@@ -1,5 +1,3 @@
-//! Surfaces and surface motions for random scenes.
-
 use carom::Vector;
 use carom::model::{MotionKind, SurfaceMotion, SurfaceShape, TriangleMesh};
 use carom::scene::SurfaceDraft;
@@ -31,8 +29,8 @@ pub fn motions(kind: usize) -> Vec<SurfaceMotion> {
 pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft> {
     let middle = Vector::repeat(0.5 * length);
     let sphere = |radius: f64, is_inside| SurfaceShape::Sphere { centre: middle, radius, is_inside };
-    // All faces are tilted. A plane of lattice particles would touch a face perpendicular to an axis at many points at
-    // once.
+    // All faces are tilted. Particles start on a lattice, and many would touch a face perpendicular to an axis at the
+    // same time.
     let turned = |mesh: TriangleMesh| {
         let rotation = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         SurfaceShape::Mesh(mesh.transformed(1.0, &rotation, &(middle - rotation * middle)))
@@ -55,7 +53,7 @@ pub fn surfaces(kind: usize, length: f64, restitution: f64) -> Vec<SurfaceDraft>
                 SurfaceShape::Plane { point: middle - normal.normalize() * length, normal }
             })
             .collect(),
-        // A cuboid around the box that contains three bars and a sphere, so that particles also hit edges and round
+        // A cuboid around the box, with three bars and a sphere inside, so that particles also hit edges and round
         // surfaces.
         _ => {
             let at = |x: f64, y: f64, z: f64| middle + Vector::new(x, y, z) * length;

@@ -1,9 +1,7 @@
 //! Runs every command while the disk fails or the command is killed. No existing file may be lost, and unfinished work
-//! must continue to bitwise identical results. Each call that changes the disk may fail, or may be the last call of the
-//! program (`shim.c`).
+//! must continue to bitwise identical results. The fault is at one of the calls that change the disk (`shim.c`).
 //!
-//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` runs 1000 faults instead of the default number
-//! and prints counts.
+//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` runs 1000 faults and prints counts.
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
@@ -18,7 +16,6 @@ use rand_core::{Rng, SeedableRng};
 use place::{Kind, Place};
 use scenarios::SCENARIOS;
 
-/// Default number of faults. They take a few seconds.
 const FEW: usize = 64;
 
 #[test]

@@ -75,19 +75,18 @@ impl Kind {
     pub const ALL: [Self; 4] = [Self::Kill, Self::Fail, Self::Torn, Self::Full];
 }
 
-/// Contents of the files of a folder, by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
 pub struct Place {
     folder: tempfile::TempDir,
     shim: PathBuf,
-    /// The folder that each trial starts from, prepared without faults.
+    /// The folder from which each trial starts, prepared without faults.
     template: PathBuf,
 }
 
 impl Place {
-    /// Prepares finished runs (`one`, `two`, `whole` and `long`), a killed one (`cut`), exchanges (`pair` and a longer
-    /// one, `later`), a sweep, and other files. Returns `None` without a C compiler.
+    /// Prepares finished runs (`one`, `two`, `whole`, `long`), a killed run (`cut`), exchanges (`pair`, and the longer
+    /// `later`), a sweep, and other files. Returns `None` if there is no C compiler.
     pub fn new() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let shim = folder.path().join("shim.so");
@@ -106,8 +105,8 @@ impl Place {
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
             place.done(&place.template, &run(seed, out));
         }
-        // The run `long` is extended after its end. It could not start with the later end, because instruments derive
-        // their sampling times from the first end.
+        // The run `long` is extended after its end. It could not start with the later end, because the sampling times
+        // of instruments depend on the first end.
         place.done(&place.template, &words("run -q --resume long --until-time 3.0"));
         place.cut();
         fs::write(place.template.join("one/notes.txt"), "my notes").unwrap();
@@ -140,7 +139,6 @@ impl Place {
         command
     }
 
-    /// Runs a command without a fault.
     fn done(&self, folder: &Path, arguments: &[String]) -> Output {
         let output = self.command(folder, arguments).output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
@@ -148,7 +146,7 @@ impl Place {
         output
     }
 
-    /// Returns the number of calls, such as writes and renames, with which a command changes the disk.
+    /// Returns the number of calls of a command that change the disk, such as writes and renames.
     pub fn calls_of(&self, scenario: &Scenario) -> u64 {
         let (folder, log) = (self.copy(), self.folder.path().join("log"));
         let mut command = self.command(&folder, &words(scenario.command));

@@ -7,11 +7,11 @@ use super::place::{Files, Place};
 pub struct Scenario {
     pub name: &'static str,
     pub command: &'static str,
-    /// Files whose paths begin with one of these may change. All other files must be unchanged.
+    /// Files whose paths begin with one of these strings may change. All other files must be unchanged.
     pub touches: &'static [&'static str],
     /// Checks the files directly after the fault.
     pub kept: fn(&Files, &Files, &str),
-    /// Runs the command with which a user would continue.
+    /// Runs the command with which a user would continue after the fault.
     pub go_on: fn(&Place, &Path, &str),
     /// Checks the files after the user's next command.
     pub check: fn(&Files, &str),
@@ -52,8 +52,8 @@ pub const SCENARIOS: [Scenario; 12] = [
         command: "run scene.toml -q --seed 2 --out one --force --checkpoint-every 0.001",
         touches: &["one/"],
         kept: |before, after, what| {
-            // The existing run must stay complete until the new run is complete. From then on, a note says that the run
-            // is being replaced.
+            // The existing run stays complete until the new run is complete. From then on, a note says that the run is
+            // being replaced.
             let is_noted = String::from_utf8_lossy(&after["one/.carom"]).contains("replacement complete");
             if !is_noted && !is_new(after, "one", "two") {
                 for (name, bytes) in of(before, "one").filter(|(name, _)| *name != ".carom") {
@@ -178,7 +178,6 @@ fn succeed(place: &Place, folder: &Path, command: &str, what: &str) {
     assert!(output.status.success(), "{what}: then {command}: {message}");
 }
 
-/// The files of a folder, by their names relative to it.
 fn of<'a>(files: &'a Files, folder: &'a str) -> impl Iterator<Item = (&'a str, &'a Vec<u8>)> {
     let inside = move |name: &'a String| name.strip_prefix(folder).and_then(|rest| rest.strip_prefix('/'));
     files.iter().filter_map(move |(name, bytes)| inside(name).map(|name| (name, bytes)))
@@ -189,7 +188,6 @@ fn whole(before: &Files, after: &Files, name: &str, start: &[u8], what: &str) {
     assert!(now == &before[name] || now.starts_with(start), "{what}: {name} is neither the old one nor the new one");
 }
 
-/// Whether the run in `folder` has the results of the run in `other`, judged by `thermo.csv`.
 fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }

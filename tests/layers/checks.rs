@@ -1,11 +1,10 @@
-//! The verifier and the reference engine share no code with the engine, because they could not check shared code.
-//!
-//! Both may import the scene. The verifier may also import the states that it is given, and Algorithm 1 with the
-//! features of surfaces from the reference engine.
+//! The verifier and the reference engine check the engine, so they share no code with it. Both may import the scene.
+//! The verifier may also import the states that it checks, and parts of the reference engine: Algorithm 1 and the
+//! features of surfaces.
 
 use super::imports::{Visitor, of_sources};
 
-/// Modules with the names that may be imported from them. An empty list allows all names.
+/// Modules, each with the names that may be imported from it. An empty list allows all names.
 type Allowed = [(&'static str, &'static [&'static str])];
 
 const OF_VERIFIER: &Allowed = &[
@@ -33,8 +32,7 @@ const OF_VERIFIER: &Allowed = &[
     ("model", &[]),
     ("scene", &[]),
 ];
-/// The reference engine may import the scene and one number conversion. It imports its own parts by `self::` or
-/// `super::`.
+/// The reference engine may import the scene and one number conversion, besides its own parts.
 const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
 /// File of the verifier that replays a run; only this file may import the engine.
 const REPLAY: &str = "check/verify/replay.rs";
@@ -53,8 +51,7 @@ fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     })
 }
 
-/// Asserts that a module of `check` imports nothing else from other parts of the program. Returns the number of
-/// imports.
+/// Asserts that a module of `check` imports only what is allowed. Returns the number of imports.
 fn assert_independent(module: &str, allowed: &Allowed) -> usize {
     let own = format!("check::{module}");
     let is_within = |path: &str| path.strip_prefix(&own).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));

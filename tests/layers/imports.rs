@@ -1,5 +1,5 @@
-//! The paths that the sources use: every `use`, and every path in an expression, a type, a pattern or a macro,
-//! resolved to a path from the root of the crate.
+//! All paths that the sources use, in `use` declarations, expressions, types, patterns and macros. Paths start at the
+//! root of the crate.
 
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -7,16 +7,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};
 
-/// The paths that one module uses.
 #[derive(Debug)]
 pub struct Used {
-    /// The file below `src`, such as `engine/audit.rs`.
     pub file: String,
     /// Paths from the root of the crate, such as `engine::audit::Meeting`. Paths into other crates are left out.
     pub paths: BTreeSet<String>,
 }
 
-/// The paths used by all sources below `src`. Unit tests are left out, because they may use everything.
+/// The paths used by all sources below `src`, except unit tests, which may use everything.
 pub fn of_sources() -> Vec<Used> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut files = Vec::new();
@@ -47,14 +45,12 @@ fn find(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The names of the module in a file: `engine/audit.rs` has `engine` and `audit`.
 fn module(below: &Path) -> Vec<String> {
     let path = below.with_extension("");
     let names = path.components().map(|part| part.as_os_str().to_string_lossy().into_owned());
     names.filter(|name| name != "lib" && name != "main").collect()
 }
 
-/// Collects the paths in a file.
 #[derive(Debug)]
 pub struct Visitor {
     /// The names of the current module, from the root of the crate.
@@ -140,7 +136,6 @@ impl Visitor {
     }
 }
 
-/// Whether something is compiled for tests only.
 fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         let is_test = |list: &syn::MetaList| list.path.is_ident("cfg") && list.tokens.to_string() == "test";

@@ -1,4 +1,4 @@
-//! The layers of the sources: no import goes up. `docs/architecture.md` shows the picture.
+//! No module imports from a layer above its own. `docs/architecture.md` shows the layers.
 
 mod checks;
 mod imports;
@@ -41,13 +41,11 @@ fn rank(layer: &str) -> Option<usize> {
     LAYERS.iter().position(|known| *known == layer)
 }
 
-/// The layer in which the first name of a path from the root is defined.
 fn layer(path: &str) -> &str {
     let first = path.split("::").next().unwrap_or_default();
     ROOT.iter().find(|(name, _)| *name == first).map_or(first, |(_, layer)| layer)
 }
 
-/// The layer of a file below `src`; `None` for the root of the library.
 fn layer_of_file(file: &str) -> Option<&str> {
     match file.split(['/', '.']).next() {
         Some("lib") => None,

@@ -40,14 +40,12 @@ pub fn if_falling(falling: bool, acceleration: Vector) -> Vector {
     if falling { acceleration } else { Vector::zeros() }
 }
 
-/// A state in which all numbers are of order one.
 fn fluid(random: &mut Random, falling: bool) -> State {
     let acceleration = random.vector();
     state(2.0 * random.vector(), random.vector(), if_falling(falling, acceleration), random.between(0.5, 1.5))
 }
 
-/// A vector whose length covers decades around one. Half of the time, each of its components covers these decades
-/// independently.
+/// A vector whose length may differ from one by many decades. In half of the vectors, each component has its own scale.
 fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     let own = random.chance(0.5);
     let scale = random.scale(-decades, decades);
@@ -60,13 +58,12 @@ fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     }
 }
 
-/// The smallest magnitude allowed in scenes; its inverse is the largest.
 const SMALLEST: f64 = 1e-50;
 
 fn of_scales(random: &mut Random, falling: bool, decades: f64) -> State {
     let [position, velocity, acceleration] = [(); 3].map(|()| of_any_scale(random, decades));
-    // At random contact distances, most pairs would miss each other. Half of the contact distances are therefore close
-    // to the distance of the pair.
+    // At random contact distances, most pairs would miss each other, so half of the contact distances are close to the
+    // distance of the pair.
     let near = (position.norm() * random.scale(-1.0, 1.0)).clamp(SMALLEST, 1.0 / SMALLEST);
     let distance = if random.chance(0.5) { near } else { random.scale(-decades, decades) };
     state(position, velocity, if_falling(falling, acceleration), distance)
@@ -115,7 +112,7 @@ fn contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let mut velocity = random.vector() * random.scale(-8.0, 2.0);
     if random.chance(0.3) {
-        // Removes the velocity along the line of centres. This is exact if the line is an axis.
+        // Removes the velocity along the line of centres, exactly if the line is an axis.
         velocity -= position * (velocity.dot(&position) / position.norm_squared());
     }
     let acceleration = random.vector() * random.scale(-4.0, 2.0);
@@ -148,7 +145,7 @@ fn unequal_terms(random: &mut Random, falling: bool) -> State {
     s.velocity *= factor(random);
     s.acceleration *= factor(random);
     if random.chance(0.5) {
-        // Aims the particle at the centre of the other one. Otherwise a fast pair would miss.
+        // Aims one particle at the centre of the other, because fast pairs would otherwise miss.
         s.velocity = -s.position * (s.velocity.norm() / s.position.norm()) + s.velocity * 1e-3;
     }
     s
@@ -183,7 +180,6 @@ fn far_away(random: &mut Random, falling: bool) -> State {
     let impact = random.between(0.0, 1.2);
     let time = length / random.scale(-2.0, 4.0);
     let acceleration = if_falling(falling, random.vector() * (length / (time * time)));
-    // The pair comes near contact after `time`.
     let position = along * length;
     state(position, (across * impact - position - acceleration * (0.5 * time * time)) / time, acceleration, 1.0)
 }

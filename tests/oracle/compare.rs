@@ -1,8 +1,6 @@
-//! Judges the answer of a detection function by comparing it with the oracle's answer.
-//!
-//! The answer must equal the oracle's answer for the exact overlap function. If the input is so close to the boundary
-//! between two verdicts that rounding decides between them, the answer may instead equal the oracle's answer for a
-//! witness. A witness is another polynomial inside the boxes of [`Overlap::rounding`].
+//! Judges the answer of a detection function. The answer must equal the oracle's answer for the exact overlap function.
+//! If rounding decides between two verdicts, the answer may instead equal the oracle's answer for a witness. A witness
+//! is another polynomial inside the boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
 use crate::exact::{Overlap, State};
@@ -14,9 +12,9 @@ use crate::witness::witness;
 ///
 /// The condition of a root is how far round-off can shift it, in ulp. Farther from the root, every computed value of
 /// `f` has the right sign. A search therefore ends with a bracket whose ends are off by at most the condition plus the
-/// width of the bracket. The width is 2 ulp, or 4 ulp in Algorithm 1. The closed forms of Algorithms 2 and 3 and of the
-/// plane round three times: a square root, a sum and a quotient. Each rounding is half an ulp, or a whole one across a
-/// power of two. The error of a closed form is at most the condition plus 3 ulp.
+/// width of the bracket, 2 ulp, or 4 ulp in Algorithm 1. The closed forms of Algorithms 2 and 3 and of the plane round
+/// a square root, a sum and a quotient. Each rounding adds at most one ulp, so the error is at most the condition plus
+/// 3 ulp.
 pub fn largest_ratio(algorithm: Algorithm) -> f64 {
     if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
 }
@@ -68,8 +66,8 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     Comparison { answer, verdict, judgement, distance }
 }
 
-/// Checks that `t` is the end of the bracket that precedes the event. The overlap function must be zero at `t`, or it
-/// must be positive at `t` and negative at one of the next three floating-point numbers.
+/// Checks that `t` is the end of the bracket before the event. At `t` the overlap function must be zero, or it must be
+/// positive and become negative at one of the next three floating-point numbers.
 fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
     if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
         return Judgement::Right;
@@ -77,7 +75,7 @@ fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind,
     let f = quartic(state);
     let value = |t: f64| algorithm.side().sign() * f.value(t);
     if value(t) < 0.0 {
-        // A negative value is right only if, within rounding, the event is a turning point below zero.
+        // A negative value is right only if the event is, within rounding, a turning point below zero.
         let is_turn = witness(overlap, Some(t), Some(Kind::TurningPoint));
         return if is_turn { Judgement::WithinRounding } else { Judgement::Wrong("invalid end") };
     }

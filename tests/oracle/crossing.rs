@@ -21,7 +21,7 @@ impl Crossing {
         self.bracket.borrow().clone()
     }
 
-    /// Whether the crossing is after `x`. The bracket is narrowed to decide this.
+    /// Whether the crossing is after `x`. Narrows the bracket as far as necessary.
     pub fn is_after(&self, x: &Dyadic) -> bool {
         let (lower, upper) = self.bracket();
         if *x <= lower {
@@ -84,14 +84,14 @@ pub fn first_fall_by_sturm(f: &Polynomial, after: &Dyadic) -> Option<Crossing> {
     search(f, &chain, (after, chain.variations(after)), (&upper, chain.variations(&upper)))
 }
 
-/// Returns a `k` such that no positive root is at or below `2^k`. Roots at zero are left out.
+/// Returns a `k` such that all positive roots are above `2^k`.
 fn lower_bound(f: &Polynomial) -> i64 {
     let at_zero = f.coefficients.iter().position(|c| c.bits() != 0).expect("not the polynomial 0");
     let rest = Polynomial::of_integers(f.coefficients[at_zero..].to_vec(), 0);
     if rest.degree() == 0 { 0 } else { rest.bound_of_positive_roots_below() }
 }
 
-/// Finds the first fall through zero in `(from, to]`. The interval is halved until each part holds at most one distinct
+/// Finds the first fall through zero in `(from, to]`. Halves the interval until each part holds at most one distinct
 /// root.
 fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, usize)) -> Option<Crossing> {
     match from.1 - to.1 {
@@ -108,8 +108,8 @@ fn search(f: &Polynomial, chain: &Chain, from: (&Dyadic, usize), to: (&Dyadic, u
     }
 }
 
-/// A number between two non-negative numbers: halfway in the exponent while they differ by powers of two, otherwise
-/// their mean.
+/// A number between two non-negative numbers: their mean, or a power of two halfway between their exponents if the
+/// numbers are far apart.
 fn middle(lower: &Dyadic, upper: &Dyadic) -> Dyadic {
     let below = if lower.sign() == 0 { upper.magnitude() - 64 } else { lower.magnitude() };
     if upper.magnitude() - below > 2 {

@@ -1,4 +1,4 @@
-//! The detection functions, called with the data that the engine would compute from a floating-point state.
+//! Calls the detection functions with the data that the engine would compute from a floating-point state.
 
 use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::check::reference::{self, Polynomial};
@@ -45,7 +45,8 @@ impl Algorithm {
         }
     }
 
-    /// Whether the function requires a relative acceleration or excludes it; `None` if it works for both.
+    /// Whether the algorithm requires (`true`) or excludes (`false`) a relative acceleration; `None` if it works for
+    /// both.
     pub fn takes_acceleration(self) -> Option<bool> {
         match self {
             Self::InertialPositive | Self::InertialNegative => Some(false),

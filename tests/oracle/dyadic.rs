@@ -32,7 +32,7 @@ impl Dyadic {
         sign(&self.mantissa)
     }
 
-    /// Returns the `k` with `2^(k-1) <= |x| < 2^k`; meaningless for zero.
+    /// Returns the `k` with `2^(k-1) <= |x| < 2^k`, for a number `x` other than zero.
     pub fn magnitude(&self) -> i64 {
         self.mantissa.bits() as i64 + self.exponent
     }

@@ -1,4 +1,4 @@
-//! Number of evaluations of `f` that several methods need to find a root, and errors of closed forms.
+//! Compares methods for finding a root by the number of evaluations of `f`. Also measures errors of closed forms.
 
 use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};
@@ -63,8 +63,8 @@ pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison)
     found
 }
 
-/// The bracket in which Algorithms 4 to 6 search for a root. It lies between two turning points. After the last turning
-/// point, the bracket is extended by doubled steps until it contains the root.
+/// The bracket between turning points in which Algorithms 4 to 6 search for a root. After the last turning point, it
+/// grows by doubled steps until it contains the root.
 fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     let turns = sign_changes_of_cubic(&f.derivative());
     let turns = &turns.at[..turns.count];
@@ -79,7 +79,6 @@ fn bracket(f: &Quartic, t: f64) -> (f64, f64) {
     (from, after.unwrap_or(to))
 }
 
-/// Bisects a bracket down to adjacent floating-point numbers.
 fn bisect(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
     let (mut a, mut b) = (valid, invalid);
     loop {

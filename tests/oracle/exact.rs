@@ -1,5 +1,3 @@
-//! The exact overlap function of a floating-point state, and a bound on the round-off of each coefficient.
-
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use carom::Vector;
@@ -27,10 +25,9 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// The overlap function `f+` or `f-` of a pair.
-    ///
-    /// `rounding[k]` is the number of roundings of a term with coefficient `k`, times the unit round-off, times the sum
-    /// of the absolute values of the terms (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.1).
+    /// The overlap function `f+` or `f-` of a pair. `rounding[k]` is the product of three numbers: the roundings of a
+    /// term with coefficient `k`, the unit round-off, and the sum of the absolute values of the terms (Higham,
+    /// *Accuracy and Stability of Numerical Algorithms*, section 3.1).
     pub fn of_pair(state: &State, side: Side, roundings: [u32; 5]) -> Self {
         let State { position: r, velocity: v, acceleration: a, distance: s } = state;
         let (rr, vr, ar) = (dot(r, r), dot(v, r), dot(a, r));
@@ -42,7 +39,7 @@ impl Overlap {
         Self { coefficients, rounding: boxes(&sizes, &roundings) }
     }
 
-    /// The signed distance from a plane. Its coefficients are the input and are stored without rounding.
+    /// The signed distance from a plane. Its coefficients are given numbers and are not rounded.
     pub fn of_plane(height: f64, velocity: f64, acceleration: f64) -> Self {
         let coefficients = vec![Dyadic::from(height), Dyadic::from(velocity), Dyadic::from(acceleration).half()];
         let sizes = [height.abs(), velocity.abs(), 0.5 * acceleration.abs()];
@@ -53,8 +50,7 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// A polynomial in the box. `signs` are the shifts of its coefficients as fractions of half the edges, from -1
-    /// to 1.
+    /// A polynomial in the box. Coefficient `k` is shifted by the fraction `signs[k]` of half the edge, from -1 to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         Polynomial::new(&self.moved(signs))
     }
@@ -76,17 +72,17 @@ impl Overlap {
 }
 
 /// Roundings of each coefficient in Algorithms 2 and 3. A dot product of three terms has one multiplication and two
-/// additions. `R2` has one more for the subtraction of `s^2`, and the factor 2 of `2 B` is exact. `D = B^2 - V2 R2`
-/// rounds each of its two products once. This adds half a rounding to `B` and one to `R2`.
+/// additions. `R2` has one more rounding for the subtraction of `s^2`, and the factor 2 of `2 B` is exact. The
+/// roundings of the two products in `D = B^2 - V2 R2` count as half a rounding of `B` and one of `R2`.
 pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
 
-/// Roundings of each coefficient in Algorithms 4 to 6. The computation of the coefficients has 4 roundings for
-/// `r.r - s^2` and for `a.r + V2`, and 3 for the others. Horner's rule adds `2 k + 1` to the coefficient of `t^k`, and
-/// `2 k` to that of `t^4`. The factor 3 in `f'` adds one to the coefficient of `t^3`.
+/// Roundings of each coefficient in Algorithms 4 to 6. The coefficients `r.r - s^2` and `a.r + V2` have 4 roundings,
+/// the others 3. Horner's rule adds `2 k + 1` roundings to the coefficient of `t^k`, but `2 k` to the coefficient of
+/// `t^4`. The factor 3 in `f'` adds one to the coefficient of `t^3`.
 pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
 
-/// Roundings of each coefficient in Algorithm 1. They differ from those of Algorithms 4 to 6 in two ways. Horner's rule
-/// starts from zero. Three further derivatives are taken, and each of them rounds its integer factors once.
+/// Roundings of each coefficient in Algorithm 1. There are two differences from Algorithms 4 to 6. Horner's rule starts
+/// from zero, and three further derivatives each round their integer factors once.
 pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
 
 /// Roundings of each coefficient for a plane. `D = v^2 - 2 a h` rounds each of its two products once.

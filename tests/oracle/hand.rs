@@ -7,7 +7,6 @@ use crate::random::Random;
 use crate::rule::{Kind, Verdict, next_event, sign_at_crossing};
 use crate::sturm::Chain;
 
-/// The polynomial `scale (t - p) (t - q) ...` with roots `p`, `q` and so on.
 fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     let mut c = vec![Dyadic::from(scale)];
     for &root in roots {
@@ -18,8 +17,7 @@ fn with_roots(roots: &[f64], scale: f64) -> Polynomial {
     Polynomial::new(&c)
 }
 
-/// Asserts that the next event has this kind, and that its bracket contains this time when narrowed to one part in
-/// 2^100.
+/// Asserts that the next event has this kind, and that its bracket, narrowed to one part in 2^100, contains this time.
 fn expect_later(f: &Polynomial, kind: Kind, at: f64) {
     match next_event(f) {
         Verdict::Later(found, crossing) => {
@@ -79,7 +77,7 @@ fn sturm_counts_distinct_roots_between_any_two_numbers() {
             assert_eq!(chain.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), distinct.len());
         }
     }
-    // The polynomial t^4 + 1 has no roots, so that the number of sign changes is the same at both ends.
+    // The polynomial t^4 + 1 has no roots, so the number of sign changes is the same at both ends.
     let none = Chain::new(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(none.count(&Dyadic::from(-10.0), &Dyadic::from(10.0)), 0);
 }
@@ -95,7 +93,6 @@ fn a_fall_is_a_root_of_odd_multiplicity_from_above() {
     assert_eq!(at(&[2.0, 2.0, 2.0], 1.0), None);
     assert_eq!(at(&[1.0, 1.0, 2.0, 2.0], 1.0), None);
     assert_eq!(at(&[-1.0, 0.0], -1.0), None);
-    // The polynomial x^3 + 1 has no positive root.
     assert!(first_fall(&Polynomial::from_floats(&[-1.0, 0.0, 0.0, -1.0]), &zero).is_none());
     assert!(first_fall(&Polynomial::from_floats(&[1.0, 0.0, 0.0, 1.0]), &zero).is_none());
 }
@@ -132,8 +129,8 @@ fn deepening_or_turning_point_is_the_event_of_an_invalid_state() {
     // A polynomial that touches zero exactly, from below, has an event there.
     expect_later(&with_roots(&[1.0, 1.0], -1.0), Kind::TurningPoint, 1.0);
     expect_later(&with_roots(&[1.0, 1.0, 5.0, 5.0], -1.0), Kind::TurningPoint, 1.0);
-    // At t = 1, f = -(t-1)^3 (t-5) has a saddle, where f' has a double root. This is not a turning point. The event is
-    // the fall through zero at t = 5.
+    // At t = 1, f = -(t-1)^3 (t-5) has a saddle, where f' has a double root, and no turning point. The event is the
+    // fall through zero at t = 5.
     expect_later(&with_roots(&[1.0, 1.0, 1.0, 5.0], -1.0), Kind::Root, 5.0);
 }
 

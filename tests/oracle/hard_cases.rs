@@ -1,4 +1,4 @@
-//! States in which roots coincide exactly. This is possible because all numbers are small binary fractions.
+//! States in which roots coincide exactly, because all numbers are small binary fractions.
 
 use super::cases::{if_falling, state, touching};
 use super::exact::State;
@@ -15,7 +15,7 @@ fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f6
 }
 
 /// A pair that touches the sphere of contact at a given time, from inside or outside, with a tangential velocity. Some
-/// of the pairs miss it by one floating-point number.
+/// pairs miss the sphere by one floating-point number.
 pub fn grazing(random: &mut Random, falling: bool) -> State {
     let (there, distance) = touching(random);
     // The velocity is exactly tangential if the separation has small integer components.
@@ -53,7 +53,7 @@ fn around(random: &mut Random, length: f64) -> (f64, bool) {
     (if same { length } else { length * random.between(0.3, 1.7) }, same)
 }
 
-/// A motion along a line that comes to a stop just at the centre. There `f'` has a triple root.
+/// A motion along a line that stops exactly at the centre. At this time `f'` has a triple root.
 pub fn triple_root(random: &mut Random, falling: bool) -> State {
     let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
     let curve = if falling { scale } else { 0.0 };
@@ -61,8 +61,8 @@ pub fn triple_root(random: &mut Random, falling: bool) -> State {
     axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
 }
 
-/// A motion for which `f'` has a double root at `p` and a simple root at `q`. It is proportional to `t^3 + e2 t^2 + e1
-/// t + e0`.
+/// A motion whose `f'` has a double root at `p` and a simple root at `q`: it is proportional to `t^3 + e2 t^2 + e1 t +
+/// e0`.
 pub fn double_root(random: &mut Random, falling: bool) -> State {
     if !falling {
         return grazing(random, false);
@@ -90,7 +90,7 @@ pub fn close_roots(random: &mut Random, falling: bool) -> State {
 }
 
 /// A grain that rests on another one or hangs on its bond, with little or no velocity. Its distance is the contact
-/// distance or differs from it by one floating-point number.
+/// distance, or one floating-point number larger or smaller.
 pub fn resting(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let g = random.sign() * random.power_of_two(-6, 6);
@@ -103,7 +103,7 @@ pub fn resting(random: &mut Random, falling: bool) -> State {
     state(position, velocity, if_falling(falling, position * g), distance)
 }
 
-/// A pair that leaves contact and returns. The root at time zero must not be taken for the next one.
+/// A pair that leaves contact and returns. Detection must not return the root at time zero.
 pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
     let (position, distance) = touching(random);
     let speed = random.scale(-12.0, 1.0);

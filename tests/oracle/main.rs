@@ -1,7 +1,6 @@
-//! An exact oracle for event detection, and a comparison of every detection function with it.
-//!
-//! The input of detection consists of floating-point numbers, so the coefficients of an overlap function are
-//! dyadic rationals. The rule can be decided in integers, without a tolerance.
+//! An exact oracle for event detection, and a comparison of every detection function with it. The input of detection
+//! consists of floating-point numbers, so the coefficients of an overlap function are dyadic rationals. The oracle
+//! decides in integers, without a tolerance.
 //!
 //! | modules | |
 //! |---|---|
@@ -13,8 +12,8 @@
 //! | `surfaces` | the same for points, lines, segments, faces and planes, where the foot must be on the feature |
 //! | `tally`, `evaluations`, `totals`, `table` | counts of all algorithms and families, and `benches/results/detection.md` |
 //!
-//! `CAROM_ORACLE` is the number of states of each family. With 21 families, 50,000 give more than 10^6 states of each
-//! algorithm, in about twenty minutes, and the table is written:
+//! `CAROM_ORACLE` is the number of states in each family. With 50,000, each algorithm gets more than 10^6 states in
+//! about twenty minutes, and the table is written:
 //!
 //! ```text
 //! CAROM_ORACLE=50000 cargo test --release --test oracle -- --nocapture

@@ -9,7 +9,7 @@ use super::polynomial::Polynomial;
 pub struct Distance {
     /// The exact time minus the computed time.
     pub error: f64,
-    /// How far the root shifts if round-off moves `f` up or down, whichever shift is larger.
+    /// How far the root shifts if round-off moves `f` up or down: the larger of the two shifts.
     pub condition: f64,
 }
 
@@ -23,10 +23,9 @@ impl Distance {
 /// Largest distance that is computed [ulp]. A larger one counts as infinite.
 const FARTHEST: f64 = 1e40;
 
-/// The difference between `time` and a crossing of `crossing.f`, if values of `f` may be off by `rounding`.
-///
-/// The Taylor polynomial around `time` is exact before it is rounded. So its constant term, which is what remains of
-/// `f` after cancellation, keeps its digits, and so do nearby roots.
+/// The difference between `time` and a crossing of `crossing.f`, if values of `f` may be off by `rounding`. The Taylor
+/// polynomial around `time` is exact before it is rounded, so its constant term and nearby roots keep their digits in
+/// spite of cancellation.
 pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
     let at = Dyadic::from(time);
     let local = Local::new(&crossing.f, &at, last_place(time));
@@ -45,8 +44,8 @@ pub fn last_place(x: f64) -> i64 {
     biased.max(1) - 1075
 }
 
-/// A polynomial near a time, in floating-point numbers. The variable is the distance from this time in ulp. The values
-/// are in units of the largest coefficient.
+/// A polynomial near a time, in floating-point numbers. Its variable is the distance from this time in ulp, and its
+/// values are in units of the largest coefficient.
 struct Local {
     coefficients: Vec<f64>,
     unit: i64,
@@ -75,8 +74,8 @@ impl Local {
         self.coefficients.iter().rev().fold(0.0, |sum, c| sum * offset + c)
     }
 
-    /// The distance from `from`, in the given direction, at which `holds` first becomes true. It is accurate to one
-    /// part in a thousand.
+    /// The distance from `from`, in the given direction, at which `holds` first becomes true, accurate to one part in
+    /// 1000.
     fn first(&self, from: f64, direction: f64, holds: impl Fn(f64) -> bool) -> f64 {
         let holds_at = |step: f64| holds(self.value(from + direction * step));
         let mut upper = 1e-3;

@@ -3,8 +3,8 @@
 use super::dyadic::{Dyadic, sign};
 use num_bigint::BigInt;
 
-/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`. The last integer is not zero. Without coefficients
-/// it is the polynomial 0.
+/// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`. The last integer is not zero. The polynomial 0 has no
+/// coefficients.
 #[derive(Debug, Clone)]
 pub struct Polynomial {
     pub coefficients: Vec<BigInt>,
@@ -12,7 +12,6 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
-    /// Builds a polynomial from its coefficients, constant term first.
     pub fn new(coefficients: &[Dyadic]) -> Self {
         let exponent = coefficients.iter().filter(|c| c.sign() != 0).map(|c| c.exponent).min().unwrap_or(0);
         let integer = |c: &Dyadic| if c.sign() == 0 { BigInt::ZERO } else { c.in_units_of(exponent) };
@@ -34,7 +33,6 @@ impl Polynomial {
         self.coefficients.is_empty()
     }
 
-    /// Degree of the polynomial; 0 for the zero polynomial.
     pub fn degree(&self) -> usize {
         self.coefficients.len().saturating_sub(1)
     }
@@ -44,8 +42,7 @@ impl Polynomial {
         Self { coefficients, exponent: self.exponent }
     }
 
-    /// The value at `x = m 2^k`, by Horner's rule in integers. For `k < 0`, all terms are multiplied by `2^(-k
-    /// degree)`.
+    /// The value at `x = m 2^k`, by Horner's rule in integers. If `k < 0`, all terms are multiplied by `2^(-k degree)`.
     pub fn value(&self, x: &Dyadic) -> Dyadic {
         let mut value = BigInt::ZERO;
         for scaled in self.scaled(x.exponent).iter().rev() {
@@ -107,14 +104,14 @@ impl Polynomial {
         count_variations(self.coefficients.iter().map(sign))
     }
 
-    /// Returns a `k` such that all real roots are below `2^k`. Fujiwara's bound is twice the largest of `|c_{n-i} /
+    /// Returns a `k` such that all real roots are below `2^k`. Fujiwara's bound is twice the largest `|c_{n-i} /
     /// c_n|^(1/i)`.
     pub fn bound_of_roots(&self) -> i64 {
         let n = self.degree();
         let bits = |k: usize| self.coefficients[k].bits() as i64;
         let nonzero = (0..n).filter(|&k| sign(&self.coefficients[k]) != 0);
-        // The lengths of the coefficients in bits give |c_k / c_n| < 2^(bits_k - bits_n + 1). The exponent is rounded
-        // up after the root is taken.
+        // The lengths of the coefficients in bits give |c_k / c_n| < 2^(bits_k - bits_n + 1). The exponent is divided
+        // by n - k and rounded up.
         let exponents = nonzero.map(|k| (bits(k) - bits(n) + 1).div_euclid((n - k) as i64) + 1);
         exponents.max().unwrap_or(0) + 1
     }

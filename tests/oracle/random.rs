@@ -11,7 +11,6 @@ impl Random {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// Uniform in `[0, 1)`.
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
@@ -20,7 +19,6 @@ impl Random {
         lower + (upper - lower) * self.uniform()
     }
 
-    /// Uniform in `0..count`.
     pub fn below(&mut self, count: usize) -> usize {
         #[expect(clippy::cast_possible_truncation, reason = "below count")]
         let number = (self.uniform() * count as f64) as usize;
@@ -40,7 +38,7 @@ impl Random {
         10_f64.powf(self.between(lower, upper))
     }
 
-    /// A random power of two. Products with it are exact.
+    /// A random power of two, so that products with it are exact.
     pub fn power_of_two(&mut self, lower: i32, upper: i32) -> f64 {
         2_f64.powi(lower + i32::try_from(self.below((upper - lower + 1) as usize)).unwrap())
     }
@@ -50,7 +48,7 @@ impl Random {
         Vector::from_fn(|_, _| self.between(-1.0, 1.0))
     }
 
-    /// A direction, and a second one orthogonal to it up to rounding.
+    /// Two directions that are orthogonal up to rounding.
     pub fn directions(&mut self) -> (Vector, Vector) {
         loop {
             let (first, second) = (self.vector(), self.vector());
@@ -61,8 +59,7 @@ impl Random {
         }
     }
 
-    /// Permutes and mirrors the coordinates of three vectors. This is exact and leaves every overlap function
-    /// unchanged.
+    /// Permutes and mirrors the coordinates of three vectors. No rounding occurs, and overlap functions stay unchanged.
     pub fn turned(&mut self, vectors: [Vector; 3]) -> [Vector; 3] {
         let first = self.below(3);
         let step = 1 + self.below(2);
@@ -70,7 +67,7 @@ impl Random {
         vectors.map(|x| Vector::from_fn(|k, _| signs[k] * x[(first + step * k) % 3]))
     }
 
-    /// The number itself or one of its two floating-point neighbours. Zero is kept, because products with its
+    /// The number itself or one of its two floating-point neighbours. Zero stays zero, because products with its
     /// neighbours underflow.
     pub fn neighbour(&mut self, x: f64) -> f64 {
         match self.below(3) {

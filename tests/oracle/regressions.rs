@@ -17,7 +17,7 @@ fn is_not_wrong(algorithm: Algorithm, state: &State) {
 
 #[test]
 fn turning_point_rounded_to_a_root_is_within_round_off() {
-    // The pair is almost at rest, one floating-point number beyond the end of its bond: the coefficient R2 rounds to
+    // The pair is almost at rest, one floating-point number beyond the end of its bond, so the coefficient R2 rounds to
     // zero.
     is_not_wrong(
         Algorithm::InertialNegative,
@@ -60,7 +60,7 @@ fn near_miss_rounded_to_a_hit_is_within_round_off() {
 
 #[test]
 fn turning_point_far_below_the_terms_is_within_round_off() {
-    // These states were found by fuzzing. The squared contact distance is at least 10^18 times the values that f takes.
+    // These states were found by fuzzing. The squared contact distance is at least 10^18 times the values of f.
     for (r, v, a, distance) in [
         (
             [14.333333333333334, 2.5243548967072375e-29, -6688574853559353.0],
@@ -123,7 +123,7 @@ fn the_reference_finds_roots_among_values_of_1e150() {
 
 #[test]
 fn the_reference_keeps_the_sign_that_it_had_before_a_turning_point() {
-    // At the turning point f is zero within rounding. A second evaluation there gave another sign, and the search went
+    // At the turning point f is zero within rounding. A second evaluation there gave another sign, which led the search
     // to the wrong end.
     let r = [44250737.39427264, -63070544.57782876, -175729120.62115726];
     let v = [-2.474881449500859, 4.097577369464359, 10.424111698348904];

@@ -34,7 +34,7 @@ pub fn next_event(f: &Polynomial) -> Verdict {
     if sign_at_crossing(f, &turn) <= 0 {
         return Verdict::Later(Kind::TurningPoint, turn);
     }
-    // The bracket of the turning point has been narrowed until it contains no root of f.
+    // The bracket of the turning point contains no root of f, because it has been narrowed.
     let (_, after) = turn.bracket();
     later(Kind::Root, first_fall(f, &after))
 }
@@ -43,13 +43,13 @@ fn later(kind: Kind, at: Option<Crossing>) -> Verdict {
     at.map_or(Verdict::None, |at| Verdict::Later(kind, at))
 }
 
-/// The sign of `f` at a root of its derivative. The bracket of this root is narrowed until it holds no root of `f`.
+/// The sign of `f` at a root of its derivative. Narrows the bracket of this root until it holds no root of `f`.
 pub fn sign_at_crossing(f: &Polynomial, turn: &Crossing) -> i32 {
     let chain = Chain::new(f);
     loop {
         let (lower, upper) = turn.bracket();
         let roots = chain.count(&lower, &upper);
-        // The bracket holds one root of the derivative, so a multiple root of f in the bracket must be that root.
+        // The bracket holds one root of the derivative. Only that root can be a multiple root of f.
         if roots > 0 && chain.common.degree() > 0 && Chain::new(&chain.common).count(&lower, &upper) > 0 {
             return 0;
         }

@@ -1,11 +1,11 @@
-//! The number of distinct roots between two numbers, by Sturm's theorem in exact integers.
+//! Counts the distinct roots between two numbers, by Sturm's theorem in exact integers.
 
 use super::dyadic::{Dyadic, sign};
 use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
-/// The Sturm sequence of a polynomial, divided by its last element. Without this division, all elements would be zero
-/// at a multiple root.
+/// The Sturm sequence of a polynomial, divided by its last element. Undivided, all elements would be zero at a multiple
+/// root.
 pub struct Chain {
     elements: Vec<Polynomial>,
     /// The greatest common divisor of the polynomial and its derivative. Its roots are the multiple roots.
@@ -44,10 +44,9 @@ pub fn common_factor(a: &Polynomial, b: &Polynomial) -> Polynomial {
 }
 
 /// The sequence `f, g, -(f mod g), ...` down to the last nonzero element, each element up to a positive factor. The
-/// degree of `g` must not exceed the degree of `f`.
-///
-/// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a known factor, which keeps the
-/// coefficients short. The signs of the factors are tracked separately, because Sturm's theorem needs them.
+/// degree of `g` must not exceed the degree of `f`. With subresultants (Brown and Traub 1971), each pseudo-remainder is
+/// divided by a known factor to keep coefficients short. Sturm's theorem needs the signs of the factors, so they are
+/// tracked separately.
 fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
     let (mut a, mut b) = (f.coefficients.clone(), g.coefficients.clone());
     // Up to positive factors, the current two elements of the sequence are sign_a a and sign_b b.
@@ -62,9 +61,9 @@ fn remainders(f: &Polynomial, g: &Polynomial) -> Vec<Polynomial> {
         for c in &mut rest {
             *c /= &divisor;
         }
-        // If `lc(b)` is the leading coefficient of b, pseudo-division gives
-        // `lc(b)^(step + 1) * a = q * b + divisor * rest`. So the sign of the remainder is the product of three signs:
-        // of `rest`, of `divisor` and of the power of `lc(b)`.
+        // If `lc(b)` is the leading coefficient of b, pseudo-division gives `lc(b)^(step + 1) * a = q * b + divisor *
+        // rest`. The remainder has the sign of `rest` times the sign of `divisor` times the sign of the power of
+        // `lc(b)`.
         let of_leading = if step.is_multiple_of(2) { leading_sign(&b) } else { 1 };
         let sign_rest = -sign_a * of_leading * sign(&divisor);
         g = b.last().expect("not empty").clone();

@@ -1,5 +1,3 @@
-//! Counts and errors of many comparisons with the oracle.
-
 use crate::cases::FAMILIES;
 use crate::compare::{Comparison, Judgement, compare};
 use crate::detection::Algorithm;
@@ -23,7 +21,6 @@ pub struct Tally {
     pub evaluations: Evaluations,
 }
 
-/// Largest number of wrong answers that are kept for printing.
 const SHOWN: usize = 5;
 
 impl Tally {
@@ -72,7 +69,6 @@ pub fn run(algorithm: Algorithm, per_family: usize, seed: u64) -> Vec<(&'static 
                 let falling = algorithm.takes_acceleration().unwrap_or_else(|| random.chance(0.7));
                 let mut state = family(&mut random, falling);
                 if algorithm.takes_acceleration() == Some(true) && state.acceleration == Vector::zeros() {
-                    // These algorithms require an acceleration that is not zero.
                     state.acceleration.z = -1.0;
                 }
                 tally.add(algorithm, &state);

@@ -6,12 +6,12 @@ use super::measure::last_place;
 use super::polynomial::Polynomial;
 use super::rule::{Kind, Verdict, next_event};
 
-/// Shifts that are tried in the search for witnesses, as fractions of the boxes around the coefficients. The centre is
-/// tried first.
+/// Shifts to try in the search for witnesses, as fractions of the boxes around the coefficients. The centre comes
+/// first.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
-/// Returns whether a shifted polynomial in the boxes has this answer: an event at this time, or no event. If `kind` is
-/// given, the event must be of this kind.
+/// Returns whether a shifted polynomial in the boxes has this answer: an event at this time, or no event. A given
+/// `kind` must be the kind of the event.
 pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
     let kinds = kind.map_or_else(|| vec![Kind::Root, Kind::TurningPoint], |kind| vec![kind]);
     directions(overlap).any(|signs| match answer {
@@ -25,7 +25,7 @@ pub fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bo
 const SLACK: i64 = 2;
 
 /// Shifts a polynomial within its box so that it has a root, or a turning point, at `t`. Returns whether this is the
-/// next event of the shifted polynomial.
+/// first event of the shifted polynomial.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
     let available = match kind {
@@ -38,8 +38,7 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     if !moved.iter().all(|s| s.abs() <= 1.0) {
         return false;
     }
-    // Because the fractions are rounded, a small remainder is left. It is subtracted from the term with the largest
-    // effect.
+    // The fractions are rounded and leave a small remainder. It is subtracted from the term with the largest effect.
     let effects = (0..signs.len()).map(|k| effect(k, t, kind));
     let (term, effect) =
         effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
@@ -60,8 +59,8 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
 }
 
-/// Number of corrections. Each one leaves one part in 10^16 of the remainder. Several are needed, because `f` at `t`
-/// can be smaller than its rounding error by many orders of magnitude.
+/// Number of corrections. Each one leaves one part in 10^16 of the remainder. One is not enough, because `f` at `t` can
+/// be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
 /// The change of `f`, or of its derivative, at `t` if a coefficient changes by 1.
@@ -78,12 +77,11 @@ fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
     overlap.rounding[*term] * effect
 }
 
-/// Largest remainder that is still corrected, as a fraction of the box. The rounding of the fractions leaves this
-/// remainder.
+/// Largest remainder that is left uncorrected, as a fraction of the box. It comes from the rounding of the fractions.
 const REST: f64 = 1e-9;
 
-/// Shifts of the coefficients within their boxes. The first shift leads to the centre. The others lead to the corners
-/// and the midpoints of edges and faces of smaller boxes, which are shrunk by the factors in `PARTS`.
+/// Shifts of the coefficients within their boxes: first to the centre, then to the corners and the midpoints of edges
+/// and faces. The factors in `PARTS` shrink the boxes.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
     let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());

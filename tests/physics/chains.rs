@@ -39,8 +39,8 @@ fn the_energy_of_the_pendulum_never_rises() {
         for event in 1..=20_000 {
             simulation.advance(Until::events(event)).unwrap();
             let now = total(&simulation);
-            // An event rounds the energies of two particles a few times each. The free flight before the event rounds
-            // the energies of all particles a few times each.
+            // An event rounds the energies of two particles a few times each. The flight before the event rounds the
+            // energies of all particles.
             assert!(now <= last + 32.0 * scale * f64::EPSILON, "{restitution}: event {event} adds {}", now - last);
             last = now;
             worst = worst.max(worst_bond(simulation.scene(), &simulation.snapshot()));
@@ -64,8 +64,8 @@ fn an_elastic_pendulum_keeps_its_energy() {
         assert!(error.abs() < 1e-10 * most, "{error} after {} events", 1000 * part);
     }
     assert!(most > 100.0);
-    // The chain starts at rest and then whips around, with beads at speeds of up to 50. Times are counted from an epoch
-    // that moves along with the run, so the slow start must not determine the precision of all later times.
+    // The chain starts at rest and then whips around, with beads at speeds of up to 50. The slow start must not
+    // determine the precision of later times.
     assert!(simulation.event_counts().deepest_overlap < 1e-13, "{}", simulation.event_counts().deepest_overlap);
 }
 

@@ -10,18 +10,17 @@ use carom::physics::response::Outcome;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 /// Largest relative rounding error of an event, in units of epsilon. Each component of two velocities, of the impulse
-/// and of the normal is rounded a few times, by half a unit in the last place.
+/// and of the normal is rounded a few times.
 const ROUNDINGS: f64 = 8.0;
 
-/// Executes a number of events. Checks that energy and momentum then differ from their initial values by no more than
-/// the sum of all rounding errors, as if none of them cancelled.
+/// Executes a number of events. Checks that energy and momentum change by no more than the sum of all rounding errors.
 fn assert_conserved(mut simulation: Simulation, events: u64) {
     let start = simulation.energy();
     assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
     let end = simulation.energy();
     let particles = simulation.moving() as f64;
     let mass = simulation.scene().species().iter().map(|s| s.mass).filter(|m| m.is_finite()).fold(0.0, f64::max);
-    // On average, colliding pairs have less than twice the mean energy. The fastest have about ten times as much.
+    // On average, colliding pairs have less than twice the mean energy.
     let typical = 2.0 * (start.kinetic.max(end.kinetic) / particles);
     let energy = 2.0 * ROUNDINGS * f64::EPSILON * events as f64 * typical;
     let error = end.kinetic + end.potential - start.kinetic - start.potential;
@@ -90,8 +89,8 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
         }
         light / all
     }));
-    // Each species has half of the particles. It would have half of the energy, but conservation of momentum removes
-    // degrees of freedom from each species in proportion to its share of the mass: (600 - 3 / 17) / (1200 - 3).
+    // Each species has half of the particles. Conservation of momentum removes degrees of freedom from each species in
+    // proportion to its share of the mass: (600 - 3 / 17) / (1200 - 3).
     shares.assert_is((600.0 - 3.0 / 17.0) / 1197.0, 0.004, "energy of the light half");
 }
 
@@ -107,8 +106,8 @@ fn elastic_spheres_1d_scene_has_its_exact_solution() {
     assert!((events[1].time - 1.01).abs() <= 1e-14, "{}", events[1].time);
     let end = simulation.snapshot();
     for (k, (x, v)) in [(-10.0, -1.0), (11.5, 1.0), (20.99, 2.0)].into_iter().enumerate() {
-        // The position is rounded by two events and one free flight. Each of them adds an error of at most the spacing
-        // of floating-point numbers between 16 and 32.
+        // Two events and one free flight round the position, each by at most the spacing of floating-point numbers
+        // between 16 and 32.
         assert!((end.positions[k].x - x).abs() <= 3.0 * 16.0 * f64::EPSILON, "{}", end.positions[k].x);
         assert_eq!(end.velocities[k], Vector::new(v, 0.0, 0.0));
     }
@@ -137,8 +136,7 @@ fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
     simulation.advance(Until::events(200_000)).unwrap();
     let end = simulation.energy();
     let error = end.kinetic + end.potential - start.kinetic - start.potential;
-    // The flight to an event rounds positions and velocities of two particles. Each of them has an energy of up to g h
-    // = 12.
+    // The flight to an event rounds the energies of two particles, each of them at most g h = 12.
     let bound = 200_000.0 * ROUNDINGS * 2.0 * 12.0 * f64::EPSILON;
     println!("energy {error:e}, bound {bound:e}");
     assert!(error.abs() < bound);

@@ -1,4 +1,4 @@
-//! Random starts that are too dense for placing particles one by one.
+//! Random starts that are too dense for random insertion.
 
 use carom::Vector;
 use carom::analysis::instruments::bond_order::per_particle;
@@ -37,7 +37,6 @@ fn mixture(count: u64, fraction: f64) -> SceneBuilder {
 
 const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
 
-/// The smallest distance of all pairs of particles, in units of their contact distance.
 fn closest(scene: &Scene) -> f64 {
     let size = scene.space().size;
     let mut closest = f64::INFINITY;
@@ -57,7 +56,7 @@ fn closest(scene: &Scene) -> f64 {
 
 fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
-    // The packing fraction is a sum of a thousand terms, each of which is rounded.
+    // The packing fraction is a sum of a thousand rounded terms.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
     let (lower, upper) = (scene.space().lower, scene.space().upper());
     for particle in scene.particles() {
@@ -101,8 +100,8 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
 fn equal_spheres_start_dense_and_disordered() {
     let scene = equal(1000, 0.62, Arrangement::Random).temperature(1.0).build().unwrap();
     assert_valid(&scene, 0.62);
-    // The mean of q6 is 0.575 on the lattice. In a random packing, which has about 13 neighbours up to 1.4 diameters,
-    // it is about 0.4.
+    // The mean of q6 is 0.575 on the lattice. In a random packing, with 13 neighbours up to 1.4 diameters, it is about
+    // 0.4.
     let lattice = equal(864, 0.62, Lattice::FaceCentredCubic).build().unwrap();
     assert!((mean_q6(&lattice) - 0.575).abs() < 0.001, "{}", mean_q6(&lattice));
     assert!(mean_q6(&scene) < 0.45, "{}", mean_q6(&scene));
@@ -135,8 +134,8 @@ fn mixtures_and_disks_start_dense() {
 
 #[test]
 fn dense_start_depends_on_cores_not_on_diameters() {
-    // Only the cores of the potentials keep particles apart: 0.8 between A particles and 1.05 between A and B. Two B
-    // particles have no core.
+    // Only the cores of the potentials keep particles apart: 0.8 between A particles, 1.05 between A and B, none
+    // between B particles.
     let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
     let fill = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -165,7 +164,6 @@ fn reached(result: Result<Scene, SceneError>) -> f64 {
 
 #[test]
 fn packing_fractions_beyond_random_packing_are_rejected() {
-    // A density beyond random close packing is rejected at once.
     assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
     // Random close packing is at about 0.645 for spheres with diameters in the ratio 1 : 1.4, and at 0.84 for such
     // disks.
@@ -210,12 +208,11 @@ fn as_many_as_fit_places_the_count_that_the_error_reports() {
     assert!(closest(&fitted) >= 1.0);
     // Random insertion stops below a packing fraction of 0.38, and slightly earlier between walls.
     assert!((50..76).contains(&placed), "{placed}");
-    // Without a count, the fill adds the same particles, because there is only one species. With a smaller count, the
-    // fill stops at the count.
+    // Without a count, the fill adds the same particles. With a smaller count, it stops at the count.
     let all = scene(random().as_many_as_fit()).build().unwrap();
     assert_eq!(all.particles(), fitted.particles());
     assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
-    // Here another fill places 30 particles first. The total number is in the same range as with one fill.
+    // Another fill places 30 particles first. The total number is in the same range as with one fill.
     let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
     assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
     // Cores may be smaller than diameters.

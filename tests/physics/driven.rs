@@ -45,8 +45,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert_eq!(name, "temperature");
     let error = temperature.standard_error.unwrap();
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
-    // Andersen collisions are random, at a mean rate of 256 per unit time. Their number has the standard deviation of a
-    // Poisson process.
+    // Andersen collisions form a Poisson process with a mean rate of 256 per unit time.
     let expected = 256.0 * 100.0;
     let collisions = finished.measurement.event_counts.thermostat as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
@@ -135,8 +134,8 @@ fn thermostats_that_can_do_nothing_are_refused() {
     refused(disks.add_fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
 }
 
-/// Pressures of an inelastic gas with a rescaling thermostat. The pressure tensor is averaged over blocks of the given
-/// length.
+/// Pressures of an inelastic gas with a rescaling thermostat. The pressure tensor is averaged over blocks of length
+/// `block`.
 fn scaled_gas(block: f64) -> Vec<(String, f64)> {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
     let tensor = plan::PressureTensor { interval: Some(block) };
@@ -171,8 +170,8 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
-/// Asserts that no two spheres of a snapshot overlap by more than round-off. `shift` is the displacement along x of the
-/// periodic image of the box one period up along y.
+/// Asserts that no two spheres of a snapshot overlap by more than round-off. The next periodic image along y is
+/// displaced along x by `shift`.
 pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
     let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
@@ -191,7 +190,7 @@ pub fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diamete
 
 #[test]
 fn sheared_box_misses_no_contact() {
-    // A slow shear, and one so fast that images slide by a diameter between two contacts.
+    // The second shear is so fast that images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
         let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
         let scene = simulation.scene().clone();
@@ -232,8 +231,7 @@ fn gas_between_equal_thermal_walls_takes_their_temperature() {
     let finished = finish(scene);
     let temperature = finished.observables[0].1;
     let error = temperature.standard_error.unwrap();
-    // If thermal walls emitted the velocity distribution of the gas instead of its flux, the gas would be colder by a
-    // fifth.
+    // If thermal walls emitted the gas's velocity distribution instead of its flux, the gas would be a fifth colder.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
@@ -256,8 +254,8 @@ fn means_of_a_rescaled_gas_do_not_depend_on_the_row_interval() {
     let (seldom, often) = (measured(1.0), measured(0.0173));
     assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
     for (a, b) in seldom.into_iter().zip(often) {
-        // Each contact counts its dissipated energy at the time of the contact. So the two runs differ only in the
-        // order of their sums, which have about 3000 terms.
+        // Each contact counts its dissipated energy at the time of the contact, so the runs differ only in the order of
+        // sums with about 3000 terms.
         assert!((a / b - 1.0).abs() < 1e-11, "{seldom:?} {often:?}");
     }
 }
@@ -325,8 +323,8 @@ fn vanishing_shear_rate_gives_the_pressure_at_rest() {
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
     assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
-    // The two trajectories differ after the first contacts. If the degrees of freedom were those of 33 particles
-    // instead of 32, the pressure would change by 3 %.
+    // The two trajectories differ after the first contacts. Counting the degrees of freedom of 33 particles instead of
+    // 32 would change the pressure by 3 %.
     let error = rest.2.hypot(sheared.2);
     assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
 }
@@ -355,7 +353,7 @@ fn passages_after_the_last_sample_are_counted() {
         .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
-    // The particles cross the gate at the times 0.5 + 3 k and 2 + 3 k. Each of them crosses it ten times before 30.2.
+    // One particle crosses the gate at the times 0.5 + 3 k, the other at 2 + 3 k: each of them ten times before 30.2.
     assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }
 

@@ -1,5 +1,3 @@
-//! Compares standard errors with the scatter of runs that have different seeds.
-
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -11,8 +9,8 @@ use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
-/// The scatter of results between runs, divided by the standard error that the runs report, for each observable and
-/// each measured number.
+/// For each observable and measured number: the scatter of its value between runs, divided by the standard error that
+/// the runs report.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     let mut estimates: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for seed in 1..=seeds {
@@ -99,8 +97,8 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
 fn claimed_errors_agree_with_the_scatter_of_seeds() {
     let seeds: u64 = std::env::var("CAROM_SEEDS").map_or(32, |seeds| seeds.parse().unwrap());
     // The true ratios are between 0.8 and 1.25. With 32 seeds, a ratio has a standard error of 1 / sqrt(62) = 13 %, and
-    // one of fourteen ratios may be off by 1.5 standard errors. With 256 seeds, the standard error is 4.4 %, and a
-    // ratio may be off by two of them.
+    // one of fourteen ratios may be off by 1.5 standard errors. With 256 seeds, the standard error is 4.4 %, and two
+    // standard errors are allowed.
     assert_honest(seeds, if seeds < 256 { 0.66..=1.5 } else { 0.73..=1.36 });
 }
 

@@ -20,8 +20,8 @@ fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, 
     in_ensemble(ExchangeEnsemble::Canonical, builder.seed(seed), temperatures, interval, [50, attempts])
 }
 
-/// A scene with replica exchange in the given ensemble. `attempts` are the numbers of exchange attempts during the
-/// equilibration and during the measurement.
+/// A scene with replica exchange. `attempts` are the numbers of exchange attempts in the equilibration and in the
+/// measurement.
 pub fn in_ensemble(
     ensemble: ExchangeEnsemble,
     builder: SceneBuilder,
@@ -70,7 +70,7 @@ pub fn refuse_other_curves(curves: &ThermalCurves, particles: f64, volumes: &[f6
         let entropy = log_ratio + (mean / t - top_mean / highest) / particles;
         let expected = [mean / particles, heat_capacity(t), entropy, -log_ratio];
         for ((name, measured), expected) in point.quantities().into_iter().zip(expected) {
-            // This quantity is relative to the highest temperature and therefore exactly zero there.
+            // Quantities relative to the highest temperature are exactly zero there.
             if t == highest && expected == 0.0 {
                 assert_eq!(measured.mean, 0.0, "{name}");
                 continue;
@@ -103,7 +103,6 @@ pub fn pair() -> SceneBuilder {
         .particle("B", Vector::new(2.7, 2.7, 2.7), Vector::zeros())
 }
 
-/// The fraction of time in which the two particles are bound.
 pub fn bound(temperature: f64) -> f64 {
     let sphere = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
     let weight = (sphere(LAMBDA) - sphere(1.0)) * (DEPTH / temperature).exp();
@@ -141,8 +140,7 @@ fn two_particles_in_a_well_have_their_exact_populations() {
         ];
         assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
     }
-    // An exchange is always accepted, unless only the replica at the lower temperature is bound. It is then accepted
-    // with the Metropolis probability.
+    // If only the colder replica is bound, the Metropolis probability applies. Otherwise exchanges are always accepted.
     for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
         let [cold, hot] = [bound(pair[0]), bound(pair[1])];
         let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());
@@ -163,8 +161,8 @@ fn population_errors_match_the_scatter_over_seeds() {
         }
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    // The mean of 64 independent squared deviations would be 1 +- sqrt(2 / 64). Deviations at neighbouring temperatures
-    // are not quite independent.
+    // The mean of 64 independent squared deviations would be 1 +- sqrt(2 / 64). Neighbouring temperatures are slightly
+    // correlated.
     assert!((mean - 1.0).abs() < 0.5, "{mean}");
 }
 
@@ -229,7 +227,6 @@ pub fn volumes(points: u32) -> [f64; 4] {
     volumes
 }
 
-/// A chain of four beads, initially straight. Its states have the volumes of [`volumes`].
 pub fn chain_of_four() -> SceneBuilder {
     let builder = SceneBuilder::new("chain")
         .space(Space::periodic_cube(9.0))
@@ -242,8 +239,8 @@ pub fn chain_of_four() -> SceneBuilder {
     })
 }
 
-/// Largest deviation allowed for twenty quantities, in standard errors. These errors are estimates themselves. Over 64
-/// seeds, the deviations of each population had a mean within 0.33 and a root mean square of 0.89 to 1.26. Of all 1,024
+/// Largest deviation allowed for twenty quantities, in standard errors, which are estimates themselves. Over 64 seeds,
+/// the deviations of each population had a mean within 0.33 and a root mean square of 0.89 to 1.26. Of 1,024
 /// deviations, two were beyond 4: 4.2 and 5.9.
 const LIMIT: f64 = 4.5;
 
@@ -295,7 +292,6 @@ fn curve_errors_match_the_scatter_over_seeds() {
     assert!(means.iter().all(|mean| (0.4..1.9).contains(mean)), "{means:?}");
 }
 
-/// At a temperature of 0.02, the pair never unbinds.
 #[test]
 fn temperature_without_energy_changes_gets_a_warning() {
     let results = results(scene(pair(), 1, &[0.02, 40.0], 0.5, 20));
@@ -307,9 +303,9 @@ fn temperature_without_energy_changes_gets_a_warning() {
     assert!(warnings.iter().any(|it| it.starts_with("equilibrium is not shown")), "{warnings:?}");
 }
 
-/// Mean squares of the radius of gyration and of the end-to-end distance for a chain of three beads at a temperature.
-/// They are integrals over the bond lengths `r_1`, `r_2` and the squared distance `s` of the ends, with the volume
-/// element `r_1 r_2 dr_1 dr_2 ds`.
+/// Mean squares of the radius of gyration and of the end-to-end distance for a chain of three beads. They are integrals
+/// over the bond lengths `r_1`, `r_2` and the squared distance `s` of the ends, with the volume element `r_1 r_2 dr_1
+/// dr_2 ds`.
 fn squares_of_three(temperature: f64) -> [f64; 2] {
     let rule: Vec<(f64, f64)> = gauss(12).into_iter().map(|(x, w)| (1.0 + (BOND - 1.0) * x, w)).collect();
     let (well, boost) = (LAMBDA * LAMBDA, (DEPTH / temperature).exp());

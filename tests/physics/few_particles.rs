@@ -1,5 +1,4 @@
-//! Systems of few particles, for which the difference between `N` and `N - 1` is visible. The results are compared with
-//! exact ones and with an independent Monte Carlo simulation.
+//! Systems of few particles, for which the difference between `N` and `N - 1` is visible.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -42,9 +41,9 @@ fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {
 
 #[test]
 fn two_spheres_in_a_small_cube_have_their_exact_pressure() {
-    // The first particle may be anywhere in the volume V, and the second one anywhere except within a diameter of the
-    // first. So the partition function is Q = V (V - v) with v = 4 pi / 3, because a cube longer than two diameters
-    // keeps the images of v apart. Then P / T = d ln Q / dV = 1 / V + 1 / (V - v), and Z = P V / (2 T).
+    // The first particle may be anywhere in the volume V, and the second anywhere except in the sphere of volume v = 4
+    // pi / 3 around the first. So the partition function is Q = V (V - v), if the cube is longer than two diameters.
+    // Then P / T = d ln Q / dV = 1 / V + 1 / (V - v), and Z = P V / (2 T).
     let (volume, excluded) = (27.0, 4.0 * PI / 3.0);
     let exact = 0.5 * (1.0 + volume / (volume - excluded));
     assert!((exact - 1.09181).abs() < 1e-5);
@@ -61,15 +60,14 @@ fn few_spheres_have_the_pressure_of_a_monte_carlo_simulation() {
         let expected = MonteCarlo::new(count, edge).compressibility(sweeps);
         let error = libm::hypot(z.standard_error.unwrap(), expected.error);
         println!("N = {count}: {z:?}, {expected:?}, {:+.2} sigma", (z.mean - expected.mean) / error);
-        // If one particle too many were counted, Z would be wrong by (Z - 1) / N. The standard error is less than a
-        // fifth of this.
+        // Counting one particle too many would change Z by (Z - 1) / N. The standard error is less than a fifth of this
+        // change.
         assert!(error < (expected.mean - 1.0) / (5.0 * count as f64), "{count}: {error}");
         assert!((z.mean - expected.mean).abs() < 3.0 * error, "{count}: {z:?}, {expected:?}");
     }
 }
 
-/// Monte Carlo simulation of hard spheres in a periodic cube by the Metropolis rule. It has no velocities and no time,
-/// and uses no code of the engine.
+/// Monte Carlo simulation of hard spheres in a periodic cube by the Metropolis rule. It uses no code of the engine.
 struct MonteCarlo {
     edge: f64,
     positions: Vec<[f64; 3]>,
@@ -92,7 +90,7 @@ impl MonteCarlo {
         Self { edge, positions, state: 7 }
     }
 
-    /// `SplitMix64`.
+    /// A uniform random number (SplitMix64).
     fn uniform(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
@@ -195,7 +193,7 @@ fn measured_temperature_equals_the_requested_one() {
         let scene = disks(boundary, None);
         let first = Observer::new(&scene).row(&Simulation::without_plan(scene.clone())).temperature.unwrap();
         let temperature = observed(scene, "temperature");
-        // The temperature is a sum of 40 terms. It is rounded about a thousand times, with random signs.
+        // The temperature is a sum of 40 terms, rounded about a thousand times with random signs.
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
         assert!(is_one(first) && is_one(temperature.mean), "{boundary:?}: {first} {temperature:?}");
     }

@@ -62,7 +62,7 @@ fn counted_dissipation_equals_the_energy_loss() {
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
-/// The outer two fly towards the middle one.
+/// Three spheres on a line: the two outer spheres fly towards the middle sphere.
 fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
@@ -95,8 +95,8 @@ fn three_spheres_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
         let mut simulation = three_on_a_line(below, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {below}: {} contacts, {arrest}", simulation.event_counts().core);
-        // Each contact leaves only a fraction of the relative speed. After fewer than a hundred contacts, the speed is
-        // below 1e-16.
+        // Each contact leaves only a fraction of the relative speed, which is below 1e-16 after fewer than a hundred
+        // contacts.
         assert!(simulation.event_counts().core < 100);
         // The gaps between the outer spheres and the middle one are 1 and 1.5, and they close at speeds of about 1.
         assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
@@ -122,8 +122,7 @@ fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
         let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
         let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        // The round-off of velocities grows with the drift velocity. So in a moving line, relative speeds fall below
-        // the round-off slightly earlier than in a line at rest.
+        // The round-off of velocities grows with the drift velocity, so a moving line collapses slightly earlier.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
 }
@@ -241,8 +240,8 @@ fn the_scene_of_the_cooling_gas_follows_haffs_law_early() {
     let scene = Scene::from_file("configs/granular_cooling.toml").unwrap();
     let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy().kinetic;
-    // The 10,000 events are 5 contacts per particle. The energy loss has the relative error of one contact,
-    // divided by the square root of the number of contacts.
+    // The 10,000 events are 5 contacts per particle. The loss has the relative error of one contact, divided by the
+    // square root of the number of contacts.
     simulation.advance(Until::events(10_000)).unwrap();
     let fall = (start / simulation.energy().kinetic).ln();
     let expected = (1.0 - 0.95 * 0.95) * 5.0 / 3.0;

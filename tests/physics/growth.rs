@@ -71,19 +71,17 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         .unwrap();
     let finished = finish(scene);
     let fraction = finished.simulation.scene().packing_fraction();
-    // Fast compression jams at random close packing, 0.64 for large systems; at finite pressure the value is
-    // slightly lower.
+    // Fast compression jams at random close packing: 0.64 for large systems, slightly less at a finite pressure.
     assert!((0.60..0.66).contains(&fraction), "{fraction}");
 }
 
-/// In the growth stage, the pressure check averages over the last `5 N` contacts of `N` spheres. The average has a
-/// relative error of `sqrt(1.27 / (5 N))`: impulses are Rayleigh distributed, and the number of contacts per time
-/// fluctuates. The later measurement has the same error with its own number of contacts.
+/// The pressure check of the growth stage averages over the last `5 N` contacts of `N` spheres. The average has a
+/// relative error of `sqrt(1.27 / (5 N))`, because impulses are Rayleigh distributed and the contact rate fluctuates.
+/// The later measurement has the same error with its own number of contacts.
 ///
 /// Between two checks each sphere has ten contacts, which takes a time of `10 sqrt(pi) sigma / (6 (Z - 1))` at
-/// temperature 1. Near jamming, growth raises `Z` in that time by a fraction of `3 rate`. Growth may therefore end too
-/// late, at a `Z` that is too high by up to 1.5 times this fraction: the average lags behind by half of it, and the
-/// check may be late by all of it.
+/// temperature 1. Near jamming, growth raises `Z` in this time by a fraction of `3 rate`. The final `Z` may be too high
+/// by 1.5 times this fraction: the average lags behind by half of it, and the check may be late by all of it.
 #[test]
 fn growth_ends_at_the_pressure_that_was_asked_for() {
     let (target, rate, count, contacts) = (50.0, 0.005, 500, 20_000);

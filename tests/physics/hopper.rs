@@ -1,4 +1,4 @@
-//! The hopper of `configs/`.
+//! The hopper scene in `configs/`.
 
 use carom::Vector;
 use carom::engine::{Reason, Simulation, Until};
@@ -20,7 +20,6 @@ fn every_grain_ends_in_the_container() {
     let grains = simulation.moving();
     assert_eq!(simulation.advance(Until::time(76.0)), Ok(Reason::Time));
     let settling = simulation.snapshot();
-    // The container of the scene, up to the tops of its spheres.
     let (lower, upper) = (Vector::new(-16.0, -16.0, 0.0), Vector::new(34.0, 16.0, 14.7));
     for position in &settling.positions[..grains] {
         assert!((0..3).all(|k| lower[k] < position[k] && position[k] < upper[k]), "{position}");

@@ -1,5 +1,5 @@
-//! Two dimensions: lines, rings and rectangles of static disks hold what is inside, and speeds follow
-//! Maxwell's distribution in a complete run.
+//! Two dimensions: lines, rings and rectangles of static disks confine particles, and speeds follow Maxwell's
+//! distribution.
 
 use std::ops::ControlFlow;
 
@@ -76,7 +76,7 @@ fn rings_rectangles_and_lines_confine_particles() {
 fn leaky_spacings_and_joints_are_reported_and_do_leak() {
     let centre = at(10.0, 10.0);
     // Between two disks that are 1.6 apart, a particle is 0.8 away from both centres. Small disks need 0.75 and pass;
-    // large disks need 1 and do not.
+    // large disks need 1 and do not pass.
     let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
     let leaks = ring(1.6).build().unwrap().leaks();
     assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);
@@ -108,7 +108,7 @@ fn equal_speeds_relax_to_maxwells_distribution_at_constant_energy() {
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
     let temperature = finished.observable("temperature").unwrap().mean;
-    // All particles start with the speed v, and no momentum is subtracted. So the temperature is N m v^2 / (D (N - 1)).
+    // All particles start with the speed v, so the temperature is N m v^2 / (D (N - 1)).
     assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");
     let curve = finished.measured.curve("speeds").unwrap();
     let (last, width) = (&curve.series[1], 2.0 * curve.variables[0].values[0]);

@@ -1,6 +1,5 @@
-//! The isothermal-isobaric ensemble: few particles with a known distribution of the volume.
-//!
-//! With the configuration integral `Q(V)` over the positions of all particles, the volume has the density `Q(V) exp(-P V / T)`.
+//! The isothermal-isobaric ensemble: few particles with a known distribution of the volume. With the configuration
+//! integral `Q(V)` over all positions, the volume has the density `Q(V) exp(-P V / T)`.
 
 mod runs;
 
@@ -59,7 +58,6 @@ fn observable(finished: &Finished, name: &str) -> (f64, f64) {
     (mean, standard_error.unwrap())
 }
 
-/// Asserts that mean and variance of the volume agree with the exact values within four standard errors.
 fn compare(finished: &Finished, [mean, variance]: [f64; 2]) {
     let (volume, error) = observable(finished, "volume");
     let (compressibility, error_of_it) = observable(finished, "isothermal_compressibility");
@@ -93,9 +91,9 @@ fn rods(rods: &[(f64, f64)], pressure: f64, moves: u32) -> Scene {
 
 #[test]
 fn ring_of_rods_has_the_exact_mean_length_and_variance() {
-    // The configuration integral is Q = L (L - a)^(N - 1). One of the N rods may be anywhere on the ring of length L,
-    // and the others share the free length in a fixed order. The length `a` is the sum of all contact distances. With x
-    // = L - a the moments are sums of gamma functions.
+    // The configuration integral is Q = L (L - a)^(N - 1), where `a` is the sum of all contact distances. One of the N
+    // rods may be anywhere on the ring of length L, and the others share the free length x = L - a in a fixed order.
+    // The moments are sums of gamma functions.
     for (all, pressure) in [(&[(1.3, 1.0), (0.7, 0.6)][..], 0.9), (&[(1.3, 1.0), (0.7, 0.6), (2.9, 0.8)], 1.4)] {
         let (n, a) = (i32::try_from(all.len()).unwrap(), all.iter().map(|(_, length)| length).sum::<f64>());
         let b = pressure / TEMPERATURE;
@@ -114,8 +112,8 @@ fn ring_of_rods_has_the_exact_mean_length_and_variance() {
 
 #[test]
 fn two_disks_have_exact_volumes_down_to_the_smallest_box() {
-    // The configuration integral is Q = V (V - pi): the second disk may be anywhere except within a diameter of the
-    // first one. The smallest box, 2 x 2, is reached often.
+    // The configuration integral is Q = V (V - pi), because the second disk may be anywhere except within a diameter of
+    // the first. The smallest box, 2 x 2, is reached often.
     let pressure = 0.4;
     let scene = SceneBuilder::new("disks")
         .seed(2)
@@ -152,7 +150,6 @@ fn a_square_well_pair_has_its_exact_volume_and_energy() {
     let density = |volume: f64| volume * (volume - core - shell + bound) * weight(volume);
     let (least, width) = (27.0, 900.0);
     compare(&finished, moments(least, width, density));
-    // At the volume V, the pair is bound with the probability `bound` / (Q / V).
     let sum = |of: &dyn Fn(f64) -> f64| {
         let steps = 100_000;
         (0..steps).map(|k| of(least + width * (f64::from(k) + 0.5) / f64::from(steps))).sum::<f64>()
@@ -232,7 +229,6 @@ fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
         .interaction("A", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
         .interaction("B", "C", Potential::hard_sphere(contact).unwrap(), 1.0)
         .bond_interaction("link", Potential::bond(shortest, longest).unwrap(), 1.0)
-        // The bond crosses a side of the box.
         .particle("A", Vector::new(0.2, 0.5, 0.0), Vector::new(0.4, 0.3, 0.0))
         .particle("B", Vector::new(3.5, 0.4, 0.0), Vector::new(0.1, -0.3, 0.0))
         .particle("C", Vector::new(2.0, 2.1, 0.0), Vector::new(-0.2, 0.9, 0.0))
@@ -255,7 +251,6 @@ fn dimer_and_disk_have_the_exact_volume_of_two_molecules() {
 fn virial_pressure_equals_the_barostat_pressure() {
     let pressure = 3.0;
     let mut run = plan(pressure, 0.05, 0.05, 12_000);
-    // Without a given amplitude, the run adjusts it during the equilibration.
     run.barostat = Some(Barostat { amplitude: None, ..run.barostat.unwrap() });
     run.equilibration = Limit::time(60.0);
     let mixture = Fill {

@@ -1,9 +1,6 @@
-//! Fluids measured in blocks, and means with standard errors from the blocks.
-
 use carom::engine::event::Event;
 use carom::engine::{Reason, Simulation, Until};
 
-/// A mean of independent samples and its standard error.
 #[derive(Debug, Clone, Copy)]
 pub struct Mean {
     pub mean: f64,
@@ -19,8 +16,8 @@ impl Mean {
         Self { mean, error: (variance / n).sqrt() }
     }
 
-    /// Asserts that the mean agrees with theory within four standard errors: one seed in 16,000 is further
-    /// off. The standard error must be below `resolution`, or the comparison would be meaningless.
+    /// Asserts that the mean agrees with theory within four standard errors, which one seed in 16,000 exceeds. The
+    /// standard error must be below `resolution`, or the comparison would be meaningless.
     #[track_caller]
     pub fn assert_is(&self, expected: f64, resolution: f64, what: &str) {
         let Self { mean, error } = *self;
@@ -48,8 +45,8 @@ pub struct Fluid {
 }
 
 impl Fluid {
-    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each. Passes every
-    /// measured event to `observe` with the number of its block.
+    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each. Passes every measured event
+    /// to `observe` with the number of its block.
     pub fn measure_with(
         simulation: &mut Simulation,
         equilibration: u64,

@@ -46,12 +46,10 @@ fn gravity_of_each_stage_acts_in_turn() {
     assert!((snapshot.positions[0] - expected).norm() < 1e-13 * expected.norm(), "{}", snapshot.positions[0]);
     assert!((snapshot.velocities[0] - speed).norm() < 1e-14 * speed.norm());
     assert_eq!(finished.audit.faults(), []);
-    // Changes of gravity supply potential energy.
     assert!(finished.simulation.event_counts().supplied.total() != 0.0);
 }
 
-/// The relative change of `v_z L` for balls between a floor and a piston that halves their distance at a
-/// given speed.
+/// The relative change of `v_z L` for balls between a floor and a piston that halves their distance at a given speed.
 fn changes(speed: f64) -> Vec<f64> {
     let walls = Boundary::Bounded { lower: Face::Wall(ContactLaw::smooth(1.0)), upper: Face::Open };
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, walls], ..Space::periodic_cube(10.0) };
@@ -79,8 +77,8 @@ fn changes(speed: f64) -> Vec<f64> {
 
 #[test]
 fn slow_piston_conserves_the_adiabatic_invariant_of_each_ball() {
-    // The product of a ball's speed and the distance of the walls, `v_z L`, oscillates by about the ratio of the
-    // piston's speed to the ball's speed. It does not drift.
+    // A ball's speed times the distance of the walls, `v_z L`, oscillates by about the ratio of the piston's speed to
+    // the ball's speed, but does not drift.
     for speed in [0.1, 0.01, 0.001] {
         for (k, change) in (0_u32..).zip(changes(speed)) {
             let slowest = 1.3 + 0.11 * f64::from(k);

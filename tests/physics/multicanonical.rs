@@ -37,8 +37,7 @@ fn multicanonical_replicas_have_the_exact_density_of_states() {
             let (it, expected) = (level.log_density_of_states, (volume / sum).ln());
             assert!(deviation(it, expected).abs() < 3.0, "{level:?}, expected {expected}");
         }
-        // The histogram is flat: all levels are about equally frequent. A canonical ensemble at a temperature of 0.2
-        // would almost never visit the upper level.
+        // The histogram is flat. A canonical ensemble at a temperature of 0.2 would almost never visit the upper level.
         let rows = energies.rows();
         for k in 0..volumes.len() {
             let is_there = |energy: &&f64| (**energy + DEPTH * k as f64).abs() < 1e-9;

@@ -34,7 +34,6 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
         });
         assert_eq!(reason, Ok(Reason::Time));
         assert_eq!(faces, [1, 1, 2, 2, 1, 1], "period {period}");
-        // All times and positions are exact, so nothing is ever rounded.
         let now = simulation.snapshot();
         assert_eq!((now.positions[0], now.velocities[0]), start, "period {period}");
     }
@@ -49,18 +48,17 @@ fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
         .build()
         .unwrap();
     let mut simulation = Simulation::without_plan(scene);
-    // The periods along x, y and z are 8, 5 and 8, so the body returns to its start every 40 units of time.
+    // The body returns to its start every 40 units of time, because its periods along x, y and z are 8, 5 and 8.
     assert_eq!(simulation.advance(Until::time(40_000.0)), Ok(Reason::Time));
     let now = simulation.snapshot();
     assert_eq!(now.velocities[0], start.1);
     assert_eq!(now.images[0], [5000, -8000, 5000]);
-    // Each of the 18,000 passages through a side rounds a coordinate below 16 once, and each free flight rounds it once
-    // more.
+    // Each of the 18,000 passages through a side, and each free flight, rounds a coordinate below 16 once.
     assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
 }
 
-/// For the ball of `configs/bouncing_ball.toml`: contact times, heights of the peaks after the contacts, and the
-/// simulation at the end.
+/// Contact times, heights of the following peaks, and the final simulation for the ball of
+/// `configs/bouncing_ball.toml`.
 fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulation) {
     let (e, t_c) = (restitution.to_string(), format!("{contact_time:e}"));
     let overrides = [("space.z.restitution", e.as_str()), ("dynamics.contact_time", t_c.as_str())];
@@ -68,7 +66,7 @@ fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulati
     let mut simulation = Simulation::without_plan(scene);
     let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
     let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
-        // Gravity and the mass of the ball are 1, and the ball returns at the speed at which it left the floor.
+        // Gravity and the ball's mass are 1. The ball returns to the floor at the speed with which it left.
         let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
         speed = event.normal_impulse() - arrival;
         times.push(event.time);
@@ -93,7 +91,7 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
                 break; // the TC model has made the contact elastic
             }
             // Each flight changes time and speed by rounding errors of a few units in the last place of the total time.
-            // If the flight of a ball that starts at speed v is too long by dt, its peak is off by 1/2 v dt.
+            // If the flight of a ball with initial speed v is too long by dt, its peak is off by 1/2 v dt.
             let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
             assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
             assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
@@ -102,7 +100,7 @@ fn bouncing_ball_heights_decay_geometrically_to_a_finite_rest_time() {
         }
         println!("e = {e}: {} contacts, the last at {:?}, rest expected at {rest}", times.len(), times.last());
         assert_eq!(compared, dissipative, "e = {e}");
-        // From this contact on, each contact leaves just enough speed for a flight of one contact time.
+        // Once the TC model acts, each contact leaves just enough speed for a flight of one contact time.
         let flights: Vec<f64> = times.windows(2).skip(dissipative).map(|pair| pair[1] - pair[0]).collect();
         assert!(flights.len() > 10, "{flights:?}");
         // A flight time is the difference of two contact times, each rounded once or twice.
@@ -120,8 +118,7 @@ fn elliptic_k(k: f64) -> f64 {
     PI / (2.0 * a)
 }
 
-/// Period of a bob on a bond of length `1 - width` to 1, measured over `swings` whole swings. The bob is released from
-/// the horizontal.
+/// Period of a bob on a bond of length `1 - width` to 1, measured over `swings` whole swings from the horizontal.
 fn pendulum_period(width: f64, swings: usize) -> f64 {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("pendulum")
@@ -189,8 +186,8 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
     assert_eq!(simulation.event_counts().wall, 100);
-    // A contact time has a rounding error of a few units in the last place of 800. All later motion is shifted in time
-    // by this error.
+    // A contact time has a rounding error of a few units in the last place of 800, which shifts all later motion in
+    // time.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
     assert_eq!(now.images[0][0], 200);

@@ -1,9 +1,9 @@
 //! The exact law for events at the steps of a potential in equilibrium.
 //!
-//! Relative normal velocities are Maxwellian on either side of a step. A pair that meets an upward step `eps`
-//! bounces if `mu/2 vn^2 <= eps`. As many pairs go up as down, so `N_bounce / N_up = exp(eps /
-//! T) - 1` (Bannerman and Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law
-//! has an error of relative order `1 / (D N)`.
+//! Relative normal velocities are Maxwellian on either side of a step. A pair that meets an upward step `eps` bounces
+//! if `mu/2 vn^2 <= eps`. As many pairs go up as down, so `N_bounce / N_up = exp(eps / T) - 1` (Bannerman and Lue, J.
+//! Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law has a relative error of order `1 / (D
+//! N)`.
 
 use crate::measure::{Fluid, Mean};
 use carom::engine::Simulation;
@@ -54,8 +54,8 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let height = (inside - outside).abs();
         let up = |c: &Counts| if inside > outside { c.inwards } else { c.outwards };
         let total: f64 = counts.iter().map(up).sum();
-        // With B bounces and U upward passages, the mean of B - (exp(eps / T) - 1) U over the blocks is unbiased. A
-        // mean of B / U would be biased.
+        // For B bounces and U upward passages in a block, the mean of B - (exp(eps / T) - 1) U is unbiased. The mean of
+        // B / U would be biased.
         let excess = Mean::of(
             counts.iter().zip(&fluid.blocks).map(|(c, b)| c.bounces - (height / b.temperature).exp_m1() * up(c)),
         );
@@ -64,8 +64,7 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
         let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
         law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
         let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
-        // The number of entries minus the number of exits is the change of the number of pairs inside. This change is
-        // far below the number of events.
+        // Entries minus exits is the change of the number of pairs inside, which is far below the number of events.
         assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
     }
 }
@@ -110,8 +109,8 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
             let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
-            // At the start no pair is in a well, so the temperature rises above the requested one. Each block is
-            // compared with B2 at its own temperature.
+            // At the start no pair is in a well, so the temperature rises. Each block is compared with B2 at the
+            // temperature of the block.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
         let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };

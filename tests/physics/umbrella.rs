@@ -41,8 +41,8 @@ fn results(scene: Scene) -> (ExchangeResults, MeanForce) {
     (results, distances.mean_force(&exchange))
 }
 
-/// Compares a potential of mean force in all bins with a known one, and checks the mean difference above and
-/// below a distance.
+/// Compares a potential of mean force with a known one in all bins. Also checks the mean difference between distances
+/// above and below a limit.
 fn refuse_other(
     found: &MeanForce,
     (bins, last_window, dimensions): (usize, [f64; 2], f64),
@@ -95,9 +95,9 @@ fn potential_of_mean_force_of_a_pair_is_its_potential() {
     }
     assert!(results.neighbours.iter().all(|it| it.acceptance.unwrap().mean > 0.05));
     assert!(results.round_trips.iter().all(|trips| *trips > 100), "{:?}", results.round_trips);
-    // A swap is possible if both distances lie in the overlap of the two windows. Each distance does so with a
-    // probability equal to the weight of the overlap divided by the weight of its window. The expected acceptance is
-    // the product of the two probabilities. The weights contain the Boltzmann factor of the well.
+    // A swap is possible if both distances lie in the overlap of the two windows. The probability for each distance is
+    // the weight of the overlap divided by the weight of the window. The expected acceptance is the product of both.
+    // The weights contain the Boltzmann factor of the well.
     let weight = |from: f64, to: f64| {
         let cubes = |from: f64, to: f64| if to > from { to.powi(3) - from.powi(3) } else { 0.0 };
         cubes(from, to.min(1.5)) * (DEPTH / TEMPERATURE).exp() + cubes(from.max(1.5), to)
@@ -131,8 +131,8 @@ fn potential_of_mean_force_is_exact_in_two_dimensions_and_in_one() {
     }
 }
 
-/// Umbrella windows of the distance between the centre of mass of two bonded particles and a third particle. The two
-/// have unequal masses, and one of them has a square well for the third particle.
+/// Umbrella windows of the distance between a particle and the centre of mass of two bonded particles. One of the
+/// bonded particles, which have unequal masses, has a square well for the third particle.
 #[test]
 fn potential_between_centres_of_mass_averages_over_the_bond() {
     let masses = [1.3, 0.7];
@@ -162,7 +162,6 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
             1.0
         }
     };
-    // Midpoint rule over the lengths and directions of the bond.
     let at = |r: f64| {
         let (mut sum, mut norm) = (0.0, 0.0);
         for i in 0..60 {
@@ -188,8 +187,8 @@ fn potential_between_centres_of_mass_averages_over_the_bond() {
     assert!(depth > 0.8, "{depth}");
 }
 
-/// Two large spheres among small spheres that pass through each other. The small spheres have more room where
-/// the excluded shells of the large spheres overlap.
+/// Two large spheres among small spheres that pass through each other. The small spheres have more room where the
+/// excluded shells of the large spheres overlap.
 #[test]
 fn large_spheres_have_the_exact_depletion_potential() {
     let (length, count, radius) = (6.6_f64, 70, 1.5_f64);

@@ -37,8 +37,8 @@ impl Unbounded {
         images
     }
 
-    /// Advances to the next contact, or by the time `most` if no contact comes earlier. Returns whether there was a
-    /// contact. Spheres have diameter and mass 1, and paths must be shorter than a period.
+    /// Advances to the next contact, or by `most` if no contact comes earlier. Returns whether there was a contact.
+    /// Spheres have diameter and mass 1, and paths must be shorter than a period.
     fn step(&mut self, most: f64) -> bool {
         let mut next = (most, None);
         for i in 0..self.positions.len() {
@@ -88,7 +88,7 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             // In a time of 0.1 no sphere moves further than a period.
             contacts += u64::from(unbounded.step(0.1));
         }
-        // Both simulations run a little further. Otherwise, rounding could put the end of one of them before its last
+        // Both simulations run slightly further, so that rounding cannot put the end of one of them before its last
         // contact.
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
@@ -98,8 +98,8 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             let up = now.images[id][1];
             let faster = rate * space.size.y * f64::from(up);
             across += up.abs();
-            // Each contact multiplies errors by twice the free path in diameters, about 7. There are 40 contacts among
-            // 27 spheres, and no sphere has more than ten of them.
+            // Each contact multiplies errors by twice the free path in diameters, about 7. No sphere has more than ten
+            // contacts.
             let expected = now.velocities[id] + Vector::new(faster, 0.0, 0.0);
             assert!((velocity - expected).amax() < 1e-7, "{id}: {velocity} {expected}");
             let y = now.positions[id].y + f64::from(up) * space.size.y;

@@ -75,7 +75,7 @@ fn virial_wall_and_tensor_pressures_agree() {
                 assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
             }
         }
-        // Energy oscillates between the axes, and this cancels in the mean over all walls.
+        // Energy oscillates between the axes, which cancels in the mean over all walls.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
     }
@@ -83,8 +83,8 @@ fn virial_wall_and_tensor_pressures_agree() {
 
 #[test]
 fn driven_granular_slit_has_equal_wall_and_virial_pressures() {
-    // The bath drives the particles only along the slit, so they are colder across it. If the temperature were taken as
-    // isotropic, the pressure would be a third higher.
+    // The bath drives the particles only along the slit, so they are colder across it. With an isotropic temperature,
+    // the pressure would be a third higher.
     let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
     let scene = SceneBuilder::new("driven")
         .seed(1)
@@ -138,8 +138,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
     let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
-    // The pressures on floor and ceiling, of length 10, differ by the weight of 20 particles of mass 0.7. The change of
-    // the total momentum during the measurement adds a small deviation. The total momentum is about sqrt(20 0.7).
+    // The pressures on floor and ceiling, of length 10, differ by the weight of 20 particles of mass 0.7. A change of
+    // the total momentum, of order sqrt(20 0.7), adds a small deviation.
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
@@ -150,8 +150,9 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
 
 #[test]
 fn thermal_wall_velocities_do_not_depend_on_the_order_of_contacts() {
-    // Returns the velocities that hot walls give to the first of three particles. The particles are too small to meet.
-    // The other two start at the speeds `others` and `3 others` along x, which decide when they reach the walls.
+    // Returns the velocities that hot walls give to the first of three particles, which are too small to meet. The
+    // second and third particles start at the speeds `others` and `3 others` along x, which decide when they reach the
+    // walls.
     let velocities = |others: f64| {
         let slit = Space {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],

@@ -13,8 +13,7 @@ import time
 from pathlib import Path
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-# With these variables, Open MPI accepts more processes than cores, and can be run by the root user of a container.
-# Other MPI implementations ignore them.
+# With these variables, Open MPI accepts more processes than cores and runs as the root user of a container.
 ENVIRONMENT = os.environ | {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -23,10 +22,10 @@ ENVIRONMENT = os.environ | {
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
 }
-# These numbers depend on the computer and its load, so they are not compared.
+# Numbers that depend on the computer and its load.
 CLOCKS = ("wall_seconds", "events_per_second", "contacts_per_second", "peak_memory_bytes")
 
-# Shortened scenes, which together cover periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal
+# Shortened scenes. Together they cover periodic and open boxes, neighbour lists, cells, pair states, gravity, thermal
 # walls, event logs, and stages that one process runs alone.
 SCENES = {
     "hard_sphere_fluid": ["--until-events", "20000", "--set", "run.equilibration_events=2000", "--set", "output.contacts=true"],

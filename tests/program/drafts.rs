@@ -1,5 +1,4 @@
-//! Temporary files left by a killed process: the next command in their folder removes these, and nothing
-//! else.
+//! The next command in a folder removes temporary files left by a killed process, and nothing else.
 
 #![cfg(unix)]
 

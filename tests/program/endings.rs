@@ -74,7 +74,6 @@ fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
 
 #[test]
 fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
-    // Two more spheres, which overlap spheres of the lattice.
     let more = |x: f64| format!("[[particle]]\nspecies = \"sphere\"\nposition = [{x}, 0.2, 0.1]\n");
     let place = Place::with(&format!("allow_invalid_start = true\n{FLUID}\n{}{}", more(0.3), more(3.0)));
     let output = place.carom(&["run", "scene.toml"]);
@@ -135,7 +134,7 @@ fn a_stopped_run_leaves_complete_files() {
     let arguments = ["run", "scene.toml", "--until-time", "1e5", "--set", "output.thermo_interval=0.1"];
     let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let partial = place.path().join("runs/scene/thermo.csv.partial");
-    // The run writes the table every two seconds, so a table with rows shows that the run has started.
+    // The run writes the table every two seconds. A table with rows shows that the run has started.
     for _ in 0..600 {
         if fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000) {
             break;
@@ -252,7 +251,7 @@ fn grain_resting_on_a_wall_gets_a_warning_and_arrests() {
         let (_, cure) = told.split_once("help: ").unwrap();
         assert!(!cure.contains("set dynamics.contact_time"), "it is set: {cure}");
     }
-    // This is the lowest starting height without a warning. A grain that bounces from here or higher loses energy until
+    // The lowest starting height without a warning. A grain that bounces from at least this height loses energy until
     // its contacts are one contact time apart.
     let place = Place::with(&at_rest(1.25e-7, 0.0));
     assert!(words(&place.carom(&["check", "scene.toml"])).contains("The scene is valid.\n"));

@@ -1,4 +1,4 @@
-//! `carom exchange`: its files, which do not depend on the number of threads, and what it rejects.
+//! Files of `carom exchange`, which do not depend on the number of threads, and inputs that it rejects.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -111,8 +111,8 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         let of = |name: &str, key: &str| summary["temperatures"][at]["observables"][name][key].as_f64().unwrap();
         assert!((4.0 * of("potential_energy_per_particle", "mean") - mean).abs() < 1e-12);
         let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
-        // The variance about the true mean exceeds the variance about the sample mean. The difference is most likely at
-        // most the square of the standard error.
+        // The variance about the true mean exceeds the variance about the sample mean, usually by at most the squared
+        // standard error.
         let missed = (4.0 * of("potential_energy_per_particle", "standard_error")).powi(2);
         let variance = (of("heat_capacity_per_particle", "mean") - 1.5) * 4.0 * temperature * temperature;
         assert!(variance > square + 0.2 * missed && variance < square + missed, "{variance}, {square}, {missed}");
@@ -135,7 +135,6 @@ fn check_page(place: &Place, folder: &str) {
     {
         assert!(page.contains(word), "{word}");
     }
-    // A file of measurements that does not belong to the exchange is rejected.
     let measured = place.path().join(folder).join("measurements.json");
     std::fs::write(&measured, place.read(&format!("{folder}/measurements.json")).replacen("radial", "lateral", 1))
         .unwrap();
@@ -290,13 +289,11 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
         let observables = &summary["temperatures"][at]["observables"];
         let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
-        // It is assumed that 20 samples of 108 particles give five independent ones. Then four standard errors of the
-        // temperature are 4 sqrt(2 / 324 / 5) = 0.14. The equation of Carnahan and Starling gives Z = 3.97 at a packing
-        // fraction of 0.3.
+        // If 20 samples of 108 particles count as five independent samples, four standard errors of the temperature are
+        // 4 sqrt(2 / 324 / 5) = 0.14. Carnahan and Starling's equation gives Z = 3.97 at a packing fraction of 0.3.
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }
-    // The input of an exchange may be deleted, since the exchange keeps its results.
     let before = words(&place.carom(&["exchange", "runs/next-exchange"]));
     std::fs::remove_dir_all(place.path().join("runs/scene")).unwrap();
     let output = place.carom(&["exchange", "runs/next-exchange"]);

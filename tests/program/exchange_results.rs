@@ -1,5 +1,5 @@
-//! Results of `carom exchange`: curves between the temperatures, temperatures for a given acceptance, means
-//! of a multicanonical ensemble, and the verdict.
+//! Results of `carom exchange`: curves between the temperatures, temperatures for a given acceptance, means of a
+//! multicanonical ensemble, and the verdict.
 
 use super::exchange::{CHAIN, exchange};
 use super::place::{Place, code, errors, words};
@@ -15,7 +15,7 @@ fn an_exchange_has_curves_through_its_temperatures() {
     assert!(curves.starts_with(heads) && curves.lines().count() == 122, "{curves}");
     let rows: Vec<Vec<f64>> =
         curves.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    // The curves use the data of all temperatures. So their errors should not be much larger than the errors from one
+    // The curves use the data of all temperatures, so their errors should not greatly exceed the errors from one
     // temperature.
     for at in summary["temperatures"].as_array().unwrap() {
         let row = rows.iter().find(|row| Some(row[0]) == at["temperature"].as_f64()).unwrap();
@@ -41,8 +41,8 @@ fn temperatures_are_found_for_a_requested_acceptance() {
     assert_eq!(code(&place.carom(&exchange(&["--set", &text, "--out", "runs/even"]))), 0);
     let neighbours = place.summary("runs/even")["neighbours"].as_array().unwrap().clone();
     let all: Vec<f64> = neighbours.iter().map(|it| it["acceptance"]["mean"].as_f64().unwrap()).collect();
-    // The tolerances allow for statistical errors: each acceptance comes from 300 attempts, and the density of states
-    // from 600 rows.
+    // The tolerances allow for statistical errors: each acceptance has 300 attempts, and the density of states has 600
+    // rows.
     assert!(all.iter().all(|it| *it > 0.65 && (it - all[0]).abs() < 0.15), "{all:?}");
     let output = place.carom(&["exchange", "runs/chain-exchange", "--temperatures-for", "0.99999"]);
     assert!(code(&output) == 2 && errors(&output).contains("more than a thousand"), "{}", errors(&output));

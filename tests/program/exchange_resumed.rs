@@ -51,7 +51,7 @@ fn extended_exchange_equals_one_with_the_later_end() {
     refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
     refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange continues unchanged");
     refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
-    // This is the same end in another notation.
+    // 3e2 is the same end as 300.
     done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
     assert!(contents(&folder) == short);
     done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");

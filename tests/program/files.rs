@@ -1,10 +1,8 @@
-//! Reads the files in a folder.
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// All files in a folder and its subfolders, by their paths in the folder.
+/// The contents of all files in a folder and its subfolders, by their paths in the folder.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -29,7 +29,6 @@ fn place() -> Place {
     place
 }
 
-/// A message without its frame and line breaks.
 fn plain(text: &str) -> String {
     text.replace('│', " ").split_whitespace().collect()
 }
@@ -121,7 +120,6 @@ until_events = 500
     let last = trajectory.matches("Lattice=").count() - 1;
     let (head, rest) = scene.split_once("[[chain]]").unwrap();
     let run = &rest[rest.find("[run]").unwrap()..];
-    // The next scene repeats neither the box nor the bonds, since the file contains them.
     let head = head.replace("[space]\nsize = [7.0, 7.0, 7.0]\n", "");
     let next = format!("{head}[[file]]\npath = \"runs/a/trajectory.xyz\"\nframe = {last}\n{run}");
     fs::write(place.path().join("next.toml"), next).unwrap();

@@ -45,7 +45,7 @@ fn no_command_replaces_anything_unasked() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
-    // The page, the picture, the contacts and the conversion belonged to the replaced run, so they are gone.
+    // The page, the picture, the contacts and the conversion belonged to the replaced run.
     let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"];
     assert_eq!(names, left);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
@@ -84,12 +84,12 @@ fn run_is_unchanged_until_its_replacement_is_complete() {
     };
     killed(begun(&place, &["--force", "--seed", "8"]));
     assert!(is_as_before());
-    // A new run replaces even an unfinished replacement only with `--force`.
+    // Without `--force`, a new run does not replace an unfinished replacement.
     let output = place.carom(&["run", "scene.toml"]);
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A user's file in the way is kept: it is reported at the start, and no simulated data are lost.
+    // A user's file that is in the way is kept and reported at the start, and no simulated data are lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun(&place, &arguments[2..]));
@@ -265,7 +265,7 @@ fn run_stopped_early_and_given_a_nearer_end_has_enough_rows() {
     let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Limit::events(events))));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
     folder.complete(&finished, "").unwrap();
-    // A run planned for this end from the start has two hundred rows. This run has about a third as many.
+    // A run planned to this length has two hundred rows. The extended run has about a third as many.
     let rows =
         fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
     assert!(rows > 40, "{rows}");

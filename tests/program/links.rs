@@ -1,5 +1,5 @@
-//! Links, folders and pipes under the names of Carom's own files: nothing is written through them, and they
-//! are noticed before anything is lost.
+//! Links, folders and pipes with the names of Carom's files. Nothing is written through them, and Carom notices them
+//! before anything is lost.
 
 #![cfg(unix)]
 
@@ -66,7 +66,7 @@ fn no_run_writes_through_a_link() {
             &["run", "scene.toml", "--force", "--seed", "2"][..],
             &["run", "--resume", "runs/scene", "--until-events", "4100"],
         ] {
-            // Without its checkpoint a run cannot be resumed, so this case is left out.
+            // Without its checkpoint a run cannot be resumed.
             if name != "checkpoint" || !arguments.contains(&"--resume") {
                 refused(place, arguments, name.trim_end_matches(".partial"));
             }

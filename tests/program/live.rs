@@ -1,4 +1,4 @@
-//! `carom live`: the page that runs a scene, and what it rejects.
+//! `carom live`: the page that runs a scene, and rejected inputs.
 
 use super::place::{FLUID, Place, code, contents, errors, line, words};
 

@@ -1,4 +1,4 @@
-//! Tests of the program as its users see it.
+//! Tests the program from a user's point of view.
 
 mod commands;
 mod damaged;

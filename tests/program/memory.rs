@@ -16,8 +16,8 @@ fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
 /// The smallest address space in which the program starts, in KiB. With less, the C library itself may abort.
 fn least_room(place: &Place) -> u64 {
     let starts = |room: &u64| within(place, *room, &["--version"]).status.success();
-    // Near the smallest limit, it depends on chance whether the program starts. So all limits are tried, and the result
-    // is two steps above the largest one that failed.
+    // Near the smallest limit, chance decides whether the program starts. So all limits are tried, and the result is
+    // two steps above the largest limit that failed.
     let rooms: Vec<u64> = (0..64).map(|step| (1 << 12) + (step << 10)).collect();
     let ends = rooms.iter().rposition(|room| !starts(room)).expect("four megabytes are too few");
     *rooms.get(ends + 2).expect("an empty program starts within 64 megabytes")
@@ -39,8 +39,7 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
         room = least.max(room * 7 / 8);
     };
     assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
-    // The run has failed with the limit `room`, but succeeded with the limit before. With limits between these two,
-    // other allocations fail. None of these failures may end the program by a signal.
+    // With limits between a failure and a success, other allocations fail. No failure may end the program by a signal.
     for part in 0..64 {
         let between = room + room / 7 * part / 64;
         let output = within(&place, between, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
@@ -55,7 +54,6 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert!(rows(&place.read("runs/scene/thermo.csv")) >= rows(&before));
 }
 
-/// Peak memory of a run of a dense fluid, with its start, its outputs and a checkpoint `[bytes]`.
 fn peak(count: u32, instruments: &str) -> f64 {
     let scene = FLUID.replace("count = 108", &format!("count = {count}")).replace("= 0.3", "= 0.49");
     let place = Place::with(&format!("{scene}{instruments}"));
@@ -66,8 +64,8 @@ fn peak(count: u32, instruments: &str) -> f64 {
 
 #[test]
 fn memory_per_particle_stays_within_its_limit() {
-    // A second copy of the engine would take about 180 bytes more per particle. Memory pages of two megabytes may add
-    // up to 60 bytes per particle.
+    // A second copy of the engine would take 180 bytes more per particle. Memory pages of two megabytes may add 60
+    // bytes.
     for (instruments, most) in
         [("", 400.0), ("[output]\ncontacts = true\n", 400.0), ("[measure]\npressure_tensor = true\n", 750.0)]
     {

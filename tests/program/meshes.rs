@@ -157,7 +157,7 @@ fn bad_mesh_geometry_is_reported_with_triangles_and_help() {
 fn particles_are_counted_inside_of_a_closed_mesh() {
     let place = Place::with("");
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)));
-    // One counting region is a cubic mesh, turned by a right angle about z. The other is the same cube, given by two
+    // There are two counting regions: a cubic mesh, turned by a right angle about z, and the same cube, given by two
     // corners. Particles move in and out.
     let more = r#"
 [[fill]]
@@ -202,7 +202,6 @@ until_time = 5.0
     let output = place.carom(&["check", "runs/scene/scene.toml"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
     assert!(errors(&output).contains("checksum"), "{}", errors(&output));
-    // An open mesh has no inside in which particles could be counted.
     place.write("bin.stl", &text(&box_at([0.0; 3], 1.0)[1..]));
     let output = place.carom(&["check", "scene.toml"]);
     let told = errors(&output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ");

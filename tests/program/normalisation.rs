@@ -17,7 +17,6 @@ profile = [{ name = "z", bins = [1, 1, 5] }]
 flow = [{ name = "up", axis = "z", at = 0.1 }]
 "#;
 
-/// Multiplies the values of a series by all its divisors.
 fn undone(series: &Value) -> Vec<Option<f64>> {
     let divisors = series["normalisation"]["divisors"].as_array().unwrap();
     let values = series["values"].as_array().unwrap();
@@ -51,7 +50,6 @@ fn curves_times_their_normalisation_are_whole_counts() {
         }
     }
     let series = |name: &str| &curves.iter().find(|curve| curve["name"] == name).unwrap()["series"][0];
-    // Without their divisors, these curves are sums of counts over all samples.
     for (name, least) in
         [("radial_distribution", 1000.0), ("speeds", 1000.0), ("profile_z", 1000.0), ("free_times", 1000.0)]
     {
@@ -68,7 +66,7 @@ fn curves_times_their_normalisation_are_whole_counts() {
         assert!((all / (divisor(series(name), "samples") * particles) - 1.0).abs() < 1e-9, "{name}: {all}");
         assert_eq!(particles, 108.0);
     }
-    // The sums of squared displacements are positive as soon as particles have moved since the time origin.
+    // The sums of squared displacements are positive at all times after the time origin.
     let squares: Vec<f64> = undone(series("mean_squared_displacement")).into_iter().flatten().collect();
     assert!(squares[0] == 0.0 && squares[1..].iter().all(|square| *square > 0.0), "{squares:?}");
 }

@@ -42,7 +42,6 @@ fn resuming_a_run_with_user_instruments_is_rejected_without_changes() {
         assert!(line(&output).contains("the run began with the instrument `probe`"), "{}", line(&output));
         assert!(line(&output).contains("continue with the program that started the run"), "{}", line(&output));
         assert!(contents(&path) == before, "{stage:?}");
-        // The program that has the instrument `probe` can continue the run.
         let (mut files, checkpoint) = when_free(|| Folder::resume(&path, None));
         let run = Run::resume(checkpoint).instrument("probe", |_| Probe);
         let finished = run.execute(&mut files, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();

@@ -1,5 +1,3 @@
-//! A separate folder in which the program is run.
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -106,10 +104,8 @@ pub fn run(place: &Place, arguments: &[&str]) {
     assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
-/// Starts a program again and again, and kills it, until it finishes. Returns the number of kills.
-///
-/// After `patience` kills, each start gets twice as much time as the one before, so that the program finishes on any
-/// machine.
+/// Starts a program again and again, and kills it, until it finishes. Returns the number of kills. After `patience`
+/// kills, each start gets twice as much time as the one before, so that the program finishes on any machine.
 pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
     let (mut kills, mut wait) = (0, 20);
     loop {
@@ -154,7 +150,6 @@ pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     contents
 }
 
-/// The text of a message on one line, without the frame that it has in a terminal.
 pub fn line(output: &Output) -> String {
     errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -182,7 +177,6 @@ pub fn killed(mut child: Child) {
     child.wait().unwrap();
 }
 
-/// Resumes a stopped run from its last checkpoint, and lets it end after one more event.
 pub fn ended(place: &Place, folder: &str) -> Output {
     let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
     let output = to(1);
@@ -191,8 +185,8 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// Opens files, and tries again while they are locked. Other tests start programs from this process. Each new process
-/// inherits the locks of this process, and holds them until it executes its program.
+/// Opens files, and tries again while they are locked. Other tests start programs from this process. A new process
+/// inherits the locks and holds them until it executes its program.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

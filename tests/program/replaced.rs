@@ -1,5 +1,4 @@
-//! Runs that replace other runs: they replace all files of the old run and no other files, and only once they have
-//! finished.
+//! Runs that replace other runs. Once finished, they replace all files of the old run and no other files.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -145,7 +144,6 @@ fn conversions_of_a_run_are_replaced_with_it() {
     assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
     let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
     assert_eq!(now.keys().collect::<Vec<_>>(), [&names[..], &["trajectory.xyz"]].concat());
-    // A user's file has the name of an output.
     fs::write(folder.join("trajectory.csv"), "mine").unwrap();
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "output.formats=[\"csv\"]"]);
@@ -175,7 +173,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
     let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\", \"gsd\"]\n"));
     let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
     let target = place.path().join("run");
-    // At first the target is empty. In the second round it holds the finished run of the first round.
+    // The target is empty in the first round. In the second round it holds the finished run of the first round.
     for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
         let mut folder = when_free(|| Folder::create(&target, &scene, Existing::Replace));
         fs::create_dir(path.join("trajectory-npy")).unwrap();
@@ -208,7 +206,6 @@ fn end_that_has_passed_is_rejected_without_changes() {
         assert!(line(&output).contains("expected a later end than"), "{}", errors(&output));
         assert!(contents(&folder) == before, "{end:?}");
     }
-    // An end at the current time has not passed yet, so it is accepted.
     for end in ["2", "2.5"] {
         let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", end]);
         assert_eq!(code(&output), 0, "{}", errors(&output));

@@ -1,5 +1,3 @@
-//! Measured stages.
-
 use std::fs;
 
 use serde_json::Value;
@@ -44,7 +42,6 @@ const MEASURED: &str = "[measure]\nradial_distribution = true\nspeeds = true\nfr
 
 const TEMPERATURES: [&str; 5] = ["1.5", "1.25", "1.0", "0.75", "0.5"];
 
-/// The rows of a stage, without the columns that count from the start of a run.
 fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
     let text = place.read(&format!("{folder}/thermo.csv"));
     let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
@@ -163,7 +160,6 @@ temperature = 1.0
 
 #[test]
 fn heat_bath_changes_degrees_of_freedom_only_in_its_stage() {
-    // Two particles of unequal mass have 6 degrees of freedom with the heat bath, and 3 without it.
     let scene = r#"
 [space]
 size = [6.0, 6.0, 6.0]
@@ -212,8 +208,8 @@ thermo_interval = 10.0
     run(&place, &["scene.toml", "--out", "runs/a"]);
     let summary = place.summary("runs/a");
     let of = |value: &Value| value["observables"]["temperature"]["mean"].as_f64().unwrap();
-    // The expected temperature is 2 K' / 3. K' = 0.5 mu |v|^2 is the kinetic energy relative to the common velocity,
-    // with the reduced mass mu and the relative velocity v.
+    // The expected temperature is 2 K' / 3. K' = 0.5 mu |v|^2 is the kinetic energy without the motion of the centre of
+    // mass, with the reduced mass mu and the relative velocity v.
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;
     let measured = of(&summary["stages"][0]);
     assert!((measured - free).abs() < 1e-12 * free, "{measured} and {free}");

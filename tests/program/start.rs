@@ -1,4 +1,4 @@
-//! Runs that start from the end of another one.
+//! Runs that start from the end of another run.
 
 use std::fs;
 
@@ -69,7 +69,7 @@ const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\nc
 const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
 
 fn run_until(time: &str) -> String {
-    // With this interval, rounding puts the 47th row slightly before 0.75. So a run that ends at 0.75 writes its last
+    // With this interval, rounding puts the 47th row slightly before 0.75. A run until 0.75 then writes its last
     // checkpoint slightly before its end.
     format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\nframe_interval = 0.25\n")
 }
@@ -135,8 +135,8 @@ fn next_run_continues_from_the_last_event() {
     started(&place, "next", &plan(2000));
     run(&place, &["next.toml", "--from", "runs/1", "--out", "runs/2"]);
     assert_eq!(last_frame(&place, "runs/2"), last_frame(&place, "runs/whole"));
-    // A run with gravity needs another engine. It starts from the exact last state of the previous run, in which the
-    // pair of the last event still touches.
+    // A run with gravity needs another engine. It starts from the last state of the previous run, in which a pair still
+    // touches.
     started(&place, "fall", &format!("[dynamics]\ngravity = [0.3, 0.0, 0.0]\n{}", plan(500)));
     run(&place, &["fall.toml", "--from", "runs/1", "--out", "runs/fall"]);
     assert_eq!(code(&place.carom(&["verify", "runs/fall"])), 0);
@@ -254,8 +254,8 @@ fn new_contact_time_counts_from_the_start_of_the_run() {
         run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
         place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
     };
-    // With the long contact time, nearly every contact follows another contact of the same grain within this time. So
-    // it loses no energy.
+    // With the long contact time, a grain loses almost no energy, because nearly every contact soon follows another
+    // one.
     let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
     assert!(long < 0.2 * short, "{long} and {short}");
 }
@@ -290,7 +290,6 @@ fn a_run_that_started_from_another_is_resumed_without_it() {
     refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
     fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
     assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
-    // The run `a` continues beyond the state from which the other runs started.
     run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
     let expected = ["has changed: the checksum of its checkpoint", "without `checksum` any state is accepted"];
     refused(&place, &["verify", "runs/whole"], &expected);

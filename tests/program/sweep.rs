@@ -1,4 +1,4 @@
-//! `carom sweep`: its folders, its tables, what it continues and what it rejects.
+//! `carom sweep`: folders, tables, continued sweeps and rejected inputs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,6 @@ fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
     row[name].parse().unwrap_or_else(|_| panic!("{name} in {row:?}"))
 }
 
-/// Results of a sweep that must equal the results of an undisturbed sweep: everything except wall times.
 fn bits(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     for run in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
@@ -184,7 +183,6 @@ fn a_run_that_fails_is_named_and_the_others_go_on() {
     let states: Vec<&str> = text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect();
     assert!(states[0] == "done" && states[1].contains("failed: ") && states[2] == "done", "{states:?}");
     assert!(place.read("s/sweep.html").contains("1 of 3 runs failed"));
-    // A second call fails as well, so the failure is not forgotten.
     assert_eq!(code(&place.carom(&arguments)), 1);
 }
 
@@ -193,8 +191,8 @@ fn means_over_seeds_are_those_of_sound_runs() {
     let place = Place::with(FLUID);
     let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    // Two of the runs are not sound: the audit of one run found a fault, and the other run ended irregularly. Both have
-    // results, which must not enter the means.
+    // Two runs are not sound: in one, the audit found a fault; the other ended irregularly. Their results must not
+    // enter the means.
     let summary = place.read("s/seed-2/summary.json");
     let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
     let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
@@ -357,8 +355,8 @@ fn jammed_run_counts_as_failed_without_a_stored_reason() {
     let first = place.carom(&vary);
     assert_eq!(code(&first), 1, "{}", words(&first));
     assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
-    // This is the state after a sweep that was killed before it stored the reason for the failure. It is also the state
-    // after `carom run --resume` has finished the run.
+    // The folder looks as if the sweep had been killed before it stored the reason for the failure, or as if `carom run
+    // --resume` had finished the run.
     fs::remove_dir_all(place.path().join("s/failures")).unwrap();
     let again = place.carom(&vary);
     assert_eq!(code(&again), 1, "{}", words(&again));

@@ -1,5 +1,3 @@
-//! Inputs of the runs of a sweep: the same for all of them, or different for each.
-
 use std::fs;
 
 use super::place::{FLUID, Place, code, errors, words};

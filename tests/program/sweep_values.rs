@@ -31,7 +31,6 @@ fn sweep_over_lists_or_tables_plots_against_the_changed_entry() {
         let temperatures = column(&place.read(table), "thermostat_temperature");
         let temperatures: Vec<f64> = temperatures.iter().map(|cell| cell.parse().unwrap()).collect();
         assert_eq!(temperatures, [1.0, 2.0], "{table}");
-        // A value that is the same at all points of the sweep has no column.
         assert!(column(&place.read(table), "thermostat_rate").is_empty());
     }
     for folder in column(&place.read("s/sweep.csv"), "folder") {

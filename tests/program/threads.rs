@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use super::place::{FLUID, Place, code, errors, kill_until_done, line, run, words};
 
-/// A fluid of 500 particles, which is large enough to be simulated on several threads between two rows.
+/// A fluid that is large enough to be simulated on several threads between two rows.
 fn fluid() -> Place {
     Place::with(&FLUID.replace("count = 108", "count = 500"))
 }

@@ -39,10 +39,10 @@ fn an_exchange_between_windows_has_a_potential_of_mean_force() {
     assert!(table.len() > 18 && table.iter().all(|row| row.len() == 6), "{text}");
     assert!(table.iter().all(|row| [0, 1, 2, 4].iter().all(|&column| row[column].is_finite())), "{text}");
     assert!(table[..15].iter().all(|row| row[3] > 0.0 && row[5] > 0.0), "{text}");
-    // The chain has three bonds of up to 1.2, so its ends are at most 3.6 apart. Such distances are rare.
+    // The chain has three bonds of up to 1.2. Its ends are at most 3.6 apart, but rarely as far.
     let lowest = table.iter().map(|row| row[4]).fold(f64::INFINITY, f64::min);
     assert!(table.last().unwrap()[4] - lowest > 1.0, "{text}");
-    // These files are not written if there is only one temperature.
+    // An exchange at a single temperature does not write these files.
     for name in ["energies.csv", "curves.csv", "density_of_states.csv"] {
         assert!(!words(&output).contains(name) && !place.path().join(folder).join(name).exists(), "{name}");
     }
@@ -89,7 +89,6 @@ fn a_window_that_cannot_be_reached_is_named() {
     assert!(errors(&output).contains("give a longer equilibration_time"), "{}", errors(&output));
     let output = place.carom(&["report", "runs/chain-exchange"]);
     assert!(code(&output) == 2 && line(&output).contains("unfinished replica exchange"), "{}", errors(&output));
-    // The exchange has stored nothing, so it starts again with the corrected windows.
     place.write("scene.toml", &scene.replace("], [3.9, 4.4]]", "]]").replace("time = 15.0", "time = 150.0"));
     let output = place.carom(&exchange(&["--until-time", "30"]));
     assert_eq!(code(&output), 0, "{}", errors(&output));

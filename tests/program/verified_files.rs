@@ -145,8 +145,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Changes a file in one place: a bit, a digit, a byte more or less, a truncated end, or the whole file.
-/// Returns what was done.
+/// Changes a bit or a digit of a file, adds or removes a byte, appends a line, or truncates the file.
 fn change(file: &Path, numbers: &mut Numbers) -> String {
     let mut bytes = fs::read(file).unwrap();
     let at = numbers.below(bytes.len().max(1));
@@ -184,7 +183,6 @@ fn verify_finds_any_change_or_names_the_file_as_not_compared() {
         let original = fs::read(file).unwrap();
         let what = change(file, &mut numbers);
         match found(run) {
-            // This run is too damaged to be replayed.
             Err(_) => outcomes[0] += 1,
             Ok(comparison) if !comparison.differences.is_empty() => outcomes[1] += 1,
             Ok(comparison) => {
@@ -204,7 +202,7 @@ fn verify_finds_any_change_or_names_the_file_as_not_compared() {
 
 #[test]
 fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
-    // The run has far too many events for any machine to finish it within these few progress calls.
+    // The run has far too many events to finish within these few progress calls.
     let place = Place::with(&MIXTURE.replace("until_events = 900", "until_events = 40000"));
     let scene = || read_scene(place.path().join("scene.toml"), &[]).unwrap();
     let text = scene().record(place.path().join("scene.toml"), &[]).unwrap();
@@ -227,7 +225,7 @@ fn a_run_that_was_interrupted_anywhere_has_the_files_of_its_replay() {
 #[test]
 fn a_run_that_went_on_to_a_later_end_has_the_files_of_its_replay() {
     let place = Place::with(STAGES);
-    // The first run planned its rows, frames and samples for its own end, not for the later one.
+    // The first run plans its rows, frames and samples for its own end, not for the end of the second run.
     run(&place, &["scene.toml"]);
     run(&place, &["--resume", "runs/scene", "--until-time", "23"]);
     is_whole(&place.path().join("runs/scene"));

@@ -1,4 +1,4 @@
-//! Folders that contain links, folders in place of files, damaged files, and files that Carom did not write. Runs,
+//! Folders with links, damaged files, files that Carom did not write, and folders in place of files. Runs,
 //! replacements, resumed runs, sweeps and exchanges write into these folders. Nothing outside the folder changes, and
 //! each call finishes or is rejected with a message.
 
@@ -58,7 +58,6 @@ interval = 1.0
 rate = 1.0
 ";
 
-/// Names of Carom's files in the folders of runs, sweeps and exchanges.
 const NAMES: [&str; 34] = [
     ".carom",
     ".exchange",
@@ -184,7 +183,7 @@ impl Place {
         let path = self.out().join(name);
         let parent = path.parent().unwrap_or(&path).to_owned();
         if parent.is_symlink() {
-            // The parent folder is a link, so a temporary file in it would be outside of `out`.
+            // The parent folder is a link, so a temporary file would be outside of `out`.
             return (name, Change::Nothing);
         }
         let content = if path.is_symlink() { None } else { fs::read(&path).ok() };
@@ -244,10 +243,7 @@ enum Call {
 }
 
 /// Makes two or three calls chosen by `bytes`, with changes of the given kinds between them. Returns the number of
-/// calls that finished.
-///
-/// # Panics
-/// If a call panics, or if something outside the folder has changed.
+/// calls that finished. Panics if a call panics, or if something outside the folder has changed.
 pub fn judge(bytes: &[u8], changes: &[Change]) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = Place::new();
@@ -332,7 +328,6 @@ fn finish(out: &Path, mut folder: Folder, run: Run, mut looks: u32) -> Result<()
     report::write(&page, &out.join("report.html"), Existing::Replace).map_err(words)
 }
 
-/// Counts down `looks` at each progress call, and interrupts the run at zero.
 fn next(looks: &mut u32) -> ControlFlow<()> {
     *looks = looks.saturating_sub(1);
     if *looks == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -1,5 +1,5 @@
-//! All instruments in scenes with little or nothing to measure: no particles or one, all static or at rest,
-//! flat axes, open boxes, overlaps at the start, runs that end at once.
+//! All instruments in scenes with little or nothing to measure: no particles or one, all static or at rest, flat axes,
+//! open boxes, overlaps at the start, runs that end at once.
 
 use std::fmt::Write;
 use std::ops::ControlFlow;
@@ -12,8 +12,7 @@ use carom::view::{description, final_table, report};
 
 use super::choices::{Choices, temporary};
 
-/// A run is abandoned after this number of progress calls, because its events are too rare. The calls are a few
-/// hundredths of a second apart.
+/// A run with too rare events is abandoned after this number of progress calls, a few hundredths of a second apart.
 const PATIENCE: u32 = 5;
 
 pub fn scene(bytes: &[u8]) -> String {
@@ -116,7 +115,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     let has_bins = ["radial_distribution", "free_paths", "speeds", "chains", "bond_order"];
     *text += "[measure]\n";
     for name in names {
-        // Carom rejects instruments that are impossible in a scene. Only a few of them are generated, on purpose.
+        // Carom rejects instruments that are impossible in a scene. Few such instruments are generated.
         let is_possible = match name {
             "pressure_tensor" => !text.contains("= \"open\""),
             "structure_factor" => text.contains("= \"periodic\""),
@@ -160,10 +159,7 @@ pub enum End {
 }
 
 /// Builds a scene from `bytes`, describes it, and runs it. With `is_kept`, the run writes all its results and the page
-/// to a folder.
-///
-/// # Panics
-/// If any of this panics, or if a printed number is NaN.
+/// to a folder. Panics if a step panics, or if a printed number is NaN.
 pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let text = scene(bytes);
     let made = match Scene::from_toml(&text, "degenerate.toml") {
@@ -173,8 +169,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
     let _ = (description::text(&made), description::warnings(&made), burdens(&made));
     let estimate = SizeEstimate::of(&made, foreseen_rate(&made).ok()).bytes;
     assert!(estimate >= 0.0, "an estimate of {estimate} bytes");
-    // Scenes with very large outputs are left out. They may take minutes because of the requested samples, which is not
-    // a fault.
+    // Scenes with very large outputs are left out, because they may take minutes.
     if estimate > 1e7 {
         return End::Refused("large".to_owned());
     }
@@ -192,7 +187,7 @@ pub fn judge(bytes: &[u8], is_kept: bool) -> End {
         let finished = run.execute(&mut folder, &mut watch).expect("a run that is kept");
         folder.complete(&finished, &final_table::text(&finished)).expect("results");
         let page = report::page(&target).unwrap_or_else(|error| panic!("{error}"));
-        // Scripts may contain the word NaN; data and texts may not.
+        // Scripts may contain the word NaN. Data and texts may not contain it.
         let scripts = page.html.split("<script>").enumerate();
         let mut besides = scripts
             .map(|(k, part)| if k == 0 { part } else { part.split_once("</script>").map_or("", |(_, rest)| rest) });

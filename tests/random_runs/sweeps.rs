@@ -57,7 +57,7 @@ const VALUES: [&str; 24] = [
 /// Unusual notations of numbers.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
-/// A scene of two balls. Their mass distinguishes a replaced scene from the first scene.
+/// A scene of two balls. The mass of the balls tells a replaced scene from the first scene.
 fn scene(mass: u8) -> String {
     format!(
         "name = \"balls\"\n[space]\nsize = [4.0, 4.0, 4.0]\n[[species]]\nname = \"ball\"\nmass = {mass}.0\ndiameter = 1.0\n\
@@ -83,11 +83,8 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. The text of every accepted axis must be
-/// parsed to the same axis again. Every point must have its own scene, and its own folder in the folder of the sweep.
-///
-/// # Panics
-/// If a requirement is not met.
+/// Plans a sweep with axes chosen by `bytes`, and returns its number of points. Panics if the text of an accepted axis
+/// is parsed to another axis, or if a point lacks its own scene or its own folder in the folder of the sweep.
 pub fn plan(bytes: &[u8]) -> Option<usize> {
     let axes: Vec<Axis> = axes(&mut Choices::new(bytes)).iter().filter_map(|text| text.parse().ok()).collect();
     for axis in &axes {
@@ -111,11 +108,8 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
 }
 
 /// Makes two to four sweep calls in one folder, with different axes and scenes. The calls run in sequence or, with
-/// `has_races`, at the same time. Files are removed or damaged in between. A point that is reported as done must then
-/// hold its own run.
-///
-/// # Panics
-/// If such a point holds another run.
+/// `has_races`, at the same time. Files are removed or damaged in between. Panics if a point that is reported as done
+/// holds the run of another point.
 pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
@@ -145,7 +139,7 @@ pub fn calls(bytes: &[u8], has_races: bool) -> usize {
             .map(|(sweep, _)| sweep)
             .collect();
         over += done.len();
-        // The runs in the folder must agree with the sweep file that the last call left there.
+        // The runs in the folder must agree with the sweep file that the last call left.
         if let Ok(kept) = Sweep::from_file(SweepFolder::file_in(&folder)) {
             check(&kept, &folder);
         }

@@ -19,7 +19,6 @@ const SPECIES: &str = "
     ]
     ";
 
-/// Every instrument with its defaults.
 const MEASURE: &str = "
     [measure]
     diffusion = true
@@ -60,7 +59,7 @@ const LIMITS: [&str; 5] = [
     "run = { until_time = 3.0, until_events = 1000 }",
 ];
 
-/// The scene without the instruments that are rejected as meaningless in it.
+/// Builds the scene without the instruments that are rejected as meaningless in it.
 fn without_refused(text: &str) -> Option<Scene> {
     let mut lines: Vec<&str> = text.lines().collect();
     loop {

@@ -12,7 +12,7 @@ struct Species {
 struct Shape {
     dimensions: usize,
     size: [f64; 3],
-    /// Units of length, time and velocity.
+    /// Units of length and speed.
     length: f64,
     speed: f64,
     is_usual: bool,
@@ -87,10 +87,10 @@ fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
     }
 }
 
-/// Some surfaces are around the box, where particles reach them through open sides; others are small and inside.
+/// Surfaces around the box, which particles reach through open sides, or small surfaces inside.
 fn surfaces(text: &mut String, dice: &mut Dice, shape: &Shape) {
-    // In an invalid start a particle may be inside several surfaces at once. The order of these contacts is not
-    // defined, so such scenes have no surfaces.
+    // In an invalid start a particle may be inside several surfaces at once, and the order of these contacts is
+    // undefined. So such scenes have no surfaces.
     if shape.dimensions == 1 || shape.is_invalid || !dice.chance(0.4) {
         return;
     }
@@ -188,10 +188,8 @@ fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species
     all
 }
 
-/// Returns whether the scene has an interaction for bonds.
 fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
-    // Typical energies correspond to a particle of mass 1 at the typical speed of the scene. A few scenes have far larger
-    // energies.
+    // Typical energies correspond to a particle of mass 1 at the typical speed. A few scenes have far larger energies.
     let energy =
         shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
     for a in 0..species.len() {

@@ -1,7 +1,5 @@
-//! Random scenes: each is rejected with a message or runs, and the verifier proves its run.
-//!
-//! `CAROM_FUZZ_SCENES` is the number of scenes (200 by default), `CAROM_FUZZ_SEED` the first of their seeds
-//! (1):
+//! Random scenes: each is rejected with a message or runs, and the verifier proves its run. `CAROM_FUZZ_SCENES` is the
+//! number of scenes (200 by default), and `CAROM_FUZZ_SEED` is the first seed (1 by default):
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=50000 cargo test --release --test random_scenes -- --nocapture
@@ -22,8 +20,8 @@ use carom::model::Scene;
 
 /// Number of events that the verifier checks per scene.
 const EVENTS: u64 = 150;
-/// A scene is abandoned when the engine or the verifier has made this number of progress calls without a new event. In
-/// such scenes, fast particles travel around the box endlessly.
+/// A scene is abandoned after this number of progress calls without a new event. In such scenes, fast particles travel
+/// around the box endlessly.
 const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {
@@ -43,7 +41,7 @@ struct Count {
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
-        // Rounding leaves no significant digits. The verifier reports this instead of a verdict.
+        // Rounding leaves no significant digits, so the verifier gives no verdict.
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             count.without_digits += 1
         }
@@ -107,7 +105,7 @@ fn every_random_scene_that_runs_is_proven() {
 }
 
 /// Scenes whose runs were once wrongly rejected. In one, a particle flies beyond the side of a long box, over many
-/// epochs. In the other, a captured pair is so slow that its squared speed underflows.
+/// epochs. In the other, the squared speed of a captured pair underflows.
 #[test]
 fn scenes_that_once_failed_are_proven() {
     let mut count = Count::default();

@@ -1,6 +1,5 @@
-//! Changes that leave the physics unchanged: splitting a run, distant spheres, a mirror, a shift, units of
-//! powers of two, the numbering of the particles. Each is applied to random scenes, and the events are
-//! compared.
+//! Changes that leave the physics of random scenes unchanged: splitting a run, distant spheres, a mirror, a shift,
+//! units of powers of two, the numbering of the particles. The events before and after are compared.
 
 use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
@@ -12,11 +11,10 @@ use crate::dice::Dice;
 use crate::generator;
 
 const SCENES: usize = 60;
-/// Number of compared events when rounding may differ. A difference grows by a factor of about ten with each event of a
-/// particle.
+/// Number of compared events when rounding may differ. A difference grows tenfold with each event of a particle.
 const FEW: u64 = 20;
-/// Tolerance. A difference of 1e-15 can grow to this value within the compared events. It is far less than the time
-/// between two events.
+/// Tolerance. A difference of 1e-15 can grow to this value within the compared events. Times between events are
+/// far longer.
 const TOLERANCE: f64 = 1e-7;
 
 fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
@@ -36,7 +34,6 @@ fn events(scene: &Scene, most: u64) -> Vec<Event> {
     events
 }
 
-/// The particles of an event by their new numbers, the lower number first.
 fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>) {
     match event.partner() {
         Some(partner) => {
@@ -47,7 +44,7 @@ fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>)
     }
 }
 
-/// Stops at two events that are so close that round-off decides their order.
+/// Counts equal events, up to two events so close that round-off decides their order.
 fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
     let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
     for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
@@ -105,7 +102,6 @@ fn a_shifted_scene_has_the_same_events() {
         for Particle { position, .. } in &mut scene.particles {
             *position += by;
         }
-        // Along flat axes, the particles must lie exactly in the plane.
         for k in (0..3).filter(|&k| scene.space.boundary[k] == Boundary::Flat) {
             let plane = scene.space.lower[k];
             scene.particles.iter_mut().for_each(|particle| particle.position[k] = plane);
@@ -119,7 +115,6 @@ fn a_shifted_scene_has_the_same_events() {
 fn a_renumbered_scene_has_the_same_events() {
     let renumber = |scene: &mut SceneParts, dice: &mut Dice| {
         let count = scene.particles.len();
-        // `old[new]` is the old number of a particle, and `new[old]` its new number.
         let mut old: Vec<u32> = (0..).take(count).collect();
         for k in (1..count).rev() {
             old.swap(k, dice.below(k + 1));
@@ -154,7 +149,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall(_));
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // The added sphere is just beyond a wall, or so far away that no particle reaches it within a few events.
+        // The added sphere is just beyond a wall, or too far away to be reached within a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -166,7 +161,6 @@ fn spheres_far_away_change_no_event() {
     assert!(all > 4 * changed_scenes && changed_scenes > 10, "{all} events of {changed_scenes} scenes compared");
 }
 
-/// Lengths, times and masses are multiplied by powers of two, which causes no rounding.
 fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     let (speed, energy) = (length / time, mass * length * length / (time * time));
     let mut scaled = scene.clone().into_parts();
@@ -218,7 +212,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {
             break;
         }
-        // Observers read the state between two calls of `advance_with`. This must not change the events.
+        // Observers read the state between two calls of `advance_with`, which must not change the events.
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     events
@@ -230,7 +224,7 @@ fn splitting_a_run_by_time_or_by_events_changes_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The reported time of an event is rounded. The time limit is therefore the next larger floating-point number.
+        // The reported time of an event is rounded, so the time limit is the next larger floating-point number.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

@@ -1,9 +1,8 @@
-//! Random scenes on any number of threads: the events, the state and the counts of a single thread, bit for
-//! bit.
+//! Random scenes on any number of threads have the events, the state and the counts of a single thread, bit for bit.
 //!
-//! A run is split at random: at a time, at a number of events, or where an observer breaks. In between it may
-//! change its number of threads, be written and read like a checkpoint, and enter or leave a heat bath. Some
-//! systems start cold, and some rest for a long time before a bath warms them.
+//! A run is split at random: at a time, at a number of events, or where an observer stops. Between two pieces it may
+//! change its number of threads, be written and read like a checkpoint, and enter or leave a heat bath. Some systems
+//! start cold, and some rest for a long time before a bath warms them.
 //!
 //! ```text
 //! CAROM_FUZZ_SCENES=5000 cargo test --release --test random_scenes threads -- --nocapture
@@ -48,7 +47,7 @@ enum Stretch {
     Shown(usize),
 }
 
-/// Advances a simulation by a stretch. Returns the events and how the stretch ended, or `None` if it takes too long.
+/// Advances a simulation by a stretch. Returns the events and the reason for the end, or `None` if it takes too long.
 fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>, Result<Reason, String>)> {
     let mut events = Vec::new();
     let (until, most) = match stretch {
@@ -70,8 +69,7 @@ fn advance(simulation: &mut Simulation, stretch: Stretch) -> Option<(Vec<Event>,
     None
 }
 
-/// Chooses the next stretch of a run. A system at rest may have no events, so its stretch ends at a given time,
-/// possibly after many epochs.
+/// Chooses the next piece of a run. For a system at rest, which may have no events, the piece ends at a given time.
 fn stretch(simulation: &Simulation, dice: &mut Dice) -> Stretch {
     if simulation.snapshot().velocities.iter().all(|velocity| *velocity == Vector::zeros()) {
         return Stretch::Time(simulation.time() + dice.power(-2.0, 4.0));
@@ -208,8 +206,8 @@ fn surface(text: &mut String, dice: &mut Dice) {
     }
 }
 
-/// A scene of hundreds or thousands of particles: mixtures of wells, steps and cores, chains, walls, gravity,
-/// restitution, contact times, heat baths, cold starts and surfaces.
+/// A large scene with mixtures of wells, steps and cores, chains, walls, gravity, restitution, contact times, heat
+/// baths, cold starts and surfaces.
 fn large(seed: u64) -> String {
     let mut dice = Dice::new(seed ^ 0x5eed);
     let dice = &mut dice;
@@ -243,7 +241,6 @@ fn large(seed: u64) -> String {
             "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = {potential}\nrestitution = {restitution}\n"
         );
     }
-    // Start temperatures of the chains and of the two species.
     let [links, first, second] = match dice.below(5) {
         0 => [0.0; 3],
         1 => [0.0, 0.0, 1.1],
@@ -276,7 +273,6 @@ fn large(seed: u64) -> String {
 
 #[test]
 fn random_scenes_have_the_same_bits_on_any_number_of_threads() {
-    // These scenes include seeds 40 and 42, which once failed.
     let scenes = setting("CAROM_FUZZ_SCENES", 44);
     let text = |seed: u64| if seed.is_multiple_of(2) { generator::scene(seed) } else { large(seed) };
     let mut count = Count::default();

@@ -92,7 +92,7 @@ def comes_back(program, folder, writer):
     same("periodic axes", start.periodic, frame.periodic)
     same("velocities", start.velocities, frame.velocities, 1e-7)
     same("lower corner", start.lower, frame.lower)
-    # Rounding may move a position beyond a side, and the reader then wraps it. So positions are compared up to whole
+    # Rounding may move a position beyond a side, and the reader wraps it back. So positions are compared up to whole
     # periods.
     moved = start.positions - frame.positions
     moved -= frame.edges * np.round(moved / frame.edges)

@@ -120,8 +120,8 @@ def ase_xyz(path, frames):
 
 
 def ase_lammps(path, frames):
-    # The dump has Lennard-Jones units. ASE interprets them as eV and Angstrom unless told otherwise: only
-    # velocities change.
+    # The dump has Lennard-Jones units. By default ASE interprets them as eV and Angstrom, which changes only the
+    # velocities.
     speed = ase_unit(1.0, "velocity", "metal", "ASE")
     for index, (atoms, frame) in enumerate(
         zip(ase.io.read(path, ":", format="lammps-dump-text"), frames, strict=True)
@@ -170,8 +170,8 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
-    # MDAnalysis takes the tilt factors of a box for cosines of angles, so only the edges can be compared. It cannot
-    # store images, velocities and the time.
+    # MDAnalysis takes the tilt factors of a box for cosines of angles, so only the edges are compared. It stores no
+    # images, velocities or time.
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
@@ -258,7 +258,6 @@ def pandas_csv(path, frames):
 
 def pandas_thermo(path, frames):
     whole = pandas.read_csv(path.parent / "thermo.csv", float_precision="round_trip")
-    # The trajectory contains only the measurement, so only the rows of the measurement are compared.
     table = whole[whole["stage"] == "measurement"]
     same("first and last time", table["time"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
     if table["kinetic"].isna().any() or not table["events"].is_monotonic_increasing:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-# Two species with names that ASE knows, in a periodic box away from the origin, with the bond order of each
-# particle.
+# Two species with names that ASE recognises, in a periodic box away from the origin. The bond order of each particle is
+# measured.
 MIXTURE = """
 seed = 3
 [space]

@@ -1,4 +1,4 @@
-//! Stopped and resumed runs give the same bits as uninterrupted runs, however they were stopped.
+//! Runs that were stopped in any way and resumed give the same bits as uninterrupted runs.
 
 #[path = "../program/files.rs"]
 mod files;
@@ -15,10 +15,9 @@ use rand_core::{Rng, SeedableRng};
 use files::files;
 use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
-/// Number of times that each scene is stopped and continued.
 const STOPS: usize = 8;
 
-/// Number of tries for each stop. Even a busy machine needs far fewer.
+/// Largest number of tries for each stop, far more than a busy machine needs.
 const TRIES: usize = 200;
 
 #[test]
@@ -31,8 +30,7 @@ fn seventy_two_random_stops_change_no_bit() {
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
         // Upper limit of the random time before a stop, in milliseconds. It decreases when a run ends before its stop,
-        // and increases when there is no checkpoint yet. It affects the number of tries, but not whether the test
-        // passes.
+        // and increases when there is no checkpoint yet. It affects only the number of tries.
         let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 4;
         let (mut runs, mut stops) = (0, 0);
         let fresh = |runs: usize| {
@@ -122,7 +120,7 @@ fn damaged_checkpoints_are_rejected_and_the_run_is_kept() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
-    // A run without its last checkpoint continues from the previous one, so both are removed.
+    // Both checkpoints are removed, because a run without its last checkpoint continues from the previous one.
     let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");
@@ -186,11 +184,10 @@ fn checkpoint_resumes_only_with_the_files_of_its_run() {
         flip(name, at);
         refused(&format!("{name} are not those of the checkpoint"));
     }
-    // After the header.
     flip("events/time.npy", 128);
     refused("time.npy are not those of the checkpoint");
-    // Damage in these two places does no harm: the header is rewritten at the end, and everything after the checkpoint
-    // is cut off.
+    // Damage in these two places does no harm. The header is rewritten at the end, and data after the checkpoint are
+    // cut off.
     flip("events/time.npy", 100);
     let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);
@@ -203,13 +200,12 @@ fn checkpoint_resumes_only_with_the_files_of_its_run() {
 #[test]
 fn run_stopped_by_a_full_disk_can_be_resumed() {
     let directory = tempfile::tempdir().unwrap();
-    // The run of the second scene writes its frames in a separate thread.
     for (scene, longest) in [("pendulum", "contacts.csv"), ("hard_sphere_fluid", "trajectory.xyz")] {
         let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(format!("{scene}_{name}")));
         let arguments = |folder: &Path| {
             let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
             let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
-            // With a checkpoint every millisecond, the first one comes long before the output reaches the size limit.
+            // With a checkpoint every millisecond, the first one comes long before the size limit.
             command.arg(folder).args(["--checkpoint-every", "0.001"]);
             command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
             command.args(["--set", "run.equilibration_events=1000"]);

@@ -1,13 +1,10 @@
-//! Runs of the program: started, stopped, resumed and compared.
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 use super::files::files;
 
-/// Scenes for every kind of engine, with their external influences, and a number of events that takes a few
-/// tenths of a second.
+/// Scenes for every kind of engine and external influence, with numbers of events that take a few tenths of a second.
 pub const SCENES: [(&str, &str); 9] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
@@ -97,8 +94,7 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
-/// Chains in a solvent under pressure: a stage adjusts the amplitude, and the measurement is at another
-/// pressure.
+/// Chains in a solvent under pressure. A stage adjusts the amplitude, and the measurement is at another pressure.
 pub const ISOBARIC: &str = r#"
 [[species]]
 name = "A"
@@ -171,7 +167,7 @@ pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
     let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
     let equilibration = match () {
         () if scene.contains("hard_sphere") => "100000",
-        // This limit is high enough for the equilibration to end by its own criterion.
+        // The limit is high enough for the equilibration to end by its own criterion.
         () if scene.ends_with("grown.toml") => "150000",
         () => "1000",
     };
@@ -187,7 +183,7 @@ pub fn resume(folder: &Path) -> Command {
     command
 }
 
-/// Stops a run by SIGKILL, SIGTERM or SIGINT, for a `way` of 0, 1 or 2. Returns whether the run was still running.
+/// Stops a run by SIGKILL, SIGTERM or SIGINT (`way` 0, 1 or 2). Returns whether the run was still running.
 pub fn stop(child: &mut Child, way: u32) -> bool {
     if child.try_wait().unwrap().is_some() {
         return false;
@@ -234,7 +230,6 @@ pub fn assert_same(one: &Path, other: &Path, what: &str) {
     }
 }
 
-/// The text of a message on one line, without the frame that it has in a terminal.
 pub fn unwrapped(message: &[u8]) -> String {
     let message = String::from_utf8_lossy(message).replace('│', " ");
     message.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -244,8 +239,8 @@ pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Makes a finished run look as if it had been killed after its last checkpoint: its files have temporary names and
-/// incomplete data at the end, and there is no summary.
+/// Makes a finished run look like a run killed after its last checkpoint: its files have temporary names and incomplete
+/// data at the end, and there is no summary.
 pub fn unfinish(folder: &Path) {
     fs::remove_file(folder.join("summary.json")).unwrap();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {

@@ -26,7 +26,7 @@ fn program(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// [`EVERY_KEY`] with its coordinate file in the same folder.
+/// [`EVERY_KEY`] in a folder with its coordinate file.
 struct Base(tempfile::TempDir);
 
 impl Base {
@@ -140,8 +140,7 @@ fn schema_accepts_scenes_of_configs_and_of_carom_new() {
     }
 }
 
-/// Scenes in `tests/bad_scenes` that the schema must reject, because their error does not depend on other parts of the
-/// scene.
+/// Scenes in `tests/bad_scenes` that the schema must reject, whatever the rest of the scene contains.
 const REFUSED: [&str; 41] = [
     "barostat_with_negative_pressure",
     "bond_id_too_large",
@@ -205,7 +204,7 @@ fn reader_and_schema_have_the_same_keys() {
     for (header, table) in tables {
         let text = format!("{header}no_such_key = 1\n");
         let error = Scene::from_toml(text.as_str(), "scene.toml").unwrap_err();
-        // Required keys are missing as well, so the unknown key may not be the first error.
+        // Required keys are missing as well, and may be the first error.
         let known = std::iter::once(&error).chain(error.others()).find_map(|error| match error.kind() {
             SceneErrorKind::UnknownKey { known, .. } => Some(known),
             _ => None,
@@ -339,8 +338,8 @@ fn schema_limits_are_those_of_the_reader() {
                 E::Value { .. } | E::Syntax { .. } | E::Potential(_) | E::PackingFraction { .. }
             );
             assert!(is_about_it, "{path} = {}: {error}", limit + outside);
-            // Limits of packing fractions are left out: equal spheres cannot reach the limit, although some mixtures
-            // may.
+            // Limits of packing fractions are left out, because equal spheres cannot reach the limit that mixtures may
+            // reach.
             if outside != 0.0 && !path.ends_with("packing_fraction") {
                 let accepted = base.with(path, &text(limit));
                 assert!(accepted.is_ok(), "{path} = {limit}: {}", accepted.unwrap_err());
@@ -356,8 +355,8 @@ fn schema_rejects_numbers_outside_the_ranges_of_the_reader() {
     let base = Base::new();
     let mut count = 0;
     walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
-        // The limits of these keys depend on other keys. The height of a shoulder must be positive, but the height of a
-        // penetrable core may also be negative. The ends of a slider are compared with each other.
+        // The limits of these keys depend on other keys. The height of a shoulder must be positive, unlike the height
+        // of a penetrable core. The ends of a slider are compared with each other.
         let is_relative = path.ends_with(".height") || path.starts_with("live.slider");
         if value.is_none_or(|value| !value.is_number()) || is_relative {
             return;

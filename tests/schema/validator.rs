@@ -1,5 +1,4 @@
-//! A small JSON Schema validator. It supports the keywords used by the schema of scene files, and panics for
-//! any other.
+//! A small JSON Schema validator for the keywords in the schema of scene files. It panics for other keywords.
 
 use serde_json::Value;
 
@@ -111,7 +110,7 @@ fn is_of(name: &str, value: &Value) -> bool {
 
 /// Whether a text matches one of the patterns of the schema: character classes, each with a repetition count.
 fn fits(pattern: &str, text: &str) -> bool {
-    // All characters beyond ASCII count as letters.
+    // Characters beyond ASCII count as letters.
     let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();
     let marks = |c: char| letters(c) || "_.+()-".contains(c);
     let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);

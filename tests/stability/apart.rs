@@ -11,8 +11,8 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// Returns the first time before `until` at which two free particles come within `range` of each other. All periodic
-/// images that may pass are tried.
+/// Returns the first time before `until` at which two free particles, in any periodic images, come within `range` of
+/// each other.
 fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]
@@ -95,7 +95,7 @@ fn pair_meets_in_the_first_image_within_range() {
                 let vector = Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * scale;
                 if size.z == 0.0 { Vector::new(vector.x, vector.y, 0.0) } else { vector }
             };
-            // The particles start far apart in the middle of the box, and are fast enough to travel around it.
+            // The particles start far apart and travel around the box.
             let (velocity, half) = (random_vector(4.0), random_vector(0.2));
             let direction = Vector::new(0.8, 0.55, 0.0);
             let middle = space.lower + 0.5 * size;
@@ -121,9 +121,8 @@ fn pair_meets_in_the_first_image_within_range() {
 
 #[test]
 fn pair_meets_across_cell_rows_after_many_image_passages() {
-    // The two particles do not move along y, the gradient of the shear. Both are in the second row of cells from the
-    // sliding sides. One drifts slowly along z within its cell, and comes into range when an image passes for the sixth
-    // time.
+    // Neither particle moves along y, the gradient of the shear. Both are in the second row of cells from the sliding
+    // sides. One drifts slowly along z within its cell, and comes into range at the sixth passage of an image.
     let (size, range) = (Vector::repeat(10.0), 4.6);
     let states =
         [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
@@ -156,8 +155,7 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
         // `inner` is NaN if the particles do not reach the inner end of the bond.
         let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
         let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
-        // The other particle, wrapped into the box. If it was above or below the box, the shear changes its velocity
-        // along x.
+        // The other particle, wrapped into the box. Wrapping along y changes its velocity along x because of the shear.
         let mut other = (place - apart, velocities[1]);
         for axis in 0..3 {
             let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
@@ -178,8 +176,8 @@ fn bond_longer_than_a_cell_ends_correctly_across_sliding_sides() {
 
 #[test]
 fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
-    // With few other particles, the engine uses neighbour lists. The list of the first particle does not reach the
-    // side, and its partner is 8 away across the side.
+    // With few other particles, the engine uses neighbour lists. The list of the first particle does not reach its
+    // partner, which is 8 away across the side.
     let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
     for others in [0, 30, 200] {
         let mut builder = SceneBuilder::new("overstretched")

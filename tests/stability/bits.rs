@@ -1,5 +1,4 @@
-//! A run is a function of its scene. Its bits do not depend on observers, on the names of the particles, or on the
-//! start time.
+//! The bits of a run depend only on its scene, not on observers, names of particles or the start time.
 
 use crate::fingerprints::fingerprint;
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
@@ -128,8 +127,7 @@ fn observers_change_no_bit() {
     }
 }
 
-/// Few particles in a heat bath, in a sheared box, or in both. With so few particles, the event queue is often empty
-/// before the end of its current epoch.
+/// Few particles in a heat bath, a sheared box, or both. The event queue is often empty before the end of an epoch.
 fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let mut builder = SceneBuilder::new("driven")
@@ -174,8 +172,8 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
     let fluid = fluid(256, Amount::NumberDensity(0.6));
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
-    // With gravity, the fluid is between a floor and a ceiling. Both are at least half a diameter away from the spheres
-    // of the lattice.
+    // With gravity, a floor and a ceiling enclose the fluid, at least half a diameter away from the spheres of the
+    // lattice.
     let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;

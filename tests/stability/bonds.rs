@@ -1,4 +1,4 @@
-//! Bonds with a narrow range of lengths. They alternate between the shortest and the longest length.
+//! Bonds with a narrow range of lengths, which alternate between the shortest and the longest length.
 
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
@@ -10,7 +10,6 @@ use carom::model::space::{Boundary, Space};
 use carom::physics::response::Outcome;
 use carom::scene::SceneBuilder;
 
-/// Two beads of diameter 1 on a bond of length 1 to `1 + range`.
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {
     let distance = if is_at_end { 1.0 + range } else { 1.0 };
     SceneBuilder::new("bond")
@@ -45,8 +44,7 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 assert!(kinds.windows(2).all(|two| two[0] != two[1] && [core, bounce].contains(&two[1])));
                 watched.assert_sound(1.0);
                 // Between two events the bond length changes by `range`, at a relative speed of 2. The tolerance allows
-                // for a first event at the start, and for the rounding of coordinates and distances below 2 in each
-                // event.
+                // for a first event at the start, and for rounding of coordinates and distances below 2 in each event.
                 let expected = 10_000.0 * range / 2.0;
                 let inexact = 10_000.0 * 8.0 * f64::EPSILON + range;
                 assert!((watched.simulation.time() - expected).abs() <= inexact, "{}", watched.simulation.time());
@@ -71,7 +69,7 @@ fn a_tight_pair_spins_for_a_million_events() {
         watched.assert_sound(1.0);
         let drift = (angular(&watched) - before).norm() / before.norm();
         println!("range {range:e}: angular momentum drifted by {drift:.1e}");
-        // Positions below 16 and velocities below 1 are rounded about ten times per event, as often up as down.
+        // Each event rounds positions below 16 and velocities below 1 about ten times, as often up as down.
         assert!(drift < 4.0 * 10.0 * 16.0 * f64::EPSILON * 1000.0, "{drift:e}");
         let now = watched.simulation.snapshot();
         let distance = (now.positions[1] - now.positions[0]).norm();
@@ -146,8 +144,7 @@ fn bead_on_a_taut_bond_arrests_unless_it_has_room_to_bounce() {
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);
         reason
     };
-    // A bead at rest on a fully stretched bond has no energy for a bounce, and none is added. The run reports an arrest
-    // at once.
+    // A bead at rest on a fully stretched bond has no energy for a bounce. The run reports an arrest at once.
     for contact_time in [None, Some(1e-3)] {
         let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));

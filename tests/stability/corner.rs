@@ -6,11 +6,11 @@ use carom::Vector;
 use carom::engine::{Arrest, Reason, Simulation, Until};
 use carom::scene::SceneBuilder;
 
-/// `sqrt(3) / 2`: the height of a triangle with edge 1.
+/// The height of an equilateral triangle with edge 1, `sqrt(3) / 2`.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;
 
-/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at
-/// a height of `sqrt(2 / 3) = 0.816`, and escapes over two of the spheres at `sqrt(3) / 2 = 0.866`.
+/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at a height
+/// of `sqrt(2 / 3) = 0.816`, and escapes over two of the spheres at `sqrt(3) / 2 = 0.866`.
 fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocity: Vector) -> SceneBuilder {
     let mut builder = SceneBuilder::new("corner")
         .space(open_box(8.0))
@@ -68,8 +68,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
             worst = worst.max((ball(&watched) - bottom()).norm());
-            // The energy never grows, except by the rounding errors of these events, which are as often positive as
-            // negative.
+            // The energy never grows, except by rounding errors with random signs.
             let now = above_bottom(&watched);
             assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
             last = now;
@@ -79,11 +78,10 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             watched.simulation.time()
         );
         watched.assert_sound(1.0);
-        // Once the ball rests in the corner, its flights are shorter than the contact time t_c; after a longer flight,
-        // the next contact would dissipate energy. A free fall that lasts t_c / 2 bounds its speed, and its height is
-        // below g t_c^2 / 8. On slopes like these, the ball then moves sideways by at most t_c^2. A ball of restitution
-        // 0 is exempt: it first bounces elastically along the groove between two of the spheres, and takes longer to
-        // lose this energy.
+        // In the corner, flights are shorter than the contact time t_c; after a longer flight, the next contact would
+        // dissipate energy. A fall that lasts t_c / 2 bounds the speed, and the height is below g t_c^2 / 8. On these
+        // slopes the ball then moves sideways by at most t_c^2. A ball of restitution 0 is exempt, because it bounces
+        // elastically along the groove between two spheres and loses energy more slowly.
         assert!(last < contact_time * contact_time, "{last:e}");
         assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
     }
@@ -97,12 +95,11 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         let events = simulation.event_counts().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
-        // The arrested pair is the ball and one of the spheres: the sphere on which the ball comes to rest first, or
-        // any of the three at the bottom.
+        // The arrested pair is the ball and one of the spheres.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
-        // The arrest is reported after little more than 1,000 events in which time hardly advances. Before them, the
-        // ball has about as many other contacts, and each of these leaves only a fraction of its speed.
+        // The arrest is reported after about 1,000 events in which time hardly advances. Before them, the ball has
+        // about as many contacts, each of which leaves only a fraction of its speed.
         assert!(events < 20_000, "{events} events");
         assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }
@@ -116,7 +113,6 @@ fn a_ball_dropped_exactly_into_the_middle_meets_all_three_at_once() {
         let mut watched = Watched::new(scene);
         let mut times = Vec::new();
         watched.simulation.advance_with(Until::events(12), |event| times.push(event.time)).unwrap();
-        // A fall from a height of 1/2 takes a time of 1.
         assert!(times[..3].iter().all(|time| (time - 1.0).abs() < 16.0 * f64::EPSILON), "{times:?}");
         assert_eq!(watched.simulation.advance(Until::time(30.0)), Ok(Reason::Time));
         watched.assert_sound(1.0);

@@ -1,4 +1,4 @@
-//! Newton's cradle: spheres in contact on a line, and other spheres that strike them.
+//! Newton's cradle: moving spheres strike a line of spheres in contact.
 
 use crate::listed::{State, along, hard_sphere, line, listed, open_box};
 use crate::watched::Watched;
@@ -8,9 +8,9 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
 
-/// A row of five spheres. The first `strikers` of them are in contact with each other. They come from the left at a
-/// speed of 1 and arrive at time 1. The other spheres are at rest. The leftmost sphere at rest is at `first`, and
-/// `next` returns the position of each further one from the position of the one before.
+/// A row of five spheres. The first `strikers` of them are in contact, come from the left at a speed of 1 and arrive at
+/// time 1. The others are at rest: the leftmost at `first`, and each further one at the position that `next` returns
+/// for the position of the sphere before it.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =
         (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
@@ -41,7 +41,7 @@ fn as_many_spheres_leave_as_strike_with_the_same_speed() {
         let mut simulation = cradle(1.0, Boundary::OPEN, &row(0.0, 1.0, |x| x + 1.0, strikers));
         let mut times = Vec::new();
         assert_eq!(simulation.advance_with(Until::time(2.0), |event| times.push(event.time)), Ok(Reason::Time));
-        // The spheres pass on the velocity of each striker. All of these contacts are at time 1.
+        // The spheres pass on the velocity of each striker at time 1.
         assert_eq!(times, vec![1.0; strikers * (5 - strikers)]);
         let end = simulation.snapshot();
         let leaving = 5 - strikers;
@@ -69,8 +69,8 @@ fn a_cradle_between_walls_swings_for_ever() {
 #[test]
 fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
     // Each row has a diameter, a first position, and a function that returns the next position. In the first row, the
-    // gaps are one unit in the last place. In the other rows, positions are rounded, so some spheres overlap by such a
-    // unit and others are one unit apart.
+    // gaps are one unit in the last place. In the other rows, rounding makes neighbours overlap or be apart by such a
+    // unit.
     type Next = fn(f64) -> f64;
     let rows: [(f64, f64, Next); 5] = [
         (1.0, 0.0, |x| (x + 1.0).next_up()),
@@ -92,7 +92,7 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             let worst = (0..5).map(error).fold(0.0, f64::max);
             println!("row {which}, {strikers} strike: {events} events, speeds off by {worst:.1e}");
             assert!(worst <= bound, "row {which}, {strikers} strike: {:?}", end.velocities);
-            // Round-off may leave a sphere with a small speed, which causes further contacts.
+            // Round-off may leave a sphere with a small speed and cause further contacts.
             assert!(events <= 2 * 25, "{events} events");
             assert_eq!(simulation.event_counts().in_invalid_state, 0);
         }
@@ -140,8 +140,7 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
         let drift = (after.momentum.x - momentum).abs();
         assert!(drift <= 8.0 * f64::EPSILON * scale * (1.0 + events as f64), "{drift:e}");
         // A light sphere of mass m between two spheres of mass M bounces about pi/2 sqrt(M/m) times before it has
-        // turned them back. This is less than 100 for a mass ratio of a thousand, and there are at most two such
-        // spheres.
+        // turned them back. For a mass ratio of a thousand, this is less than 100. At most two spheres are light.
         assert!(events < 400, "{events} events");
     }
 }
@@ -151,7 +150,6 @@ fn inelastic_cradle_has_the_exact_final_speed_and_ledger() {
     let mut watched = Watched::new(of_masses([1.0; 5], 0.9).build().unwrap());
     assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
     watched.assert_sound(1.0);
-    // The velocity is passed on four times, and each contact multiplies it by (1 + e) / 2 with the restitution e.
     let last = watched.simulation.snapshot().velocities[4].x;
     assert!((last - 0.95_f64.powi(4)).abs() < 8.0 * 4.0 * f64::EPSILON, "{last}");
 }
@@ -166,7 +164,7 @@ fn long_row_transmits_a_blow_to_its_last_sphere() {
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.event_counts().core, count as u64 - 1);
     let end = simulation.snapshot();
-    // Sphere `k` comes to rest at `k`, up to the rounding of contact times.
+    // Sphere `k` comes to rest at the position `k`, up to the rounding of contact times.
     let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
     assert!(end.velocities[count - 1] == along(1.0) && is_at(count - 1, count as f64));
     assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && is_at(k, k as f64)));
@@ -174,8 +172,8 @@ fn long_row_transmits_a_blow_to_its_last_sphere() {
 
 #[test]
 fn pairs_with_speeds_one_ulp_apart_separate_at_once() {
-    // The impulse is as small as the rounding errors of the velocities, so rounding may remove some or all of its
-    // components. The pair must part nevertheless, or the same event would repeat for ever.
+    // The impulse is as small as the rounding errors of the velocities. Nevertheless the pair must part, or the same
+    // event would repeat for ever.
     let (mut pairs, mut most) = (0, 0);
     for index in 0..2000_u16 {
         let k = f64::from(index);

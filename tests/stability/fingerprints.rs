@@ -94,11 +94,9 @@ const SCENES: [(&str, u64); 10] = [
     ("stepped_lennard_jones", 20000),
 ];
 
-/// Hashes of the state, the events and the ledger of each system.
-///
-/// State and events change whenever the engine rounds differently. The ledger also changes when sums are rounded
-/// differently. To renew the table, run `cargo test --release --test stability fingerprints` and copy what it prints; a
-/// run without `--release` must print the same.
+/// Hashes of the state, the events and the ledger of each system. State and events change whenever the engine rounds
+/// differently. The ledger also changes when sums are rounded differently. To renew the table, run `cargo test
+/// --release --test stability fingerprints` and copy its output. A run without `--release` must print the same hashes.
 #[rustfmt::skip]
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: &[(&str, [u64; 3])] = &[

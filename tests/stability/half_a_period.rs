@@ -7,7 +7,7 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// A ball among static spheres. Their centres are on faces of the cells, which have a quarter of the length of the box.
+/// A ball among static spheres, whose centres are on faces of the cells.
 fn lorentz_gas(velocity: [f64; 3]) -> Scene {
     let mut scene = SceneBuilder::new("lorentz")
         .species("ball", 0.7, 1.0)

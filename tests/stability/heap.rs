@@ -1,4 +1,4 @@
-//! A heap of grains at rest, which the TC model keeps from a collapse.
+//! A heap of grains at rest. The TC model prevents its collapse.
 
 use crate::listed::hard_sphere;
 use crate::watched::Watched;
@@ -42,15 +42,13 @@ fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Largest displacement of the grains of a heap at rest, in units of `g t_c^2` with the contact time `t_c`.
-///
-/// A flight lasts at most `t_c`. In this time, a contact opens by up to `g t_c^2 / 8` times the number of layers above
-/// it. With four layers, four contacts open by at most 1/2 each, and by 2 together. A grain in a wedge between other
-/// grains moves further: in 15 heaps, by up to 140.
+/// Largest displacement of grains in a heap at rest, in units of `g t_c^2` with the contact time `t_c`. A flight lasts
+/// at most `t_c`. In this time, a contact opens by up to `g t_c^2 / 8` times the number of layers above it. With four
+/// layers, the four contacts open by at most 2 together. A grain wedged between other grains moves further: in 15
+/// heaps, by up to 140.
 const AT_REST: f64 = 300.0;
 
-/// Lets grains fall until no grain has moved further than half of [`AT_REST`] in a time of 10. Some heaps
-/// rearrange once more later.
+/// Lets grains fall until none moves further than half of [`AT_REST`] in a time of 10. Some heaps rearrange later.
 fn settle(watched: &mut Watched) {
     let mut before = positions(watched);
     for tens in 1..=30 {
@@ -77,8 +75,8 @@ fn rest(restitution: f64, events: u64) {
         assert!(now > last, "time stands still at {now}");
         last = now;
         reach = reach.max(farthest(&at_rest, &positions(&watched)));
-        // A grain in a heap at rest flies for less than the contact time between two contacts, and each contact carries
-        // the weight of a few layers at most.
+        // Between two contacts, a grain at rest flies for less than the contact time. Each contact carries the weight
+        // of a few layers at most.
         let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
         assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
     }
@@ -92,8 +90,7 @@ fn rest(restitution: f64, events: u64) {
     assert!(reach < AT_REST * CONTACT_TIME * CONTACT_TIME, "the heap creeps: {reach:e}");
 }
 
-/// `CAROM_HEAP_EVENTS=10000000 cargo test --release --test stability heap -- --nocapture` simulates 10 million events
-/// instead of 2 million.
+/// `CAROM_HEAP_EVENTS=10000000 cargo test --release --test stability heap -- --nocapture` simulates more events.
 #[test]
 fn a_heap_at_rest_does_not_creep() {
     let events = std::env::var("CAROM_HEAP_EVENTS").map_or(2_000_000, |events| events.parse().unwrap());

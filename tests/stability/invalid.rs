@@ -1,5 +1,4 @@
-//! Starts with particles placed anywhere, overlapping or not: overlaps only become shallower, no new overlaps
-//! appear, and all overlaps vanish.
+//! Starts with particles placed anywhere. Overlaps become shallower and vanish, and no new overlaps appear.
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
@@ -27,8 +26,8 @@ struct Recipe {
 }
 
 impl Recipe {
-    /// Three inelastic particles whose cores overlap in a common well push each other back without end, with
-    /// or without the TC model. About a fifth of all seeds end in such a collapse.
+    /// With or without the TC model, three inelastic particles whose cores overlap in a common well push each other
+    /// back without end. About a fifth of all seeds end in such a collapse.
     fn may_arrest(&self) -> bool {
         self.restitution < 1.0 && self.name.contains("wells")
     }
@@ -45,7 +44,7 @@ const PLAIN: Recipe = Recipe {
     second: 0.5,
 };
 
-/// Recipes in which gravity presses overlapping particles onto static ones need the TC model.
+/// Recipes in which gravity presses overlapping particles onto static particles need the TC model.
 fn recipes() -> [Recipe; 10] {
     let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
     [
@@ -123,7 +122,6 @@ fn random_start(recipe: &Recipe, seed: u64) -> Scene {
 
 struct Cores {
     periods: Vector,
-    /// Pair and core diameter.
     pairs: Vec<([usize; 2], f64)>,
     /// The overlap function `|r|^2 - s^2` of each pair at the last check, at most 0; `s` is the core diameter.
     last: Vec<f64>,
@@ -142,7 +140,7 @@ impl Cores {
         Self { periods: scene.space().periods(), pairs, last }
     }
 
-    /// Checks all pairs: the number of overlaps, and the largest increase of an overlap since the last check.
+    /// Returns the number of overlaps, and the largest increase of an overlap since the last check.
     fn look(&mut self, now: &Snapshot) -> (usize, f64) {
         let (mut overlapping, mut worse) = (0, f64::NEG_INFINITY);
         for (([i, j], core), last) in self.pairs.iter().zip(&mut self.last) {
@@ -156,10 +154,9 @@ impl Cores {
     }
 }
 
-/// Largest increase of an overlap between two checks that rounding explains.
-///
-/// The six coordinates of a pair are at most the length of the box, and `|r|^2` is at most 1.5. Each of them is rounded
-/// a few times. A coordinate error changes the overlap function by twice the error times `|r|`.
+/// Largest increase of an overlap between two checks that rounding explains. The six coordinates of a pair are at most
+/// the length of the box, `|r|^2` is at most 1.5, and each is rounded a few times. A coordinate error changes the
+/// overlap function by twice the error times `|r|`.
 fn deepening(length: f64) -> f64 {
     2.0 * 1.2 * 16.0 * f64::EPSILON * length
 }
@@ -215,9 +212,8 @@ fn overlaps_held_by_gravity_arrest_without_the_tc_model() {
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.event_counts().physical());
-    // Carom allows many simultaneous events, as in a lattice, before it reports an arrest.
+    // Carom allows many simultaneous events before it reports an arrest.
     assert!(simulation.event_counts().physical() < 1_000_000);
-    // The last tenth of the particles is static.
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }
 
@@ -233,8 +229,7 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
-        // Overlapping particles have no event while they separate. At relative rest they have none either, because
-        // their overlap does not grow.
+        // Overlapping particles have no event while they separate or are at relative rest.
         assert_eq!(simulation.event_counts().physical(), 0);
         assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
     }

@@ -1,5 +1,3 @@
-//! Scenes that are built from lists of particles.
-
 use carom::Vector;
 use carom::engine::Snapshot;
 use carom::model::Scene;

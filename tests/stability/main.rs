@@ -1,7 +1,6 @@
-//! Stability: whole runs of cases in which other programs fail. Systems are dense, degenerate, at rest, or invalid from
-//! the start. Also tests influences that must not change a run.
-//!
-//! Tolerances are for round-off, and derived where they are used.
+//! Stability: whole runs of cases in which other programs fail, because systems are dense, degenerate, at rest, or
+//! invalid from the start. Also tests that some influences do not change a run. Tolerances are for round-off, and
+//! derived where they are used.
 
 mod apart;
 mod bits;

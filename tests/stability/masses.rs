@@ -1,5 +1,5 @@
-//! Energy conservation with masses, diameters and mass ratios that are not powers of two. The energy drifts like a
-//! random walk of roundings, not in proportion to the number of events.
+//! Conservation of energy with masses, diameters and mass ratios that are not powers of two. The error grows like a
+//! random walk, not in proportion to the number of events.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -8,7 +8,6 @@ use carom::model::potential::Potential;
 use carom::model::space::Space;
 use carom::scene::SceneBuilder;
 
-/// Returns the relative change of the energy over a number of events.
 fn drift(scene: Scene, events: u64) -> f64 {
     let mut simulation = Simulation::without_plan(scene);
     let total = |simulation: &Simulation| {
@@ -22,11 +21,10 @@ fn drift(scene: Scene, events: u64) -> f64 {
     (total(&simulation) + event_counts.dissipated.total() - before) / before
 }
 
-/// Bound for the relative change of the energy: four standard deviations of a random walk.
-///
-/// Each of the six velocity components of a pair is rounded three times: when the change of velocity is computed,
-/// divided between the particles, and added. The root mean square of the error is `0.8 eps` of the pair's energy per
-/// event. The bound assumes that the pair has all the energy.
+/// Bound for the relative change of the energy: four standard deviations of a random walk. Each of the six velocity
+/// components of a pair is rounded three times: when the velocity change is computed, divided between the particles,
+/// and added. The root mean square of the error is `0.8 eps` of the pair's energy per event. The bound assumes that the
+/// pair has all the energy.
 fn bound(events: u64) -> f64 {
     4.0 * 0.8 * f64::EPSILON * (events as f64).sqrt()
 }
@@ -54,14 +52,14 @@ fn elastic_spheres_of_any_masses_keep_their_energy() {
         worst = worst.max(error.abs());
     }
     // If the velocity changes of the two particles were rounded separately, the error for masses of 10 would be 14
-    // times this bound.
+    // times larger.
     assert!(worst < bound(100_000), "{worst:e}");
 }
 
 #[test]
 fn elastic_spheres_of_any_diameter_keep_their_energy() {
-    // The engine multiplies squared distances by 9/16, so that they are not close to powers of two. At a diameter of
-    // 4/3 the product would be 1, which is a power of two. So the engine must not use the factor there.
+    // The engine multiplies squared distances by 9/16 to keep them away from powers of two. At a diameter of 4/3 the
+    // product would be 1, a power of two, so the engine must not use the factor there.
     for (diameter, events) in [(4.0 / 3.0, 2_000_000), (0.7, 200_000), (3.0, 200_000), (1e-3, 200_000)] {
         let error = drift(two([1.0, 1.0], [diameter; 2], 3.0 * diameter), events);
         assert!(error.abs() < bound(events), "{diameter}: {error:e}, bound {:e}", bound(events));
@@ -120,8 +118,7 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         "mixture.toml",
     )
     .unwrap();
-    // The bound is generous here. It assumes that a pair has the total energy, but most pairs have about a twentieth of
-    // it.
+    // The bound assumes that a pair has the total energy, but most pairs have about a twentieth of it.
     let error = drift(scene, 300_000);
     assert!(error.abs() < bound(300_000), "{error:e}, bound {:e}", bound(300_000));
 }

@@ -16,7 +16,6 @@ use std::f64::consts::PI;
 
 const MESHES: u64 = 30;
 
-/// The balls do not interact.
 const BALLS: usize = 12;
 
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
@@ -46,8 +45,8 @@ fn sphere() -> TriangleMesh {
     TriangleMesh { vertices, triangles }
 }
 
-/// A closed mesh that is star-shaped about `middle`. It is a sphere whose vertices are moved inwards by up to
-/// `0.2 (kind % 4)` of the radius. If `kind` is odd, the mesh has slivers.
+/// A closed mesh that is star-shaped about `middle`: a sphere whose vertices are moved inwards by up to `0.2 (kind %
+/// 4)` of the radius. If `kind` is odd, the mesh has slivers.
 fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
     let mut mesh = sphere();
     if kind > 0 {
@@ -57,8 +56,8 @@ fn cavity(random: &mut ChaCha8Rng, kind: u64, middle: &Vector) -> TriangleMesh {
         }
     }
     if kind % 2 == 1 {
-        // Slivers: some vertices move towards a neighbour until a millionth of the edge is left. No two of the moved
-        // vertices have a common neighbour.
+        // To make slivers, some vertices move towards a neighbour until a millionth of the edge is left. The moved
+        // vertices have no common neighbours.
         let mut is_taken = vec![false; mesh.vertices.len()];
         for triangle in mesh.triangles.clone().iter().step_by(23) {
             let ring: Vec<[u32; 3]> =
@@ -118,11 +117,11 @@ fn nothing_ever_leaves_a_closed_mesh() {
         let mesh = cavity(&mut random, seed % 8, &middle);
         let (restitution, gravity) = ([1.0, 0.98, 0.5, 0.0][(seed / 2 % 4) as usize], [0.0, 0.7][(seed % 2) as usize]);
         let (mut here, mut thrown) = (0, 0);
-        // Each simulation contributes at most a tenth of the contacts, and fewer if the balls come to rest.
+        // Each simulation contributes at most a tenth of the contacts.
         while here < events && thrown < (events / 100).max(100) {
             let scene = scene(mesh.clone(), &mut random, restitution, gravity, &middle);
             let mut simulation = Simulation::new(scene).unwrap();
-            // A ball at rest in a corner may arrest the simulation. This is not an escape.
+            // A ball at rest in a corner may arrest the simulation, which is not an escape.
             let _ = simulation.advance(Until { time: 1e4, events: (events - here).min(events.div_ceil(10)) });
             thrown += 1;
             let snapshot = simulation.snapshot();

@@ -1,4 +1,4 @@
-//! Static spheres beyond a wall, such as the spheres of a protruding mesh, do not hide the wall.
+//! Static spheres that extend beyond a wall, as in a protruding mesh, do not hide the wall.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -7,8 +7,7 @@ use carom::model::space::{Boundary, Face, Space};
 use carom::model::{ContactLaw, Scene};
 use carom::scene::SceneBuilder;
 
-/// A ball between two walls, above a row of static spheres. The row is parallel to the x-axis and extends beyond each
-/// wall by `overhang`.
+/// A ball between two walls, above a row of static spheres along x. The row extends beyond each wall by `overhang`.
 fn over_a_row(overhang: f64) -> Scene {
     let wall = Face::Wall(ContactLaw::smooth(1.0));
     let mut space = Space::periodic_cube(10.0);

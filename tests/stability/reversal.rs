@@ -16,7 +16,7 @@ impl Fluid {
     fn run(&self, start: &[State], until: Until) -> Simulation {
         let mut simulation = Simulation::without_plan(
             listed(&self.space, &self.potential, 1.0, start)
-                // When the velocities are reversed, round-off may leave a pair in contact with a small overlap.
+                // At the reversal, round-off may leave a pair in contact with a small overlap.
                 .allow_invalid_start(true)
                 .build()
                 .unwrap(),
@@ -63,7 +63,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     }
 }
 
-/// Returns a fluid, and a state of it that has evolved away from the initial lattice.
+/// A fluid, and one of its states that has evolved away from the initial lattice.
 fn warm(density: f64, potential: Potential) -> (Fluid, Vec<State>) {
     let scene = fluid(108, Amount::NumberDensity(density));
     let fluid = Fluid { space: scene.space().clone(), potential };

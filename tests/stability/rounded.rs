@@ -1,9 +1,8 @@
-//! Round-off is not a fault: the audit accepts valid runs in long boxes, in boxes far from the origin, and across
-//! periodic sides.
+//! The audit must not report round-off as a fault: it accepts valid runs in long boxes, in boxes far from the origin,
+//! and across periodic sides.
 //!
-//! The error of a coordinate is about a unit in the last place of its largest value so far. When a contact near
-//! coordinate 0 was predicted, one of its particles may have been at the far side of the box, where the error is much
-//! larger.
+//! The error of a coordinate is about a unit in the last place of its largest value so far. At a contact near
+//! coordinate 0, one of the particles may have come from the far side of the box, where the error is much larger.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};
@@ -28,7 +27,7 @@ fn periodic(dimensions: usize, lower: f64, length: f64) -> Space {
     }
 }
 
-/// Adds particles at positions relative to the lower corner of the box. Their centre of mass is at rest.
+/// Adds particles at positions relative to the lower corner of the box, with their centre of mass at rest.
 fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneBuilder {
     let velocity = |k: usize| {
         let part = |factor: f64| (k as f64 * factor + 0.3).fract() - 0.5;
@@ -45,7 +44,7 @@ fn placed(mut builder: SceneBuilder, space: &Space, places: &[Vector]) -> SceneB
     builder
 }
 
-/// A chain across the corner of a periodic box. Its centre of mass is at rest, so it stays there.
+/// A chain across the corner of a periodic box. Its centre of mass is at rest, so the chain stays there.
 fn chain(space: Space, beads: u32, events: u64) -> Scene {
     let builder = SceneBuilder::new("chain")
         .space(space.clone())
@@ -94,8 +93,8 @@ fn rods_on_a_long_ring_pass_their_audit() {
     }
 }
 
-/// A fast inelastic contact leaves a small overlap by round-off. The audit must accept it even when the pair hardly
-/// moves any more.
+/// By round-off, a fast inelastic contact leaves a small overlap. The audit must accept the overlap even when the pair
+/// hardly moves.
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     for height in [10.0, 1e3, 1e5] {
@@ -118,8 +117,8 @@ fn balls_that_fall_far_and_come_to_rest_pass_their_audit() {
     }
 }
 
-/// The final state of a run can be the start of another one. A particle next to coordinate 0 may have crossed the
-/// periodic side, so that it overlaps its neighbour by one unit in the last place of the box length.
+/// The final state of a run can be the start of another run. A particle next to coordinate 0 may have crossed the
+/// periodic side and overlap its neighbour by one unit in the last place of the box length.
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     let build = |length: f64, depth: f64| {
@@ -154,7 +153,7 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
 }
 
 /// Spheres grow much faster than they move. Contacts heat them, and the thermostat cools them again. The audit must
-/// compare the error of the momentum with the momenta of the hot spheres. The start is random: on a lattice, the growth
+/// compare the momentum error with the momenta of the hot spheres. The start is random, because growth on a lattice
 /// would end before the first contact.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
@@ -176,7 +175,7 @@ fn growth_much_faster_than_the_thermal_speed_passes_its_audit() {
     }
 }
 
-/// The number of transitions must stay small even if particles fly a million diameters through a long box.
+/// Particles fly a million diameters through a long box, but the number of transitions must stay small.
 #[test]
 fn few_particles_in_a_long_box_have_few_transitions() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {

@@ -1,10 +1,8 @@
-//! A simulation with a check of its energy.
-
 use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 
-/// Number of roundings per event that affect the energy of its particles. They occur in the flights of two particles,
-/// in a dot product, a squared length and their quotient, and in the three components of two new velocities.
+/// Number of roundings per event that affect the energy. They occur in the flights of two particles, in a dot product,
+/// a squared length and their quotient, and in the components of two new velocities.
 const ROUNDINGS: f64 = 32.0;
 
 pub struct Watched {
@@ -30,8 +28,8 @@ impl Watched {
         }
     }
 
-    /// Runs the simulation in 100 parts to a number of events. Asserts that it does not arrest, and that time advances
-    /// in each part.
+    /// Runs the simulation in 100 parts to a number of events. Asserts that time advances in each part and no arrest
+    /// occurs.
     #[track_caller]
     pub fn run(&mut self, events: u64) {
         let (start, before) = (self.simulation.event_counts().physical(), self.simulation.time());
@@ -46,14 +44,13 @@ impl Watched {
         }
     }
 
-    /// Returns the sum of kinetic, potential and dissipated energy, minus the initial energy.
+    /// The sum of kinetic, potential and dissipated energy, minus the initial energy.
     pub fn ledger_error(&self) -> f64 {
         let energy = self.simulation.energy();
         energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
-    /// Asserts that energy is conserved within round-off, and that no invalid state occurred, neither at an event nor
-    /// at the end.
+    /// Asserts that energy is conserved within round-off, and that no invalid state occurred at an event or at the end.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
@@ -61,11 +58,10 @@ impl Watched {
         assert_eq!(self.simulation.real_overlaps(), []);
     }
 
-    /// Asserts that energy is conserved except for the random walk of round-off.
-    ///
-    /// `share` is the fraction of the largest energy that an event may change. A rounding error is at most `eps / 2` of
-    /// the rounded number, and its sign is random. For `n` events, the standard deviation is therefore below `ROUNDINGS
-    /// eps / 2 sqrt(n)`. The limit is four standard deviations, plus the roundings of the total energy itself.
+    /// Asserts that energy is conserved except for round-off. `share` is the fraction of the largest energy that an
+    /// event may change. A rounding error has a random sign and at most `eps / 2` of the rounded number. For `n`
+    /// events, the standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`. The limit is four standard deviations, plus
+    /// the roundings of the total energy itself.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
         let event_counts = self.simulation.event_counts();

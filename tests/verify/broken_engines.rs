@@ -1,5 +1,4 @@
-//! Engines with one error. To imitate such an engine, events are recorded in one scene and verified as events of a
-//! slightly different scene.
+//! Imitates engines with one error: events are recorded in one scene and verified in a slightly different scene.
 
 use carom::check::verify::{Fault, Quantity};
 use carom::model::{Limit, Scene, SceneParts};
@@ -18,7 +17,6 @@ fn changed(text: &str, from: &str, to: &str) -> Scene {
     assert!(text.contains(from), "{from}");
     let mut changed = scene(text).into_parts();
     let other = scene(&text.replace(from, to)).into_parts();
-    // The initial state stays the same. Only the rules change.
     (changed.species, changed.interactions, changed.table) = (other.species, other.interactions, other.table);
     (changed.space.boundary, changed.contact_time) = (other.space.boundary, other.contact_time);
     Scene::new(changed).unwrap()
@@ -78,8 +76,7 @@ fn a_wrong_mass_has_wrong_velocities() {
 fn spurious_gravity_gives_wrong_momentum() {
     let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
     let found = fault(&falling, scene(FLUID));
-    // The verifier checks the pair of the first event before the other particles, and finds that the momentum of the
-    // pair has changed.
+    // The verifier checks the pair of the first event before other particles, and finds that its momentum has changed.
     let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
     assert_eq!(quantity, Quantity::Momentum);
 }

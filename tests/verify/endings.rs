@@ -6,7 +6,7 @@ use carom::model::Scene;
 
 use crate::scene;
 
-/// Builds a scene of spheres of diameter 1 with the given positions and velocities. `head` is the start of its text.
+/// Spheres of diameter 1 with the given positions and velocities. The text of the scene begins with `head`.
 fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> Scene {
     let mut text = format!(
         "{head}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"A\", \"A\"]\n{potential}\n"
@@ -19,7 +19,6 @@ fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> S
 
 const HARD: &str = "potential = \"hard-sphere\"";
 
-/// Returns the verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);
@@ -30,8 +29,8 @@ const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open
 
 #[test]
 fn end_is_not_proven_if_round_off_decides_about_a_collision() {
-    // A sphere approaches from a distance of 10^8 diameters. It misses the resting sphere by 0.01 or 1e-9 diameters, or
-    // just touches it.
+    // A sphere approaches from a distance of 10^8 diameters. It misses the other sphere by 0.01 or 1e-9 diameters, or
+    // touches it.
     let pair =
         |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(1.01)), Ok(()));
@@ -55,8 +54,8 @@ fn pair_that_meets_in_another_periodic_image_has_not_ended() {
     assert!(matches!(end_of(&meeting), Err(Fault::EndedEarly { due, .. }) if (88.0..90.0).contains(&due)));
     let passing = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.0, 0.0]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&passing), Ok(()), "the same again after every period");
-    // The path in this oblique direction hardly repeats itself. The verifier therefore cannot prove that the sphere
-    // misses all images.
+    // The path in this oblique direction hardly repeats itself, so the verifier cannot prove that the sphere misses all
+    // images.
     let dense = spheres(head, HARD, &[([10.0, 50.0, 50.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(end_of(&dense).is_err());
     let alike =
@@ -71,7 +70,7 @@ fn end_is_not_proven_if_the_next_contact_cannot_be_found() {
     let head = "[space]\nsize = [1e9, 1e9, 1e9]";
     let lost = spheres(head, HARD, &[([0.0, 0.0, 0.0], [-1.0, 0.37, 0.11]), ([20.0, 51.2, 50.0], [0.0, 0.0, 0.0])]);
     assert!(matches!(end_of(&lost), Err(Fault::EndNotShown { .. })));
-    // The sphere leaves along the open z-axis. It can hit only the first few images, and none after that.
+    // The sphere leaves along the open z-axis and can hit only the first few images.
     let slit = "[space]\nsize = [10.0, 10.0, 1e3]\nz = \"open\"";
     let out = |y| spheres(slit, HARD, &[([0.0, y, 0.0], [-1.0, 0.0, 0.1]), ([5.0, 5.0, 0.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&out(0.0)), Ok(()));

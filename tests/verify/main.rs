@@ -1,4 +1,4 @@
-//! Tests of the verifier: it proves correct runs and finds every error.
+//! The verifier proves correct runs and finds every error.
 
 mod broken_engines;
 mod endings;
@@ -26,7 +26,6 @@ fn scene(toml: &str) -> Scene {
     Scene::from_toml(toml, "scene.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
 }
 
-/// Events of a simulation with the states after each event, and the initial states.
 struct Recording {
     scene: Scene,
     start: States,
@@ -48,7 +47,6 @@ impl Recording {
         Self { scene, start, events }
     }
 
-    /// Returns the first fault, and the index of the event at which it is found.
     fn fault(&self) -> Option<(usize, Fault)> {
         let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
         self.fault_for(&mut verifier)

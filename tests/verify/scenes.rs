@@ -1,4 +1,4 @@
-//! Scenes of many kinds, whose events the verifier proves.
+//! The verifier proves the events of scenes of many kinds.
 
 use carom::check::verify::{Certificate, End, Verifier};
 use carom::model::Scene;
@@ -17,7 +17,7 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(counts.events() == events || certificate.end == End::RunEnded, "{name}: {certificate:?}");
     let margins = certificate.margins;
     let worst = margins.distance.max(margins.overlap).max(margins.outcome).max(margins.flight);
-    // The error bounds assume that all roundings are as large as possible and add up. In practice they partly cancel.
+    // The error bounds assume that all roundings add up. In practice they partly cancel.
     assert!(worst < 0.5, "{name}: {margins:?}");
 }
 

@@ -1,5 +1,3 @@
-//! Verification of surfaces: the verifier proves contacts with every kind of surface and finds every error.
-
 mod kinds;
 mod moving;
 mod moving_wrong;
@@ -20,8 +18,7 @@ use crate::{config, prove, scene};
 
 const MIDDLE: Vector = Vector::new(10.0, 10.0, 10.0);
 
-/// Grains of two sizes and masses on a lattice around the middle of an open region, with irregular
-/// velocities.
+/// Grains of two sizes and masses on a lattice around the middle of an open region, with irregular velocities.
 pub fn grains(seed: u32, count: u32) -> SceneBuilder {
     let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
     let space = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(20.0) };
@@ -52,7 +49,7 @@ pub fn cuboid(half: f64) -> TriangleMesh {
     TriangleMesh::cuboid(&MIDDLE.add_scalar(-half), &MIDDLE.add_scalar(1.1 * half))
 }
 
-/// A prism with a star as its base. Every second edge between the ends points inwards.
+/// A prism with a star as its base. Every second edge between the two bases points inwards.
 fn star(points: u32, radii: [f64; 2], height: f64) -> TriangleMesh {
     let count = 2 * points;
     let corner = |k: u32, z: f64| {
@@ -129,9 +126,9 @@ pub fn with(scene: SceneBuilder, shapes: Vec<SurfaceShape>, restitution: f64) ->
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that the verifier proves a number of events of a scene, or all events if there are fewer. Also accepts a run
-/// that stops because the particles would need infinitely many events to come to rest. Returns the number of proven
-/// events with surfaces.
+/// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
+/// that stops because particles would need infinitely many events to come to rest. Returns the number of proven events
+/// with surfaces.
 fn assert_surfaces(name: &str, scene: Scene, events: u64) -> u64 {
     let certificate: Certificate = prove(scene, 0, events);
     match certificate.end {
@@ -148,7 +145,7 @@ fn scenes_of_configs_with_surfaces_are_proven() {
         let certificate = prove(config(name), 0, events);
         assert_proven(name, &certificate, events);
     }
-    // Start the proof after grains have reached the surfaces.
+    // Starts the proof after grains have reached the surfaces.
     for (name, from) in [("funnel", 30_000), ("silo", 30_000)] {
         let certificate = prove(config(name), from, 1000);
         assert_proven(name, &certificate, 1000);
@@ -157,11 +154,10 @@ fn scenes_of_configs_with_surfaces_are_proven() {
     }
 }
 
-/// Range that contains all events of every run in the test below.
+/// Range with all events of every run in the test below.
 const ALL: EventRange = EventRange { from: 0, events: 1_000 };
 
-/// Ball A bounces on a gate, which is present in the stage `shut`. Ball B is not affected by the gate and falls to the
-/// floor.
+/// Ball A bounces on a gate, which is present in the stage `shut`. Ball B falls through the gate to the floor.
 const GATE: &str = r#"
 [space]
 size = [10.0, 10.0, 10.0]
@@ -228,8 +224,8 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
     }
     let by_events = GATE.replace("until_time = 12.0", "until_events = 7");
     assert_proven("by events", &prove(scene(&by_events), 0, 30), 30);
-    // The verifier accepts a run that ends at a recorded time in any stage. If the number of events until then is
-    // known, the verifier checks it too.
+    // The verifier accepts a run that ends at a recorded time in any stage. It also checks the number of events, if
+    // known.
     let run = |events, time| verify_run(scene(GATE), RunEnd { events, time }, ALL, &mut |_| ControlFlow::Continue(()));
     for time in [11.0, 12.1, 25.0, 42.0] {
         let found = run(None, time);
@@ -241,7 +237,7 @@ fn gate_acts_only_in_its_stage_and_on_its_species() {
         assert!(matches!(run(Some(events + 1), time).end, End::Departed { .. }));
         assert!(matches!(run(Some(events - 1), time).end, End::Departed { .. }));
     }
-    // The verifier cannot know when a stage with automatic equilibration ends.
+    // The verifier cannot predict when a stage with automatic equilibration ends.
     let open = GATE.replace("until_time = 12.0", "measure = true\nequilibration = \"auto\"\nuntil_time = 12.0");
     let found = prove(scene(&open), 0, 10);
     assert!(found.end == End::OpenStages && !found.is_proven(), "{found:?}");
@@ -258,8 +254,8 @@ fn surfaces_in_periodic_boxes_are_proven_in_all_images() {
         SurfaceShape::Cylinder { point: Vector::new(0.1, 0.3, 5.0), axis: Vector::x(), radius: 0.5, is_inside: false };
     let ball = SurfaceShape::Sphere { centre: Vector::new(6.9, 3.0, 3.0), radius: 0.8, is_inside: false };
     let other = SurfaceShape::Sphere { centre: Vector::new(3.0, 0.2, 6.8), radius: 0.8, is_inside: false };
-    // With 3 particles, the engine uses neighbour lists, and each particle crosses the box many times. With 40
-    // particles, it uses cells.
+    // With 3 particles, the engine uses neighbour lists, and each particle crosses the box many times. With 40, it uses
+    // cells.
     for (count, gravity) in [(3, 0.0), (3, 0.3), (40, 0.0), (40, 0.3)] {
         let gas = grains(0, 0).space(Space::periodic_cube(7.0)).gravity(Vector::new(0.1, 0.2, -1.0) * gravity);
         let gas = gas.add_fill(Fill::new(Arrangement::Random, "A").count(count)).temperature(1.0);

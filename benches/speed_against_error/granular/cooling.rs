@@ -27,7 +27,7 @@ const RESTITUTION: f64 = 0.9;
 const TIME: f64 = 10.0;
 const SEEDS: [u64; 6] = [1, 2, 3, 4, 5, 6];
 
-/// Stiffnesses and steps per contact.
+/// Pairs of stiffness and steps per contact.
 const BASELINES: [(f64, f64); 7] =
     [(1e3, 20.0), (1e4, 5.0), (1e4, 10.0), (1e4, 20.0), (1e4, 50.0), (1e5, 20.0), (1e6, 20.0)];
 

@@ -31,7 +31,7 @@ const BASELINES: [(f64, f64); 5] = [(1e6, 20.0), (1e5, 20.0), (1e4, 50.0), (1e4,
 
 const CONTACT_TIMES: [f64; 3] = [0.03, 0.01, 0.005];
 
-/// One run: processor time per particle and unit time, height, kinetic energy per particle, overlap.
+/// Results of one run: processor time per particle and unit time, height, kinetic energy per particle, overlap.
 type Run = [f64; 4];
 
 pub fn measure() -> Outcome {

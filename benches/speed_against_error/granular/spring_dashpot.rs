@@ -7,7 +7,7 @@ use carom::Vector;
 /// range.
 const SKIN: f64 = 0.3;
 
-/// The positions of the grains; their diameter and mass are 1.
+/// Initial state of the grains, whose diameter and mass are 1, and their surroundings.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// Edge lengths of the box; infinite along open axes.
@@ -50,7 +50,7 @@ impl SpringDashpot {
         grains
     }
 
-    /// Advances by `time` in equal steps. Shortens the time step so that a whole number of steps fits.
+    /// Advances by `time` in equal steps. Shortens the steps so that a whole number of them fits.
     pub fn advance(&mut self, time: f64) {
         let steps = (time / self.dt).ceil();
         self.dt = time / steps;

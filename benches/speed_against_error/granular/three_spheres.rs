@@ -24,11 +24,8 @@ pub const OVERLAPPED: &str = "three spheres: overlapped start";
 
 const TIME: f64 = 10.0;
 
-/// The start of the middle sphere, and the final positions of all: spheres of equal mass exchange their
-/// velocities.
-///
-/// If positions are measured from contact with the first sphere, the spheres move like points that pass
-/// through each other. The order of the spheres stays the same.
+/// Initial position of the middle sphere, and exact final positions of all three. At each collision, two spheres of
+/// equal mass exchange their velocities.
 const STARTS: [(&str, f64, [f64; 3]); 2] =
     [(VALID, 1.02, [-19.98, 23.0, 42.0]), (OVERLAPPED, 0.98, [-20.0, 23.0, 41.98])];
 

@@ -16,16 +16,16 @@ pub enum Judgement {
     Time { relative: f64, of_allowed: f64 },
     /// The answer is correct for coefficients that differ from the given ones only by round-off.
     WithinRounding,
-    /// The answer misses the next event: it is a later time, or none.
+    /// The answer misses the next event: it gives a later time or none.
     Missed,
     /// The answer is an event that does not happen. The next event is later, or there is none.
     Invented,
 }
 
-/// A time with a larger relative error is the time of another event.
+/// An event time with a larger relative error counts as the time of another event.
 const ANOTHER_EVENT: f64 = 1e-2;
 
-/// Bits of an exact event time. A floating-point number has fewer.
+/// Bits of an exact event time, more than in a floating-point number.
 const BITS: i64 = 80;
 
 pub struct Truth {
@@ -66,8 +66,8 @@ impl Truth {
         if witness(&self.overlap, answer, None) { Judgement::WithinRounding } else { wrong }
     }
 
-    /// Whether `f` is zero within round-off. A turning point may then be a root, and the time of a root has a different
-    /// error bound.
+    /// Whether `f` is zero at `t` within round-off. A turning point at `t` may then be a root. The time of a root has a
+    /// different error bound.
     fn may_be_root(&self, t: f64) -> bool {
         self.overlap.polynomial().value(&Dyadic::from(t)).to_f64().abs() <= self.overlap.error_at(t)
     }

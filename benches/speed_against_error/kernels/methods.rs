@@ -1,5 +1,3 @@
-//! The compared methods.
-
 use super::problem::{Pair, Problem};
 use super::{paper, textbook};
 use carom::physics::detection::{accelerated, inertial};
@@ -15,7 +13,7 @@ fn quick(name: &'static str, ask: fn(&Pair) -> Option<f64>) -> Method {
     Method { name, ask, is_slow: false }
 }
 
-/// The paper's Algorithms 2 and 3 have no bisection.
+/// Methods for a problem. The paper bisects only for accelerated pairs, in Algorithms 4 to 6.
 pub fn of(problem: Problem) -> Vec<Method> {
     let mut methods = if problem.is_accelerated {
         vec![

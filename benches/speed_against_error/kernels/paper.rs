@@ -13,8 +13,8 @@ pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {
     let found = roots::find_roots_cubic(d3, d2, d1, d0);
     // The crate `roots` returns the roots in ascending order.
     let turns = match found.as_ref() {
-        // If there are two roots, one is double. The cubic `f'` does not change sign there, so only the other root is a
-        // turning point.
+        // Of two roots, one is double. The cubic `f'` does not change sign at the double root, so only the simple root
+        // is a turning point.
         [first, second] if pair.slope(0.5 * (first + second)) * pair.side.sign() > 0.0 => &[*first],
         [_, second] => &[*second],
         turns => turns,

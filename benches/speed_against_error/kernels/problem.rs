@@ -59,7 +59,7 @@ impl Pair {
         self.side.sign() * positive
     }
 
-    /// Its derivative.
+    /// The derivative of the overlap function at time `t`, with the same sign as in `value`.
     pub fn slope(&self, t: f64) -> f64 {
         let positive = if self.problem.is_accelerated {
             let c = self.quartic.derivative();

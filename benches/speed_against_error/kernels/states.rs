@@ -24,8 +24,8 @@ impl Class {
 
 const SEED: u64 = 20_240_607;
 
-/// Difficult states of the oracle's tests whose lengths and times are of order one, as methods with fixed steps
-/// require.
+/// Names of difficult states from the oracle's tests. Their lengths and times are of order one, as methods with fixed
+/// steps require.
 const HARD: [&str; 5] = ["contact", "one float from contact", "grazing", "overlapped", "resting contact"];
 
 pub fn pairs(problem: Problem, class: Class, count: usize) -> Vec<Pair> {

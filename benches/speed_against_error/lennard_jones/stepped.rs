@@ -19,9 +19,8 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Starts from a state. The velocities are scaled so that the total energy equals the energy of the state.
-    ///
-    /// `None` if the steps are so coarse that the potential energy alone is larger.
+    /// Starts from a state, with velocities scaled so that the total energy equals the energy of the state. `None` if
+    /// the potential energy of the coarse steps is already larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {
         let potential = potential(steps)?;
         let energy = Simulation::without_plan(scene(state, &potential, 1.0)?).energy();

@@ -126,7 +126,7 @@ impl Fluid for Verlet {
     }
 }
 
-/// A fluid near the planned temperature: starts from a lattice, with velocities scaled at first.
+/// Returns a fluid near the planned temperature. It starts from a lattice, with velocities that are scaled at first.
 pub fn equilibrate(plan: &Plan) -> State {
     let scene = SceneBuilder::new("start")
         .species("atom", 1.0, 1.0)

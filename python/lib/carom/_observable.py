@@ -79,8 +79,8 @@ class Observable:
     unit: str
     is_stationary: bool | None = None
     is_conserved: bool = False
-    #: Derivative with respect to each measured value on which this value depends, and the standard error of that
-    #: measured value. The keys identify the measured values.
+    #: Measured values on which this value depends, by unique keys. Each entry has the derivative of this value and
+    #: the standard error of the measured value.
     _terms: Mapping[str, tuple[float, float | None]] = field(init=False, compare=False)
 
     #: Makes NumPy scalars use the operators of this class in arithmetic.

@@ -14,8 +14,8 @@ from carom._progress import Progress
 
 __all__ = ["Outputs", "Proof"]
 
-#: Selection of frames: one frame, or the first and the last frame of a range. Instead of the first or last frame,
-#: `None` means no limit. `None` alone selects all frames.
+#: Selected frames: one frame, a range given by its first and last frame, or all frames (`None`). In a range, `None`
+#: means no limit.
 FramesLike = Union[int, tuple[Union[int, None], Union[int, None]], None]
 
 #: Direction of view: a side, or an azimuth and an elevation in degrees.

@@ -18,7 +18,7 @@ class Progress:
     file, where each update would add a line.
     """
 
-    #: Stages whose progress is not counted in events, and what is counted instead.
+    #: Stages that do not count events, with the unit of their progress.
     COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
 
     def __init__(self, wanted: bool, title: str) -> None:

@@ -236,8 +236,8 @@ class Results:
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 own = self._number(it)
-                # Some instruments measure an observable more precisely but have no verdict on stationarity. The verdict
-                # of the observable applies, because it covers the same time.
+                # An instrument may measure an observable more precisely without judging its stationarity. The judgement
+                # on the observable itself applies, because it covers the same time.
                 known = found.get(it["name"])
                 found[it["name"]] = own if known is None or own.is_stationary is not None else replace(own, is_stationary=known.is_stationary)
         run = source(self._summary.get("seed"), self._summary["observables"])

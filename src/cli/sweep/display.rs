@@ -1,4 +1,4 @@
-//! Shows the progress of a sweep, as a bar on a terminal, otherwise in lines.
+//! Shows the progress of a sweep: a bar on a terminal, lines elsewhere.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -12,7 +12,7 @@ use crate::cli::progress::bar;
 use crate::cli::warn;
 
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Number of steps of the progress bar for each run.
+/// Steps of the progress bar per run.
 const STEPS: u64 = 1000;
 const MOST_NAMED: usize = 3;
 
@@ -25,7 +25,6 @@ pub struct Display {
 
 struct State {
     over: usize,
-    /// Progress of each active run, by the run's index.
     running: BTreeMap<usize, f64>,
     shown: Instant,
 }

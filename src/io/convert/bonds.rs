@@ -1,11 +1,9 @@
-//! Finds the particles at the ends of each bond in a frame.
-
 use std::collections::HashMap;
 
 use super::FrameError;
 use crate::trajectory::Frame;
 
-/// For each bond, returns the indices of its two particles in the list of particles.
+/// For each bond, returns the positions of its two particles in the list of particles.
 pub(in crate::io) fn bond_ends(frame: &Frame) -> Result<Vec<[u32; 2]>, FrameError> {
     if frame.bonds.is_empty() {
         return Ok(Vec::new());

@@ -1,5 +1,3 @@
-//! Errors of conversions.
-
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -9,78 +7,76 @@ use crate::io::error::cure_of;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::{ReadError, WriteError};
 
-/// Error of a conversion of a trajectory.
+/// Error of a conversion.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConvertError {
     /// The source file cannot be read.
     #[error("cannot read the trajectory {}", path.display())]
     Read {
-        /// The file.
+        /// Path of the source.
         path: PathBuf,
-        /// Why.
+        /// Error of the trajectory reader.
         source: ReadError,
     },
     /// The source ends before the first requested frame.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
     NoSuchFrame {
-        /// The file.
+        /// Path of the source.
         path: PathBuf,
-        /// The requested frame.
+        /// Index of the requested frame.
         first: u64,
-        /// The number of complete frames in the source.
+        /// Number of complete frames in the source.
         count: u64,
     },
     /// The target exists.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
-    /// A file or folder that is not a conversion to this format exists at the path of the target or at its temporary
-    /// path.
+    /// The target, or the temporary path beside it, holds something other than a conversion to this format.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
-    /// The name of the target specifies a compression that the format does not support.
+    /// The name of the target requests a compression that the format does not support.
     #[error("{} ends as compressed files do, and only extended XYZ is written compressed", .0.display())]
     Compressed(PathBuf),
     /// The target is the source, or writing the target would overwrite the source.
     #[error("{} is the trajectory that would be converted", .0.display())]
     Source(PathBuf),
-    /// The format of the target cannot represent a frame of the source.
+    /// The target format cannot represent a frame of the source.
     #[error("frame {index} of {} cannot be converted", path.display())]
     Frame {
-        /// The source.
+        /// Path of the source.
         path: PathBuf,
         /// Index of the frame, from 0.
         index: u64,
-        /// Why.
+        /// Reason why the frame cannot be written.
         source: FrameError,
     },
     /// The format of a [`FrameSeries`](super::FrameSeries) cannot represent a frame.
     #[error("frame {index} cannot be written to {}", path.display())]
     Unwritable {
-        /// The target.
+        /// Path of the target.
         path: PathBuf,
         /// Index of the frame, from 0.
         index: u64,
-        /// Why.
+        /// Reason why the frame cannot be written.
         source: FrameError,
     },
-    /// The conversion was interrupted before it was complete.
     #[error("interrupted; nothing is left of it")]
     Interrupted,
     /// The file of a surface beside the trajectory cannot be read.
     #[error("cannot read the surface {}: {problem}", path.display())]
     Surface {
-        /// The file.
+        /// Path of the surface file.
         path: PathBuf,
-        /// Why.
+        /// Description of the problem.
         problem: String,
     },
     /// The target cannot be written: no permission, or no space.
     #[error("cannot write {}", path.display())]
     Write {
-        /// The target.
+        /// Path of the target.
         path: PathBuf,
-        /// Why.
+        /// The underlying system error.
         source: io::Error,
     },
 }
@@ -91,7 +87,7 @@ impl ConvertError {
         move |source| Self::Write { path, source }
     }
 
-    /// Returns a suggestion for the user, if the remedy is not obvious.
+    /// Returns a suggestion for the user, unless the remedy is obvious.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {
@@ -110,7 +106,7 @@ impl ConvertError {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// The operating system failed to write.
+    /// The system failed to write.
     #[error("cannot write it")]
     Io(#[from] io::Error),
     /// Extended XYZ cannot represent this frame.
@@ -125,16 +121,16 @@ pub enum FrameError {
     /// A number is too large for single precision.
     #[error("{0} is beyond the largest number of the format, which keeps numbers in single precision")]
     BeyondSingle(f64),
-    /// The frame has more particles, bonds or species than a 32-bit count can represent.
+    /// The frame has too many particles, bonds or species for a 32-bit count.
     #[error("{0} particles, bonds or species are more than the format can hold")]
     TooMany(usize),
-    /// A particle has travelled more periods than a 32-bit image number can represent.
+    /// A particle has travelled more periods than 32 bits can count.
     #[error("a particle has travelled {0} periods along x, more than the format can count")]
     BeyondPeriods(f64),
-    /// The file has more array names than the format can number with 16 bits.
+    /// The file has more array names than 16 bits can count.
     #[error("`{0}` is one name of an array more than the format can hold, 65536")]
     TooManyNames(String),
-    /// The frame and the first frame have different particles. NumPy arrays need the same particles in all frames.
+    /// A frame and the first frame have different particles. NumPy arrays need the same particles in all frames.
     #[error(
         "its {0} differ from those of the first converted frame: arrays need the same particles, in the same order, in all frames"
     )]
@@ -142,7 +138,7 @@ pub enum FrameError {
 }
 
 impl FrameError {
-    /// Adds the path that the error belongs to: the target for a write error, the source for any other.
+    /// Adds a path to the error: the path of the target for a write error, otherwise the path of the source.
     pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
         match self {
             Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {

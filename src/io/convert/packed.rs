@@ -9,7 +9,7 @@ use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use super::target::{Draft, finish};
 
-/// Length of the text in a Zstandard frame `[bytes]`.
+/// Length of the uncompressed text in a Zstandard frame `[bytes]`.
 const FRAME: usize = 1 << 20;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl Compressed {
 pub(super) enum Text {
     Plain(Draft),
     Gzip(GzEncoder<Draft>),
-    /// The file, and the text of the next frame, which is not compressed yet.
+    /// The file, and the uncompressed text of the next frame.
     Zstandard(Draft, Vec<u8>),
 }
 

@@ -1,4 +1,4 @@
-//! Writes frames one by one, as the calling program creates them, in the formats of other programs.
+//! Writes frames one by one in the formats of other programs.
 
 use std::path::Path;
 
@@ -8,9 +8,9 @@ use crate::model::Format;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Frames that a program writes one after the other, in the format of another program.
+/// Frames that the calling program writes one by one, in the format of another program.
 ///
-/// The output has a temporary name until the end. Unfinished output is removed.
+/// The output has a temporary name until the end, and is removed if it is not finished.
 ///
 /// ```
 /// use carom::io::convert::FrameSeries;
@@ -33,7 +33,7 @@ pub struct FrameSeries {
 }
 
 impl FrameSeries {
-    /// Creates a series in a file, or in a folder if the format needs one.
+    /// Creates the output file, or the output folder if the format needs one.
     ///
     /// # Errors
     /// [`ConvertError::Exists`] or [`ConvertError::Foreign`] if the target may not be replaced,
@@ -43,7 +43,7 @@ impl FrameSeries {
         Ok(Self { writer: open(format, &target, None)?, target, frames: 0 })
     }
 
-    /// Number of frames that have been written.
+    /// Number of frames written.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
@@ -52,7 +52,7 @@ impl FrameSeries {
     /// Adds a frame.
     ///
     /// # Errors
-    /// [`ConvertError::Unwritable`] if the format cannot represent it, [`ConvertError::Write`] if the target
+    /// [`ConvertError::Unwritable`] if the format cannot represent the frame, [`ConvertError::Write`] if the target
     /// cannot be written.
     pub fn write(&mut self, frame: &Frame) -> Result<(), ConvertError> {
         let moment = Moment { index: self.frames, frame, has_velocities: true };
@@ -64,8 +64,8 @@ impl FrameSeries {
     /// Gives the file or folder its final name.
     ///
     /// # Errors
-    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if another file or folder
-    /// was created at its path in the meantime.
+    /// [`ConvertError::Write`] if the target cannot be written, [`ConvertError::Exists`] if a file or folder has since
+    /// been created at its path.
     pub fn finish(self) -> Result<(), ConvertError> {
         let last = self.frames.saturating_sub(1);
         self.writer.finish().map_err(|error| failed(error, last, self.target.path()))?;

@@ -1,4 +1,4 @@
-//! Target of a conversion, and the files that the conversion may replace.
+//! Target of a conversion.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -13,8 +13,7 @@ use crate::io::partial::partial_of;
 use crate::io::plain;
 use crate::model::Format;
 
-/// Target of a conversion: a file or folder under a temporary name. The temporary file or folder is removed unless
-/// the conversion is completed.
+/// Output of a conversion under a temporary name: a file or a folder. Dropping this value removes incomplete output.
 #[derive(Debug)]
 pub(super) struct Target {
     path: PathBuf,
@@ -24,17 +23,15 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Checks that the target may be written. Creates the temporary folder if the format is a folder of files.
+    /// Checks that the target may be written, and creates the temporary folder if the format needs one.
     pub fn claim(path: &Path, format: Format, source: Option<&Path>, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
         remove_abandoned(folder_of(path));
-        // The source may itself have the temporary name, because a killed run leaves its trajectory under such a
-        // name.
+        // A killed run leaves its trajectory under a temporary name, which may be the name of the source.
         if let Some(source) = source.filter(|source| [path, &partial].into_iter().any(|path| is_same(path, source))) {
             return Err(ConvertError::Source(source.to_owned()));
         }
-        // A file with the temporary name may belong to a run or a conversion in progress, so it is not replaced
-        // without permission.
+        // A file with the temporary name may belong to work in progress. Replacing it needs permission.
         for path in [path, &partial] {
             if fs::symlink_metadata(path).is_ok() && !replace {
                 return Err(ConvertError::Exists(path.to_owned()));
@@ -56,7 +53,6 @@ impl Target {
         &self.partial
     }
 
-    /// Gives the file or folder its final name.
     pub fn complete(self) -> Result<(), ConvertError> {
         if self.format.is_folder() {
             sync_folder(&self.partial);
@@ -70,13 +66,11 @@ impl Target {
 
 impl Drop for Target {
     fn drop(&mut self) {
-        // After a successful conversion, the temporary file or folder no longer exists. Errors are ignored, because the
-        // next conversion to this path rejects or replaces what is left.
+        // After success, the temporary name no longer exists. The next conversion deals with anything that remains.
         let _ = remove(&self.partial);
     }
 }
 
-/// An output file that is not complete.
 pub(in crate::io) type Draft = BufWriter<File>;
 
 pub(in crate::io) fn draft(path: &Path) -> io::Result<Draft> {
@@ -88,7 +82,7 @@ pub(in crate::io) fn finish(mut draft: Draft) -> io::Result<()> {
     durability::sync_all(draft.get_ref())
 }
 
-/// Removes the files of earlier conversions from a folder, and the folder if nothing else is in it.
+/// Removes converted files from a folder, and the folder if it is then empty.
 pub(in crate::io) fn remove_converted(folder: &Path) -> Result<(), OutputError> {
     let endings: Vec<&str> = Format::ALL.into_iter().filter_map(Format::folder_of).flatten().copied().collect();
     let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
@@ -114,11 +108,8 @@ fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// Returns the path of a file or folder that cannot be an earlier conversion to this format: a folder in place of a
-/// file, a file in place of a folder, or a file of another kind in the folder.
-///
-/// # Errors
-/// If the folder cannot be read.
+/// Returns the path of a file or folder that is not an earlier conversion to this format: a folder instead of a file, a
+/// file instead of a folder, or a file of another kind in the folder.
 pub(in crate::io) fn foreign_in(path: &Path, format: Format) -> io::Result<Option<PathBuf>> {
     let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(None) };
     let Some(endings) = format.folder_of() else {

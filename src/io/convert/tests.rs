@@ -1,5 +1,3 @@
-//! Tests of conversions as a whole. Each format has its own tests.
-
 use std::fs;
 use std::path::Path;
 
@@ -10,8 +8,8 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::WriteError;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Returns a frame of four bonded particles along x. The box is periodic along x and z. The bond between particles 3
-/// and 0 crosses the boundary along x.
+/// Returns a frame of four bonded particles along x, in a box that is periodic along x and z. The bond between
+/// particles 3 and 0 crosses the boundary along x.
 pub(in crate::io) fn chain() -> Frame {
     let bead = |id: u32, species, radius| FrameParticle {
         id: ParticleId(id),
@@ -83,7 +81,7 @@ fn selected_frames_are_converted() {
         let frames: Result<Vec<Frame>, _> = FrameReader::new(&fs::read(&target).unwrap()[..]).collect();
         assert_eq!(frames.unwrap(), at(times));
     }
-    // Frames keep the numbers that they have in the source.
+    // The number of a frame is its number in the source.
     let table = folder.path().join("b.csv");
     convert(&source, Format::Csv, &table, &Options { first: 2, ..Options::default() }).unwrap();
     assert!(fs::read_to_string(table).unwrap().lines().nth(1).unwrap().starts_with("2,2,0,bead,"));
@@ -245,7 +243,7 @@ fn scalars_of_particles_are_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("a.xyz");
     let mut frame = chain();
-    // The particles are in reverse order. GSD sorts them by id, and the other formats keep the order.
+    // The particles are in reverse order. GSD sorts them by id; the other formats keep their order.
     frame.particles.reverse();
     let values = vec![0.5, 0.1 + 0.2, 0.0, -2.5];
     frame.scalars = vec![Scalar { name: "q6".into(), values: values.clone() }];
@@ -274,7 +272,7 @@ fn scalars_of_particles_are_in_every_format() {
         has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
     );
     assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
-    // The extended XYZ file can be read back. Scalars are rejected if their names conflict with columns of a format.
+    // Extended XYZ can be read back. Names of scalars that conflict with columns of a format are rejected.
     let back =
         FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
     assert_eq!(back, frame);

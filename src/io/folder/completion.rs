@@ -1,5 +1,3 @@
-//! Completes a run in its folder.
-
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -28,8 +26,7 @@ pub struct Completed {
     pub files: Vec<PathBuf>,
     /// Folder of the files.
     pub folder: PathBuf,
-    /// The folder of the old run, if the new run was meant to replace it but did not, because the new run is not sound
-    /// or a conversion failed.
+    /// Folder of the old run, if the new run was meant to replace it but is not sound or lacks a conversion.
     pub kept: Option<PathBuf>,
     /// Errors of the conversions that failed.
     pub failures: Vec<ConvertError>,
@@ -37,8 +34,8 @@ pub struct Completed {
 
 impl Folder {
     /// Ends the run: writes the measurements, the summary and `report.txt` with the text `report`, and gives all files
-    /// their final names. If the run was to replace an old run, it does so now, provided that it is
-    /// [sound](Finished::is_sound) and that all conversions succeeded.
+    /// their final names. The run replaces an old run only if it is [sound](Finished::is_sound) and all conversions
+    /// have succeeded.
     ///
     /// # Errors
     /// [`OutputError::Write`] if a file cannot be written. Then `summary.json` is missing or belongs to the old run. A
@@ -58,7 +55,7 @@ impl Folder {
         let scene = self.scene.map(|_| PartialFile::reopen(self.path.join(SCENE))).transpose()?;
         let files = [scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
         let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
-        // All files are on disk before the first of them is renamed.
+        // All files are on disk before the first rename.
         files.iter_mut().try_for_each(PartialFile::sync)?;
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
@@ -91,7 +88,6 @@ fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError>
     Ok(file)
 }
 
-/// Removes files that are outdated once a run has continued: pages, the old summary and old tables.
 fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
     let is_stale = |name: &&String| {
         [PAGE, SMALL_PAGE, SUMMARY_BEFORE].contains(&name.as_str())

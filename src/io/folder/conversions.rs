@@ -1,5 +1,3 @@
-//! Converts the trajectory of a run to the formats that its scene requests.
-
 use std::path::{Path, PathBuf};
 
 use super::{Folder, TRAJECTORY};
@@ -33,13 +31,13 @@ impl Conversions {
 }
 
 impl Folder {
-    /// Repeats conversions of a finished run that are missing, for example because the disk was full at the end of the
-    /// run. The list of the run contains the requested conversions. Nothing is done if the trajectory is missing. If
-    /// another file has the name of a conversion, this conversion counts as failed.
+    /// Repeats conversions of a finished run that are missing, for example because the disk was full. The list of the
+    /// run names the conversions. Without a trajectory, nothing is done. If a foreign file has the name of a
+    /// conversion, this conversion fails.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading its list. A failed
-    /// conversion is not an error; see [`Conversions::failures`].
+    /// [`OutputError::Busy`] if another program writes to the folder, and the errors of reading the list. Failed
+    /// conversions are in [`Conversions::failures`].
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);
         let is_missing = |format: &Format| {

@@ -1,4 +1,4 @@
-//! Writes the frames of a run one particle at a time.
+//! Writes the frames of a run, particle by particle.
 
 use std::convert::Infallible;
 use std::io::Write;
@@ -12,13 +12,12 @@ use crate::trajectory::frame::{Frame, FrameParticle};
 /// Data common to all frames of a run: the box, the bonds, the species and the sizes of particles.
 #[derive(Debug)]
 pub(crate) struct Frames {
-    /// A frame without particles. Its time and its other variable parts are set before it is written.
+    /// A frame without particles. Its time and other variable parts are set before each write.
     frame: Frame,
-    /// Number of particles.
     count: usize,
-    /// Radius of each species at the start of the scene; 0 for species without particles.
+    /// Radius of each species in the scene; 0 for species without particles.
     radii: Vec<f64>,
-    /// Species of each particle. Only the first entry is stored if all particles have the same species.
+    /// Species of each particle, or a single entry if all particles have the same species.
     species: Vec<SpeciesId>,
 }
 
@@ -37,7 +36,7 @@ impl Frames {
         Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    /// `diameters` are the diameters at the start of the scene.
+    /// `diameters` are the diameters of the particles in the scene.
     fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
@@ -52,7 +51,6 @@ impl Frames {
         Self { frame: Frame::without_particles(scene), count, radii, species }
     }
 
-    /// Number of particles.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -92,7 +90,7 @@ impl Frames {
 
     fn heading(&self, scale: f64) -> Heading {
         let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
-        // A scene always contains the masses of all species.
+        // Every scene contains the masses of all species.
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }

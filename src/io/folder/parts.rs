@@ -14,7 +14,6 @@ impl Folder {
     pub(crate) const SUMMARY: &'static str = SUMMARY;
     pub(crate) const REPORT: &'static str = REPORT;
     pub(crate) const SCENE: &'static str = SCENE;
-    /// Name of the list of files.
     pub(crate) const LIST: &'static str = owned::FILE;
 
     pub(crate) const REPLACEMENT_FOLDER: &'static str = replacement::FOLDER;
@@ -27,12 +26,12 @@ impl Folder {
         name == measurements::FILE || measurements::is_table(name)
     }
 
-    /// Whether a file with this name is a page or a picture. These can be made again from other files.
+    /// Whether a file with this name is a page or a picture, which other files can restore.
     pub(crate) fn is_view(name: &str) -> bool {
         [PAGE, SMALL_PAGE, PICTURE].contains(&name)
     }
 
-    /// Formats of the converted trajectories in the list of a run. The trajectory itself does not count.
+    /// Formats of the converted trajectories in the list of a run.
     pub(crate) fn formats_of(run: &Path) -> Vec<Format> {
         listed_formats(run)
     }
@@ -43,9 +42,6 @@ impl Folder {
 
     /// Compares the scene in the folder of a run with the checksum in a checkpoint. Returns false if the checkpoint has
     /// none, because the run did not store its scene.
-    ///
-    /// # Errors
-    /// [`CheckpointError::Scene`] if the scene differs.
     pub(crate) fn check_scene(run: &Path, manifest: &Manifest) -> Result<bool, CheckpointError> {
         let Some(checksum) = manifest.scene else { return Ok(false) };
         scene_copy::check(&run.join(SCENE), checksum)?;

@@ -1,5 +1,3 @@
-//! Resumes a run in its folder.
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,26 +21,26 @@ use crate::run::checkpoint::{Checkpoint, CheckpointError, Manifest};
 
 impl Folder {
     /// Resumes a run from its last checkpoint, or from the previous checkpoint if the last one is missing. Output
-    /// written after the checkpoint is cut off. If the folder contains an unfinished run that was to replace the old
-    /// run, the unfinished run is resumed. If `limit` is given, it replaces the end of the measurement. A checkpoint
-    /// with the new end is on disk when this function returns.
+    /// written after the checkpoint is cut off. If the folder contains an unfinished replacement of the run, the
+    /// replacement is resumed. `limit` replaces the end of the measurement, if it is given. On return, a checkpoint
+    /// with the new end is on disk.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes to the folder; [`OutputError::Checkpoint`] if there is no
     /// checkpoint, if a file is missing, too short, or does not match its checksum in the checkpoint, or if the run is
-    /// beyond the limit; [`OutputError::Foreign`] if a file not written by Carom is in the way;
-    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. Nothing is changed in these cases.
+    /// beyond the limit; [`OutputError::Foreign`] if a file that Carom did not write is in the way;
+    /// [`OutputError::NotPlain`] if a file of the run is a link or a folder. These errors leave everything unchanged.
     /// [`OutputError::Write`] if a file cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
         Self::resume_if(target, limit, None)
     }
 
-    /// Resumes a run with custom instruments, like [`Self::resume`]. `instruments` are their names. The program `carom`
-    /// has no custom instruments.
+    /// Resumes a run whose custom instruments have these names, like [`Self::resume`]. The program `carom` has no
+    /// custom instruments.
     ///
     /// # Errors
-    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with other instruments; nothing
-    /// is changed then.
+    /// The errors of [`Self::resume`], and [`OutputError::Instrument`] if the run began with other instruments. This
+    /// error leaves everything unchanged.
     pub fn resume_with(
         target: &Path,
         limit: Option<Limit>,
@@ -70,8 +68,8 @@ impl Folder {
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         outer.iter().try_for_each(|outer| outer.allow(&names))?;
-        // If the list was lost, the new list may lack files of this run. Files that are not listed are therefore not
-        // rejected here. `check_files` compares the checksums of the files with the checkpoint.
+        // If the list was lost, the new list may lack files of this run. So only listed files are checked here.
+        // `check_files` compares the checksums of all files with the checkpoint.
         owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         check_files(path, manifest)?;
@@ -89,7 +87,7 @@ impl Folder {
             PartialFile::reopen(path.join(SCENE))?;
         }
         let mut folder = Self {
-            // The checksum is missing if a program that uses the library has not stored the text of the scene.
+            // A program that uses the library may not have stored the text of the scene.
             scene: manifest.scene,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
@@ -106,11 +104,11 @@ impl Folder {
             outer,
         };
         if limit.is_some() {
-            // This checkpoint stores the new limit on disk.
+            // Stores the new limit on disk.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
-        // The limit in the scene is set even if no new limit is given. An earlier program may have written a checkpoint
-        // with a new limit and been killed before it changed the scene.
+        // Even without a new limit, the scene may be outdated: an earlier program may have been killed between the
+        // checkpoint with a new limit and the change of the scene.
         if folder.scene.is_some() {
             scene_copy::set_limit(&path.join(SCENE), checkpoint.simulation.scene().run().limit)?;
         }
@@ -128,10 +126,10 @@ fn check_files(path: &Path, manifest: &Manifest) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Locks the folder of the run to resume. Returns its path, its list and, if the run is to replace an old run, the list
-/// of the old run.
+/// Locks the folder of the run to resume. Returns its path, its list, and the list of the old run that it is to
+/// replace, if any.
 fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
-    // A folder without a run is rejected before a list of files is created in it.
+    // Rejects a folder without a run before a list of files is created in it.
     if !is_run(target) {
         let last = checkpoints::last(target);
         return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
@@ -147,9 +145,8 @@ fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError>
     Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
-/// Writes missing surface files and keeps existing ones. Existing files may show more: planes and cylinders are drawn
-/// beyond open sides of the box as far as the initial particles, which the scene of a resumed simulation may no longer
-/// contain.
+/// Writes missing surface files. Existing files are kept, because they may show more: beyond open sides of the box,
+/// planes and cylinders extend to the initial particles, which a resumed simulation may no longer contain.
 fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), OutputError> {
     let is_missing = |file: &Path| fs::symlink_metadata(file).is_err();
     let names = surfaces::names(scene);
@@ -158,7 +155,7 @@ fn add_surfaces(path: &Path, owned: &mut Owned, scene: &Scene) -> Result<(), Out
     surfaces::write(path, scene, is_missing)
 }
 
-/// Renames the old summary until a new summary is written, because a folder with a summary belongs to a finished run.
+/// Renames the old summary until the new summary is written. A folder with a summary counts as a finished run.
 fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {

@@ -13,21 +13,20 @@ use crate::io::partial::PartialFile;
 use crate::run::checkpoint::ManifestEntry;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Number of particles below which a frame is written at once, because starting a thread would take longer.
+/// Smaller frames are written at once, because starting a thread would take longer.
 const LEAST: usize = 256;
 
-/// The trajectory being written, one frame at a time. The next frame, a checkpoint and the end of the run wait until
-/// the present frame is written.
+/// The trajectory of a run. The next frame, a checkpoint and the end of the run wait until the present frame is
+/// written.
 #[derive(Debug)]
 pub(super) struct Trajectory {
     path: PathBuf,
     desk: Arc<Mutex<Desk>>,
     writer: Option<JoinHandle<()>>,
-    /// Length of the file before the pending frame `[bytes]`.
+    /// Length of the file before the frame that is being written `[bytes]`.
     before: u64,
 }
 
-/// Data shared with the thread that writes frames.
 #[derive(Debug)]
 struct Desk {
     file: PartialFile,
@@ -58,19 +57,14 @@ impl Trajectory {
         Self { path, desk: Arc::new(Mutex::new(desk)), writer: None, before: 0 }
     }
 
-    /// Appends a frame.
-    ///
-    /// # Errors
-    /// The error of the previous frame. An error of this frame is returned by the next call.
+    /// Appends a frame, and returns the error of the previous frame. The next call returns the error of this frame.
     pub fn add(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
         self.settled()?.due = Some((snapshot.clone(), scalars));
         self.begin()
     }
 
-    /// Appends a frame with the present state of a simulation.
-    ///
-    /// # Errors
-    /// The error of the previous frame, or of this frame if it is written at once.
+    /// Appends the present state of a simulation. Returns the error of the previous frame, or of this frame if it is
+    /// written at once.
     pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
         let mut desk = self.settled()?;
         if desk.frames.count() < LEAST {
@@ -83,7 +77,6 @@ impl Trajectory {
         self.begin()
     }
 
-    /// Starts a thread that writes the pending frame.
     fn begin(&mut self) -> Result<(), OutputError> {
         self.before = locked(&self.desk).file.length();
         let desk = Arc::clone(&self.desk);
@@ -103,12 +96,12 @@ impl Trajectory {
         if is_lost { Err(lost(&self.path)) } else { Ok(desk) }
     }
 
-    /// Length of the file `[bytes]`, without a frame that is being written.
+    /// Length of the file without a frame that is being written `[bytes]`.
     pub fn length(&self) -> u64 {
         self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
     }
 
-    /// Whether the last frame could not be written. The next call then returns the error.
+    /// Whether the last frame could not be written. The next call returns the error.
     pub fn has_failed(&self) -> bool {
         match self.desk.try_lock() {
             Ok(desk) => desk.written.is_err(),
@@ -117,18 +110,12 @@ impl Trajectory {
         }
     }
 
-    /// Waits for the frame in progress and syncs everything written so far to disk.
-    ///
-    /// # Errors
-    /// If a frame could not be written, or if syncing fails.
+    /// Waits for the frame in progress, and syncs the file to disk.
     pub fn keep(&mut self, run: &Path) -> Result<ManifestEntry, OutputError> {
         self.settled()?.file.keep(run)
     }
 
-    /// Waits for the last frame and returns the complete file.
-    ///
-    /// # Errors
-    /// If a frame could not be written.
+    /// Waits for the last frame, and returns the complete file.
     pub fn into_file(mut self) -> Result<PartialFile, OutputError> {
         drop(self.settled()?);
         let (desk, path) = (Arc::clone(&self.desk), self.path.clone());
@@ -139,7 +126,7 @@ impl Trajectory {
 }
 
 impl Drop for Trajectory {
-    /// Waits for the thread, so that nothing is written to the folder after its lock has been released.
+    /// Waits for the thread, so that nothing is written after the lock of the folder has been released.
     fn drop(&mut self) {
         let _ = self.writer.take().map(JoinHandle::join);
     }
@@ -180,7 +167,7 @@ mod tests {
                 trajectory.add_now(&simulation).unwrap();
                 frames.write_now(&mut expected, &simulation).unwrap();
                 if end == 3 {
-                    // A checkpoint contains all frames so far, each of them complete.
+                    // A checkpoint contains all complete frames so far.
                     let entry = trajectory.keep(folder.path()).unwrap();
                     assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
                     assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));

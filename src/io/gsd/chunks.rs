@@ -1,7 +1,6 @@
-//! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all
-//! arrays.
+//! The file layer of GSD: a header, named arrays of each frame, the list of names, and an index of all arrays.
 //!
-//! The index stays in memory until the end. It takes 32 bytes per array, which is about 130 bytes per frame.
+//! The index stays in memory until the end. It takes about 130 bytes per frame.
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -38,7 +37,7 @@ impl Kind {
     }
 }
 
-/// Entry of the index: the position of an array in the file.
+/// Index entry: the position of an array in the file.
 #[derive(Debug)]
 struct Entry {
     frame: u64,
@@ -52,7 +51,7 @@ struct Entry {
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: Draft,
-    /// Position of the next array in the file `[bytes]`; 0 before the header is written.
+    /// Position of the next array `[bytes]`; 0 before the header is written.
     end: u64,
     frame: u64,
     names: Vec<Cow<'static, str>>,
@@ -66,12 +65,11 @@ impl Chunks {
         Self { file, end: 0, frame: 0, names: Vec::new(), index: Vec::new(), frame_start: 0 }
     }
 
-    /// Index of the frame being written, from 0.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Appends an array to the present frame. An array without rows is left out.
+    /// Appends an array to the present frame, unless it has no rows.
     pub fn write(
         &mut self,
         name: impl Into<Cow<'static, str>>,
@@ -100,7 +98,7 @@ impl Chunks {
     }
 
     pub fn end_frame(&mut self) {
-        // GSD requires an index that is sorted by frame, then by name.
+        // GSD requires an index sorted by frame and name.
         if let Some(entries) = self.index.get_mut(self.frame_start..) {
             entries.sort_by_key(|entry| entry.name);
         }
@@ -108,7 +106,7 @@ impl Chunks {
         self.frame += 1;
     }
 
-    /// Writes the list of names, the index, and finally the header, which contains their positions.
+    /// Writes the list of names, the index, and last the header, which contains their positions.
     pub fn finish(mut self) -> io::Result<()> {
         let mut names: Vec<u8> = self.names.iter().flat_map(|name| name.bytes().chain([0])).collect();
         // An empty name marks the end of the list of names.
@@ -134,7 +132,7 @@ impl Chunks {
         }
         for text in [concat!("carom ", env!("CARGO_PKG_VERSION")), "hoomd"] {
             let field = header.len() + 64;
-            // The text is cut so that the last byte of the field stays zero.
+            // The last byte of the field stays zero.
             header.extend(text.bytes().take(63));
             header.resize(field, 0);
         }

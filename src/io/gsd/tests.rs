@@ -1,4 +1,4 @@
-//! Reads GSD files back with an independent reader, which was written from the specification.
+//! Reads GSD files back with an independent reader that follows the specification.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use crate::model::Format;
 use crate::model::ParticleId;
 use crate::trajectory::Frame;
 
-/// Type code, number of rows, number of columns, and bytes of an array.
+/// Contents of an array: type code, number of rows, number of columns, bytes.
 type Chunk = (u8, u64, u32, Vec<u8>);
 
 fn number<const N: usize>(bytes: &[u8], at: usize) -> [u8; N] {
@@ -102,8 +102,8 @@ fn gsd_frame_has_all_particle_data_and_bonds() {
 fn a_sheared_box_is_tilted_and_holds_its_particles() {
     let mut frame = Frame { displacement: -1.5, ..chain() };
     frame.periodic[1] = true;
-    // The box has its centre at (0, 2, 5) and a height of 6 along y. At y = 4.9, which is 2.9 above the centre, the
-    // tilted box is shifted along x by -1.5 * 2.9 / 6 = -0.725, and extends from -2.725 to 1.275.
+    // The centre of the box is at (0, 2, 5), and its height along y is 6. At y = 4.9, the tilted box is shifted along x
+    // by -1.5 * 2.9 / 6 = -0.725, and extends from -2.725 to 1.275.
     for (particle, x) in frame.particles.iter_mut().zip([-1.9, 1.2, 1.3, 1.9]) {
         particle.position = Vector::new(x, 4.9, 5.0);
     }
@@ -113,7 +113,7 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
     assert_eq!(get("configuration/box"), [4.0, 6.0, 10.0, -0.25, 0.0, 0.0]);
     let x: Vec<f32> = get("particles/position").into_iter().step_by(3).collect();
     assert_eq!(x, [-1.9, 1.2, -2.7, -2.1]);
-    // If a position is shifted back by one period, its image increases by 1.
+    // A particle that is shifted back by one period gets an image number larger by 1.
     let image = &chunks[&(0, "particles/image".to_owned())];
     let expected: Vec<u8> = [0, 1, 0, 3, 0, 0, 4, 0, 0, 0, 0, 2_i32].into_iter().flat_map(i32::to_le_bytes).collect();
     assert_eq!(image, &(7, 4, 3, expected));
@@ -123,7 +123,7 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
 fn image_counts_beyond_32_bits_are_rejected() {
     let mut frame = Frame { displacement: -1.5, ..chain() };
     frame.periodic[1] = true;
-    // At y = 4.9 the tilted box ends at x = 1.275. One period is therefore subtracted from x = 1.3.
+    // At y = 4.9, the tilted box ends at x = 1.275, so one period is subtracted from x = 1.3.
     frame.particles[0].position = Vector::new(1.3, 4.9, 5.0);
     frame.images = vec![[i32::MAX - 1, 0, 0], [0; 3], [0; 3], [0; 3]];
     let chunks = parse(&converted(&[frame.clone()], Format::Gsd));
@@ -162,7 +162,7 @@ fn particles_are_in_the_order_of_their_ids_and_bonds_follow() {
     frame.particles.reverse();
     let reversed = converted(&[frame], Format::Gsd);
     assert_eq!(reversed, converted(&[chain()], Format::Gsd));
-    // Bonds refer to particles by index, even if ids have gaps.
+    // Bonds refer to particles by index, even if the ids have gaps.
     let mut frame = chain();
     for particle in &mut frame.particles {
         particle.id.0 = particle.id.0 * 10 + 5;

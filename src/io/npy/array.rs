@@ -7,11 +7,10 @@ use std::path::Path;
 
 use crate::io::convert::{Draft, draft, finish};
 
-/// Length of the header `[bytes]`. It suffices for every shape used here, and is a multiple of 64 so that the data is
-/// aligned.
+/// Length of the header `[bytes]`: enough for every shape used here, and a multiple of 64 for alignment.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// Length of the header as stated in the file. It excludes the first ten bytes.
+/// Length of the header as stated in the file, without the first ten bytes.
 const STATED_SIZE: u16 = 118;
 
 #[derive(Debug)]
@@ -23,7 +22,7 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// `kind` is a NumPy type such as `<f8`.
+    /// `kind` is the NumPy type, such as `<f8`.
     pub fn create(path: &Path, kind: &str, row_shape: &[usize]) -> io::Result<Self> {
         let mut file = draft(path)?;
         file.write_all(&[0; HEADER_SIZE])?;
@@ -43,7 +42,7 @@ impl Array {
         array.finish()
     }
 
-    /// Writes words as an array of Unicode text, with four bytes per character. Shorter words are padded with zeros.
+    /// Writes words as Unicode text, four bytes per character. Shorter words are padded with zeros.
     pub fn words(path: &Path, words: &[&str]) -> io::Result<()> {
         let longest = words.iter().map(|word| word.chars().count()).max().unwrap_or(0).max(1);
         let codes = words.iter().flat_map(|word| {
@@ -66,7 +65,7 @@ impl Array {
     }
 }
 
-/// `kind` is a NumPy type such as `<f8`.
+/// `kind` is the NumPy type, such as `<f8`.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

@@ -1,4 +1,4 @@
-//! The simulated system in numbers: its box and its species.
+//! The simulated system in numbers.
 
 use serde::{Deserialize, Serialize};
 

@@ -45,7 +45,7 @@ fn a_run_has_the_surfaces_of_its_scene_as_files() {
     assert!(files.iter().all(|file| Folder::files_of(&target).contains(file)));
     let read = read_mesh("", "stl", &fs::read(&files[0]).unwrap()).unwrap();
     assert_eq!((read.triangles.len(), read.enclosed_volume()), (12, 1.0));
-    // A run that replaces this run writes its own surface files and keeps the user's files.
+    // A replacement of the run writes its own surface files, and keeps the user's files.
     let mine = target.join("surfaces/mine.txt");
     fs::write(&mine, "years").unwrap();
     fs::write(&files[0], "changed").unwrap();
@@ -80,7 +80,7 @@ fn a_resumed_run_writes_only_the_files_that_are_missing() {
     assert_eq!(fs::read(&first).unwrap(), b"as it was");
     assert!(fs::read(&second).unwrap() == before);
     drop(folder);
-    // The folder is missing, as after a run of an older version that wrote no surface files.
+    // Older versions wrote no surface files.
     fs::remove_dir_all(target.join("surfaces")).unwrap();
     let (_folder, checkpoint) = Folder::resume(&target, None).unwrap();
     assert_eq!(checkpoint.simulation.scene().surfaces().len(), 3);

@@ -1,4 +1,4 @@
-//! Writes the surface files of a trajectory as triangles in VTK PolyData files.
+//! Writes the surfaces of a trajectory as triangles in VTK PolyData files.
 
 use std::fs;
 use std::io::Write as _;
@@ -15,7 +15,7 @@ use crate::trajectory::Frame;
 
 #[derive(Debug)]
 struct Placed {
-    /// Name of the surface's VTK files, without frame number and extension.
+    /// Name of the surface's VTK files without frame number and extension.
     name: String,
     mesh: TriangleMesh,
     /// Index of the surface in the scene, if known.
@@ -24,7 +24,6 @@ struct Placed {
     is_written: bool,
 }
 
-/// All surface files of a trajectory, and the list of the VTK files that are written for them.
 #[derive(Debug, Default)]
 pub(in crate::io) struct Surfaces {
     all: Vec<Placed>,
@@ -32,7 +31,7 @@ pub(in crate::io) struct Surfaces {
 }
 
 impl Surfaces {
-    /// The error contains the path of a file and a description of its problem.
+    /// An error contains the path of a file and its problem.
     pub fn beside(trajectory: &Path) -> Result<Self, (PathBuf, String)> {
         let folder = trajectory.parent().unwrap_or(Path::new(""));
         let list = listed_surfaces(folder).map_err(|(path, error)| (path, error.to_string()))?;
@@ -100,7 +99,7 @@ impl Surfaces {
     }
 }
 
-/// Replaces a character by `_` if some file system or the PVD file does not permit it.
+/// Replaces a character that some file systems or the PVD format do not permit by `_`.
 fn plain(letter: char) -> char {
     if letter.is_ascii_alphanumeric() || "_-+.".contains(letter) { letter } else { '_' }
 }

@@ -90,7 +90,7 @@ fn vtk_frame_has_all_particle_data_and_bonds() {
         (file.cells("Verts", "connectivity"), file.cells("Verts", "offsets")),
         (vec![0, 1, 2, 3], vec![1, 2, 3, 4])
     );
-    // The bond from particle 3 to particle 0 crosses a periodic side and is not drawn.
+    // The bond between particles 3 and 0 crosses a periodic side, so no line is drawn.
     assert_eq!(file.cells("Lines", "connectivity"), [0, 1, 2, 1, 2, 3]);
     assert_eq!(file.cells("Lines", "offsets"), [2, 4, 6]);
 }

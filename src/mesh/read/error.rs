@@ -1,5 +1,3 @@
-//! Errors of reading mesh files.
-
 use std::fmt;
 
 use thiserror::Error;
@@ -45,13 +43,13 @@ pub enum MeshFileProblem {
         /// The extension.
         extension: String,
     },
-    /// The file is empty or contains only blanks.
+    /// The file is empty or blank.
     #[error("the file is empty: expected a mesh; export it again")]
     Empty,
     /// The file is text in UTF-16.
     #[error("the file is text in UTF-16: expected UTF-8 or ASCII; save it in that encoding")]
     Utf16,
-    /// The file is complete, but contains no triangle.
+    /// The file is complete but has no triangle.
     #[error("the file has no triangle: expected at least one {expected}; export a surface, not points or lines")]
     NoTriangle {
         /// Name of a triangle in this format, such as `facet`.
@@ -65,7 +63,7 @@ pub enum MeshFileProblem {
         /// Length of the file `[bytes]`.
         found: usize,
     },
-    /// The number of triangles in the header of a binary STL file does not agree with the length of the file.
+    /// In a binary STL file, the number of triangles in the header does not match the length of the file.
     #[error(
         "the header announces {triangles} triangles: expected {expected} bytes, found {found}, enough for {}; the file is damaged or cut off, copy or export it again",
         found.saturating_sub(84) / 50
@@ -81,7 +79,7 @@ pub enum MeshFileProblem {
     /// The file has more triangles than a mesh can have.
     #[error("{place}: expected {MOST_TRIANGLES} triangles at most; export a coarser mesh")]
     TooManyTriangles {
-        /// Position in the file of the first triangle above the limit.
+        /// Position of the first triangle above the limit.
         place: Place,
     },
     /// A coordinate is NaN, infinite or too large.
@@ -104,7 +102,7 @@ pub enum MeshFileProblem {
         /// The expected words.
         expected: &'static str,
     },
-    /// The file ends before its content is complete.
+    /// The file ends too early.
     #[error("line {line}: the file ends, expected {expected}; it is cut off, copy or export it again")]
     Truncated {
         /// Number of the last line, from 1.
@@ -139,7 +137,7 @@ pub enum MeshFileProblem {
         line: usize,
         /// Number of the missing vertex, as written in the file.
         found: i64,
-        /// Number of vertices that had been read when the error was found.
+        /// Number of vertices read so far.
         vertices: usize,
     },
 }
@@ -160,7 +158,7 @@ impl MeshFileError {
     }
 }
 
-/// Returns the beginning of a word for an error message, because a malformed word may be very long, or not be text.
+/// Returns the beginning of a malformed word for an error message. The word can be very long, or not be text.
 pub(super) fn shorten(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(word.get(..4 * LONGEST).unwrap_or(word));

@@ -1,26 +1,24 @@
 //! Triangulation of a face, which must be a plane polygon that does not cross itself.
 //!
-//! If the whole polygon is visible from its first corner, a fan around this corner is correct. This includes every
-//! convex polygon. Other polygons are projected along the axis closest to their normal and cut by ear clipping, with
-//! the crate `earcut`. Every corner remains a corner of some triangle, so that neighbouring faces keep their common
-//! edges.
+//! If the whole polygon is visible from its first corner, as for any convex polygon, a fan around this corner is
+//! correct. Other polygons are projected along the coordinate axis closest to their normal, and cut by ear clipping,
+//! with the crate `earcut`. Every corner belongs to a triangle, so neighbouring faces keep their common edges.
 
 use thiserror::Error;
 
 use crate::Vector;
 
-/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. It allows for
-/// coordinates that are written with only four digits.
+/// Largest accepted distance of a corner from the plane of its face, relative to the extent of the face. Coordinates
+/// with only four digits are accepted.
 const FLATNESS: f64 = 1e-3;
 
-/// Round-off error of an area, relative to the square of the extent. It comes from about ten operations on differences
-/// of coordinates.
+/// Round-off of an area after about ten operations on coordinates, relative to the square of the extent.
 const ROUNDING: f64 = 1e-13;
 
 /// Why a face cannot be cut into triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PolygonProblem {
-    /// The corners do not lie in a plane, so that the shape of the face is ambiguous.
+    /// The corners do not lie in a plane, so the shape of the face is ambiguous.
     #[error("is not flat: a corner is {distance:.3e} away from its plane, expected at most {allowed:.3e}")]
     NotFlat {
         /// Largest distance of a corner from the plane `[length]`.
@@ -33,17 +31,17 @@ pub enum PolygonProblem {
     CrossesItself,
 }
 
-/// Cuts a polygon of `n` corners into `n - 2` triangles with the same orientation. A triangle consists of three indices
-/// of corners. Returns `None` if the triangles are the fan around the first corner.
+/// Cuts a polygon of `n` corners into `n - 2` triangles of the same orientation, each with three indices of corners.
+/// Returns `None` if the fan around the first corner is correct.
 pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>, PolygonProblem> {
     let Some((&origin, rest)) = polygon.split_first() else { return Ok(None) };
     let extent = rest.iter().map(|corner| (corner - origin).amax()).fold(0.0, f64::max);
     let rounding = ROUNDING * extent * extent;
-    // The normal by Newell's method. Its length is twice the enclosed area.
+    // Newell's method: the length of the normal is twice the enclosed area.
     let fan: Vec<Vector> = rest.windows(2).map(|pair| (pair[0] - origin).cross(&(pair[1] - origin))).collect();
     let normal: Vector = fan.iter().sum();
     if normal.norm() <= rounding {
-        // If all corners are on a line, neither the face nor its fan has an area.
+        // A face with all corners on a line has no area, and neither has its fan.
         let is_line = fan.iter().all(|twice_area| twice_area.norm() <= rounding);
         return if is_line { Ok(None) } else { Err(PolygonProblem::CrossesItself) };
     }
@@ -59,8 +57,8 @@ pub(super) fn triangulate(polygon: &[Vector]) -> Result<Option<Vec<[usize; 3]>>,
     clip_ears(polygon, &normal).map(Some)
 }
 
-/// Whether the whole face is visible from its first corner. The fan around this corner then turns in one direction
-/// only, and by less than a full turn.
+/// Whether the whole face is visible from its first corner. Then the fan around this corner turns in one direction
+/// only, by less than a full turn.
 fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Vector], rounding: f64) -> bool {
     let sines = || fan.iter().map(|twice_area| unit.dot(twice_area));
     let cosines = rest.windows(2).map(|pair| (pair[0] - origin).dot(&(pair[1] - origin)));
@@ -69,7 +67,7 @@ fn is_seen_from_first(unit: &Vector, rest: &[Vector], origin: &Vector, fan: &[Ve
 }
 
 fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, PolygonProblem> {
-    // Projects the polygon onto a coordinate plane, so that its corners run counterclockwise.
+    // Projects the polygon onto a coordinate plane. The projected corners run counterclockwise.
     let across = normal.iamax();
     let (mut u, mut v) = ((across + 1) % 3, (across + 2) % 3);
     if normal[across] < 0.0 {
@@ -92,8 +90,7 @@ fn clip_ears(polygon: &[Vector], normal: &Vector) -> Result<Vec<[usize; 3]>, Pol
     if is_whole { Ok(triangles) } else { Err(PolygonProblem::CrossesItself) }
 }
 
-/// Inserts the corners that ear clipping leaves out because they lie on an edge of a triangle. The triangle is divided
-/// at these corners.
+/// Ear clipping leaves out corners that lie on an edge of a triangle. Divides the triangle at these corners.
 fn keep_corners(triangles: &mut Vec<[usize; 3]>, corners: usize) {
     let mut is_used = vec![false; corners];
     triangles.iter().flatten().for_each(|&corner| is_used[corner] = true);
@@ -141,7 +138,7 @@ mod tests {
         corners.iter().map(|[x, y]| Vector::new(3.0, -7.0, 11.0) + along * *x + up * *y).collect()
     }
 
-    /// Returns twice the area of each triangle of a polygon, as vectors along the normals.
+    /// Returns twice the area of each triangle of a polygon, as a vector along the normal.
     fn areas(polygon: &[Vector]) -> Result<Vec<Vector>, PolygonProblem> {
         let fan = || (2..polygon.len()).map(|k| [0, k - 1, k]).collect();
         let triangles = triangulate(polygon)?.unwrap_or_else(fan);
@@ -174,10 +171,10 @@ mod tests {
     fn a_face_that_is_seen_from_its_first_corner_stays_a_fan() {
         let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         assert_eq!(triangulate(&tilted(&square)), Ok(None));
-        // A concave face whose area is completely visible from its first corner.
+        // A concave face that is visible from its first corner.
         let dart = [[0.0, 0.0], [2.0, -1.0], [0.0, 3.0], [-2.0, -1.0]];
         assert_eq!(triangulate(&tilted(&dart)), Ok(None));
-        // Degenerate faces: two equal corners, and all corners on one line.
+        // Faces without area: two equal corners, and all corners on a line.
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]])), Ok(None));
         assert_eq!(triangulate(&tilted(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])), Ok(None));
     }

@@ -1,5 +1,5 @@
-//! Binary STL: a header of 80 bytes, the number of triangles, and 50 bytes per triangle. Some programs append a few
-//! bytes. Fewer than 50 additional bytes are ignored.
+//! Binary STL: a header of 80 bytes, the number of triangles, and 50 bytes per triangle. Up to 49 bytes after the last
+//! triangle are ignored, because some programs append a few bytes.
 
 use super::error::{MeshFileProblem, Place};
 use crate::Vector;
@@ -8,17 +8,16 @@ use crate::model::triangle_mesh::{LARGEST_COORDINATE, MOST_TRIANGLES, TriangleMe
 /// Length of the header, including the number of triangles `[bytes]`.
 const HEADER: usize = 84;
 
-/// Length of a triangle in the file `[bytes]`: normal, corners and attributes.
+/// Length of a triangle: normal, corners and attributes `[bytes]`.
 const TRIANGLE: usize = 50;
 
-/// Length of the beginning of a file that is searched for zero bytes `[bytes]`.
+/// Length of the part of a file that is searched for zero bytes `[bytes]`.
 const PROBED: usize = 1024;
 
-/// Whether to read a file as binary STL. This is the case if there are zero bytes near its beginning, or if it does not
-/// begin with `solid`.
+/// Whether a file is binary STL: it has zero bytes near its beginning, or does not begin with `solid`.
 ///
-/// Many programs write `solid` at the beginning of binary files too. Zero bytes distinguish such files from text, even
-/// if they are truncated: attributes are usually zero, and so is the highest byte of a triangle count below 2^24.
+/// Many programs begin binary files with `solid` too. These files differ from text by zero bytes, even if they are
+/// truncated: attributes are usually zero, and so is the highest byte of a triangle count below 2^24.
 pub(super) fn is_binary(content: &[u8]) -> bool {
     let text = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
     let is_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
@@ -34,12 +33,10 @@ fn announced(content: &[u8]) -> Option<u32> {
     content.get(HEADER - 4..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// Length of a binary STL file with this number of triangles `[bytes]`.
 fn length(triangles: u32) -> u64 {
     HEADER as u64 + TRIANGLE as u64 * u64::from(triangles)
 }
 
-/// Number of bytes after the last triangle of a file.
 pub(super) fn extra(content: &[u8]) -> usize {
     let expected = announced(content).map_or(0, length);
     content.len().saturating_sub(usize::try_from(expected).unwrap_or(usize::MAX))
@@ -74,7 +71,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
 fn corners(record: &[u8; TRIANGLE], number: usize) -> Result<[Vector; 3], MeshFileProblem> {
     let mut corners = [Vector::zeros(); 3];
     let coordinates = corners.iter_mut().flat_map(|corner| corner.iter_mut());
-    // The normal precedes the corners. Its three numbers are skipped.
+    // Skips the three numbers of the normal, which precede the corners.
     let (numbers, _) = record.as_chunks::<4>();
     for (coordinate, bytes) in coordinates.zip(numbers.iter().skip(3)) {
         *coordinate = f64::from(f32::from_le_bytes(*bytes));

@@ -1,12 +1,11 @@
-//! Text STL: solids made of facets, each with one loop of three vertices. Words may be on separate lines or all on one
-//! line.
+//! Text STL: solids made of facets, each with one loop of three vertices. Lines may break between any words.
 
 use super::error::{MeshFileProblem, Place};
 use super::words::{Word, Words};
 use crate::Vector;
 use crate::model::triangle_mesh::{MOST_TRIANGLES, TriangleMesh, Welder};
 
-/// Reads a text STL file, which may contain several solids. Their names are ignored and may have any encoding.
+/// Reads a text STL file with one or more solids. Their names are ignored, whatever their encoding.
 pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     let mut words = Words::of(content);
     let mut welder = Welder::default();
@@ -33,8 +32,7 @@ pub(super) fn read(content: &[u8]) -> Result<TriangleMesh, MeshFileProblem> {
     }
 }
 
-/// Skips the name of a solid, up to the end of the line or to the first facet on the same line. Returns whether such a
-/// facet follows.
+/// Skips the name of a solid, up to the end of the line or a facet on the same line. Returns whether a facet was found.
 fn skip_name(words: &mut Words<'_>) -> bool {
     let mut ahead = words.clone();
     while let Some(word) = ahead.next_on_line() {
@@ -47,7 +45,7 @@ fn skip_name(words: &mut Words<'_>) -> bool {
     false
 }
 
-/// Whether a word ends a part of the file. The end may be one word such as `endloop`, or two such as `end loop`.
+/// Whether a word ends a part of the file. The end is one word, such as `endloop`, or two, such as `end loop`.
 fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     let is_part = |text: &[u8]| text.eq_ignore_ascii_case(part.as_bytes());
     if let Some((end, rest)) = word.text.split_at_checked(3)
@@ -63,11 +61,10 @@ fn is_end(word: &Word<'_>, words: &mut Words<'_>, part: &str) -> bool {
     false
 }
 
-/// Reads a facet after its first keyword.
 fn facet(words: &mut Words<'_>) -> Result<[Vector; 3], MeshFileProblem> {
     keyword(words, "normal", "`normal`")?;
     for _ in 0..3 {
-        // The normal is not parsed, because in many files it is NaN for a facet of zero area.
+        // The normal is not parsed. In many files, the normal of a facet of zero area is NaN.
         next(words, "a component of the normal")?;
     }
     keyword(words, "outer", "`outer` after the three components of the normal")?;

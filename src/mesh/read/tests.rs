@@ -1,12 +1,10 @@
-//! Tests of readers: files that are read back, rejected files, and randomly damaged files.
-
 mod damaged;
 
 use super::*;
 use crate::Vector;
 use crate::mesh::write_stl::write_stl;
 
-/// Returns a sheet over a grid of squares, each of two triangles. Its coordinates are exact in every format.
+/// Returns a sheet of squares, each of two triangles. Its coordinates are exact in every format.
 fn sheet(side: u32) -> TriangleMesh {
     let corner = |x: u32, y: u32| Vector::new(f64::from(x) - 1.0, f64::from(y), 0.5 * f64::from((x * y) % 3));
     let square = |k: u32| {
@@ -107,12 +105,12 @@ fn triangle_count_in_header_is_checked_against_file_length() {
 fn binary_coordinates_must_be_finite() {
     for (bytes, shown) in [(f32::NAN, "NaN"), (f32::NEG_INFINITY, "-inf")] {
         let mut content = binary(&sheet(2));
-        // Overwrites a coordinate of the second corner of triangle 3.
+        // A coordinate of the second corner of triangle 3.
         content[84 + 3 * 50 + 24..][..4].copy_from_slice(&bytes.to_le_bytes());
         let message = refused("stl", &content);
         assert!(message.starts_with(&format!("triangle 3 (from 0): coordinate is `{shown}`, expected a finite")));
     }
-    // Normals are ignored and may have any value.
+    // Normals may have any value.
     let mut content = binary(&sheet(2));
     content[84..96].fill(0xff);
     assert!(read_mesh("a", "stl", &content).is_ok());
@@ -139,7 +137,7 @@ fn text_stl_is_read_with_any_name_case_and_layout() {
         bytes(&[b"\xef\xbb\xbfSolid\r\n", body.to_uppercase().replace('\n', "\r\n").as_bytes(), b"EndSolid"]),
         bytes(&[b"solid\n", body.replace('\n', " ").as_bytes(), b"endsolid\n\n \n"]),
         bytes(&[b"\n solid a\nendsolid a\nsolid b\n", body.as_bytes(), b"endsolid b\n"]),
-        // The remaining files have `end loop` in two words, lines that end with CR, or everything on one line.
+        // From here on: `end loop` as two words, lines that end with CR, and all words on one line.
         bytes(&[
             b"solid a\n",
             body.replace("endloop", "end loop").replace("endf", "End F").as_bytes(),
@@ -171,7 +169,7 @@ fn trailing_bytes_of_binary_stl_are_ignored_and_counted() {
     content.extend_from_slice(b"made by a scanner");
     assert_eq!(read_mesh("a", "STL", &content).unwrap(), mesh);
     assert_eq!(unread_bytes("STL", &content), 17);
-    // The added bytes now have the length of a triangle, so that the number of triangles in the header is too small.
+    // The appended bytes now fill a triangle, and the number of triangles in the header is too small.
     content.extend_from_slice(&[7; 33]);
     assert!(refused("stl", &content).starts_with("the header announces 8 triangles: expected 484 bytes, found 534"));
     assert_eq!(unread_bytes("obj", b"f"), 0);

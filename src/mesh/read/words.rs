@@ -3,7 +3,6 @@
 use super::error::{MeshFileProblem, Place, shorten};
 use crate::model::triangle_mesh::LARGEST_COORDINATE;
 
-/// A word and the number of its line, from 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Word<'a> {
     pub text: &'a [u8],
@@ -43,7 +42,7 @@ impl<'a> Words<'a> {
         Self { rest: content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content), line: 1 }
     }
 
-    /// Number of the line up to which the text has been read, from 1.
+    /// Number of the present line, from 1.
     pub fn line(&self) -> usize {
         self.line
     }
@@ -58,8 +57,8 @@ impl<'a> Words<'a> {
         (length > 0).then_some(Word { text, line: self.line })
     }
 
-    /// Returns the next word of the same line; `None` at the end of the line. A line that ends with a backslash
-    /// continues on the next line.
+    /// Returns the next word of the same line; `None` at the end of the line. A backslash before the end continues the
+    /// line.
     pub fn next_on_line(&mut self) -> Option<Word<'a>> {
         loop {
             let blanks =
@@ -82,8 +81,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Skips the rest of the line. Returns false at the end of the text. A backslash at the end does not continue the
-    /// line here, because a comment may end with a path such as `c:\`.
+    /// Skips the rest of the line. Returns false at the end of the text. A backslash does not continue the line here,
+    /// because a comment may end with a path such as `c:\`.
     pub fn skip_line(&mut self) -> bool {
         let end = self.rest.iter().position(|byte| is_line_end(*byte));
         let rest = end.map_or(&[][..], |end| self.rest.split_at(end).1);

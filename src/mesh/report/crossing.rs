@@ -1,20 +1,19 @@
 //! Tests whether two triangles intersect outside a common corner. Only exact signs of determinants decide.
 //!
-//! The intersection of two triangles ends where an edge of one triangle meets the other triangle, so each edge is
-//! tested against the other triangle. With a common corner, only the edges opposite to the corner are tested, because
-//! an intersection that continues from the corner crosses one of them. Triangles with a common edge intersect elsewhere
-//! only if one triangle is folded onto the other.
+//! The intersection of two triangles ends where an edge of one triangle meets the other, so each edge is tested. If the
+//! triangles share a corner, only the opposite edges are tested, because an intersection that continues from the corner
+//! crosses one of them. Triangles with a common edge intersect elsewhere only if one is folded onto the other.
 
 use super::predicates::{Projection, Sign, side};
 use super::tree::Bounds;
 use crate::Vector;
 
-/// Corner of a triangle: its position, and the side of the other triangle's plane on which it lies. The side is `None`
-/// if both triangles share the corner.
+/// Position of a triangle's corner, and its side of the other triangle's plane; `None` if the triangles share the
+/// corner.
 type Corner = (Vector, Option<Sign>);
 
-/// Whether two triangles intersect outside the corners that they share. Corners are shared if their coordinates are
-/// equal. The answer is no for triangles whose corners are on a line, and for triangles that share all corners.
+/// Whether two triangles intersect outside their shared corners, which have equal coordinates. False if the corners of
+/// a triangle are on a line, or if all corners are shared.
 pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     if is_clear(one, two) && is_clear(two, one) {
         return false;
@@ -38,8 +37,8 @@ pub(super) fn meet(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     }
 }
 
-/// Whether the triangles share one corner only, and the edge opposite to it is outside the box around the other
-/// triangle. This quick test separates most pairs of triangles around a common vertex.
+/// Whether the triangles share exactly one corner, and the opposite edge is outside the bounding box of the other
+/// triangle. This quick test separates most pairs of triangles around a vertex.
 fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     let (p, q) = match one.map(|corner| two.contains(&corner)) {
         [true, false, false] => (one[1], one[2]),
@@ -50,8 +49,8 @@ fn is_clear(one: &[Vector; 3], two: &[Vector; 3]) -> bool {
     !Bounds::around(&[p, q, q]).meets(&Bounds::around(two))
 }
 
-/// Returns the corners of a triangle; the corners that it shares with the other triangle come last. Returns `None` if
-/// all corners that are not shared lie on the same side of the other triangle's plane.
+/// Returns the corners of a triangle, shared corners last. Returns `None` if the other corners all lie on the same side
+/// of the other triangle's plane.
 fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     let [a, b, c] = triangle.map(|corner| (corner, (!other.contains(&corner)).then(|| side(other, &corner))));
     let is_on = |sign: Sign| [a, b, c].iter().all(|(_, found)| found.is_none_or(|found| found == sign));
@@ -65,7 +64,7 @@ fn sides(triangle: &[Vector; 3], other: &[Vector; 3]) -> Option<[Corner; 3]> {
     })
 }
 
-/// Whether two coplanar triangles with a common edge lie on the same side of it.
+/// Whether two coplanar triangles with a common edge lie on the same side of the edge.
 fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     let [apex, from, to] = &triangle;
     let turns =
@@ -73,20 +72,20 @@ fn is_folded(triangle: [Vector; 3], other: &Vector) -> bool {
     Projection::for_triangle(&triangle).is_some_and(turns)
 }
 
-/// Whether a segment intersects a triangle. The edges belong to the triangle.
+/// Whether a segment meets a triangle or its edges.
 fn edge_meets([(p, at_p), (q, at_q)]: [&Corner; 2], triangle: &[Vector; 3]) -> bool {
     if at_p == at_q {
         return *at_p == Some(Sign::Equal) && flat_edge_meets(p, q, triangle);
     }
-    // The line through the segment crosses the plane at one point. This point is inside the triangle if the line passes
-    // all edges on the same side.
+    // The line through the segment crosses the plane at one point. The point is inside if the line passes all edges on
+    // the same side.
     let [a, b, c] = triangle;
     let around = [(a, b), (b, c), (c, a)].map(|(from, to)| side(&[*from, *to, *p], q));
     !around.contains(&Sign::Greater) || !around.contains(&Sign::Less)
 }
 
-/// Whether a segment in the plane of a triangle intersects it. It does if neither a line along the segment nor a line
-/// along an edge separates the two.
+/// Whether a segment in the plane of a triangle meets the triangle. It does if no line along the segment or along an
+/// edge separates them.
 fn flat_edge_meets(p: &Vector, q: &Vector, triangle: &[Vector; 3]) -> bool {
     let Some((projection, turn)) = Projection::for_triangle(triangle) else { return false };
     let [a, b, c] = triangle;

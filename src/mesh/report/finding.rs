@@ -1,11 +1,9 @@
-//! Descriptions of faults.
-
 use std::fmt;
 
 use super::{EdgeFault, MOST_INTERSECTIONS, MOST_PAIRS, MeshReport, PairFault, TriangleFault};
 use crate::Vector;
 
-/// Fault of a mesh, with a suggestion for its repair. The text names the first place with this fault.
+/// Fault of a mesh, with a suggestion for its repair. The message names the first place of the fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
@@ -13,23 +11,22 @@ pub enum Finding {
     NoTriangle,
     /// A vertex is missing, not finite or too far away.
     Unusable(TriangleFault),
-    /// The surface has a rim, so that it encloses no volume.
+    /// The surface has a rim and encloses no volume.
     Open(EdgeFault),
     /// More than two triangles meet at an edge.
     Crowded(EdgeFault),
-    /// Normals of adjacent triangles point to different sides.
+    /// Normals of adjacent triangles point to different sides of the surface.
     NotOriented(EdgeFault),
-    /// Triangles have no area and therefore no normal.
+    /// Triangles have no area, and hence no normal.
     Degenerate(TriangleFault),
     /// Triangles are duplicated.
     Duplicates(PairFault),
     /// The surface intersects itself.
     SelfIntersections(PairFault),
-    /// Too many pairs of triangles are near each other to test them all.
+    /// Too many pairs of triangles are close to each other to test all of them.
     NotSearched,
 }
 
-/// Findings of a report, the worst first.
 pub(super) fn of(report: &MeshReport) -> Vec<Finding> {
     let is_left = report.triangles > 0 && report.unusable.count == 0 && !report.is_searched;
     let faults = [

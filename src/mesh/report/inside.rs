@@ -11,11 +11,10 @@ use crate::model::triangle_mesh::TriangleMesh;
 /// Whether a closed mesh contains a point. The sum of the solid angles of its triangles is `4 pi` times the winding
 /// number, which is not zero inside.
 ///
-/// The solid angle `omega` of a triangle with the corners `a`, `b` and `c` relative to the point follows from
+/// For a triangle with corners `a`, `b` and `c` relative to the point, the solid angle `omega` follows from
 /// `tan(omega / 2) = a . (b x c) / (|a| |b| |c| + (a . b) |c| + (b . c) |a| + (c . a) |b|)` (A. van Oosterom and J.
 /// Strackee, *The Solid Angle of a Plane Triangle*, IEEE Trans. Biomed. Eng. 30, 125, 1983). The time is proportional
-/// to the number of triangles; for many points see [`Inside`]. Points on the mesh itself may count as inside or
-/// outside.
+/// to the number of triangles; for many points, use [`Inside`]. The result for a point on the mesh is arbitrary.
 #[must_use]
 pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
     let half_angle = |corners: [Vector; 3]| {
@@ -24,16 +23,16 @@ pub fn contains(mesh: &TriangleMesh, point: &Vector) -> bool {
         libm::atan2(a.dot(&b.cross(&c)), x * y * z + a.dot(&b) * z + b.dot(&c) * x + c.dot(&a) * y)
     };
     let winding = mesh.all_corners().map(half_angle).sum::<f64>() / (2.0 * PI);
-    // The sum is an integer within round-off, or about a half for a point on the surface.
+    // Within round-off, the sum is an integer, or about a half for a point on the surface.
     winding.abs() > 0.5
 }
 
-/// Test for points inside a closed mesh. It uses exact signs, so that rounding never puts a point on the wrong side.
+/// Test for points inside a closed mesh. All signs are exact, so round-off never puts a point on the wrong side.
 ///
-/// The winding number is the number of triangles through which an upward ray leaves, minus the number through which it
-/// enters. A ray through an edge or a vertex is shifted by infinitesimal amounts, first along x and then, by a smaller
-/// one, along y, so that it passes through one of the adjacent triangles. The time is proportional to the number of
-/// triangles above and below the point. A tree over all triangles is kept in memory.
+/// The winding number is the number of triangles through which an upward ray from the point leaves the mesh, minus the
+/// number through which it enters. Infinitesimal shifts, along x and much smaller along y, move the ray off edges and
+/// vertices. The time is proportional to the number of triangles above and below the point. A tree over all triangles
+/// is kept in memory.
 #[derive(Debug, Clone)]
 pub struct Inside<'a> {
     mesh: Cow<'a, TriangleMesh>,
@@ -41,19 +40,19 @@ pub struct Inside<'a> {
 }
 
 impl<'a> Inside<'a> {
-    /// Prepares the search.
+    /// Prepares the test.
     #[must_use]
     pub fn of(mesh: &'a TriangleMesh) -> Self {
         Self { tree: Tree::of(mesh), mesh: Cow::Borrowed(mesh) }
     }
 
-    /// Prepares the search and takes ownership of the mesh.
+    /// Prepares the test and takes ownership of the mesh.
     #[must_use]
     pub fn of_own(mesh: TriangleMesh) -> Self {
         Self { tree: Tree::of(&mesh), mesh: Cow::Owned(mesh) }
     }
 
-    /// Whether the mesh contains a point. Points on the mesh itself may count as inside or outside.
+    /// Whether the mesh contains a point. The result for a point on the mesh is arbitrary.
     #[must_use]
     pub fn contains(&self, point: &Vector) -> bool {
         self.winding_number(point) != 0
@@ -71,15 +70,14 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// 1 if the upward ray from a point leaves through a triangle with an outward normal, -1 if it enters, 0 if
-/// it misses.
+/// 1 if the upward ray from a point leaves the mesh through a triangle, -1 if it enters, 0 if it misses the triangle.
 fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     let [a, b, c] = triangle;
     let turn = moved_turn(a, b, point);
     if turn == Sign::Equal || moved_turn(b, c, point) != turn || moved_turn(c, a, point) != turn {
         return 0;
     }
-    // If the normal of the triangle points up, a point below the triangle is behind it.
+    // If the normal points up, a point below the triangle is behind it.
     match (turn, side(triangle, point)) {
         (Sign::Greater, Sign::Less) => 1,
         (Sign::Less, Sign::Greater) => -1,
@@ -87,8 +85,8 @@ fn passes(triangle: &[Vector; 3], point: &Vector) -> i32 {
     }
 }
 
-/// Side of a directed line on which a point lies, seen from above; `Greater` is the left side. The point is first
-/// shifted by an infinitesimal amount along x and a much smaller one along y.
+/// Side of a directed line, seen from above, on which a point lies after infinitesimal shifts along x and, much
+/// smaller, along y. `Greater` is the left side.
 fn moved_turn(from: &Vector, to: &Vector, point: &Vector) -> Sign {
     let [_, _, along_z] = Projection::ALL;
     let ([x, y], [to_x, to_y]) = (along_z.of(from), along_z.of(to));

@@ -1,5 +1,3 @@
-//! Self-intersections of a mesh: pairs of triangles that intersect.
-
 use std::cell::Cell;
 
 use super::crossing::meet;
@@ -8,7 +6,7 @@ use super::{MOST_INTERSECTIONS, MOST_PAIRS, PairFault};
 use crate::model::triangle_mesh::TriangleMesh;
 
 /// Returns the pairs of triangles that intersect outside a common vertex or edge, and whether all pairs with
-/// overlapping boxes were tested. The search ends at [`MOST_INTERSECTIONS`] and at [`MOST_PAIRS`].
+/// overlapping boxes were tested. The search stops at [`MOST_INTERSECTIONS`] or [`MOST_PAIRS`].
 pub(super) fn self_intersections(mesh: &TriangleMesh, tree: &Tree) -> (PairFault, bool) {
     let mut fault = PairFault::default();
     let left = Cell::new(MOST_PAIRS);

@@ -70,7 +70,7 @@ fn closed_surfaces_have_no_findings() {
 fn rough_and_flattened_spheres_have_no_findings() {
     let mut random = ChaCha8Rng::seed_from_u64(2);
     for case in 0..20 {
-        // Vertices that move along rays from the centre produce spikes, but no self-intersections.
+        // Vertices that move along rays from the centre produce spikes but no self-intersections.
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 3).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.05 + uniform(&mut random));
         assert_clean(&mesh);
@@ -157,7 +157,7 @@ fn edges_with_three_triangles_and_separate_parts_are_counted() {
     let report = MeshReport::of(&TriangleMesh::welded([0.0, 1.0, 2.0].map(fin).into_iter()));
     assert_eq!((report.crowded_edges.count, report.open_edges.count, report.parts), (1, 6, 1));
     assert_eq!(report.crowded_edges.first, Some([Vector::zeros(), Vector::z()]));
-    // The number of parts does not depend on the order of the triangles. Vertices without triangles are not counted.
+    // The number of parts does not depend on the order of triangles, or on vertices without triangles.
     let mut random = ChaCha8Rng::seed_from_u64(3);
     for _ in 0..200 {
         let mut mesh = TriangleMesh { vertices: vec![Vector::zeros(); 30], triangles: Vec::new() };

@@ -1,5 +1,4 @@
-//! Thickness of the walls and gaps of a mesh, measured along rays from the middle of each triangle in the direction of
-//! its normal.
+//! Thickness of walls and gaps, measured along rays from the middle of each triangle, parallel to its normal.
 
 use std::cell::Cell;
 
@@ -8,7 +7,7 @@ use super::tree::{Bounds, Tree};
 use crate::Vector;
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
-/// Two triangles of a mesh that face each other at the shortest distance.
+/// Two triangles that face each other at the shortest distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thinnest {
     /// Distance from the middle of `triangle` to `other`, along the normal of `triangle` `[length]`.
@@ -19,29 +18,27 @@ pub struct Thinnest {
     pub other: usize,
 }
 
-/// Cosine of 60 degrees, the largest angle between the line of a ray and the normal of the triangle at which it ends.
+/// Cosine of 60 degrees, the largest angle between a ray and the normal of the triangle at which it ends.
 const FACING: f64 = 0.5;
 
-/// Tolerance for the barycentric coordinates of the point at which a ray hits a triangle. It keeps a ray from passing
-/// between two adjacent triangles. For bounding boxes, it is a relative tolerance of distances along the ray.
+/// Tolerance for barycentric coordinates, so that no ray passes between adjacent triangles, and relative tolerance for
+/// the distances of bounding boxes along a ray.
 const SLACK: f64 = 1e-9;
 
-/// Ray with a direction of unit length.
 #[derive(Debug, Clone, Copy)]
 struct Ray<'a> {
     origin: Vector,
     direction: Vector,
-    /// Number of triangles that may still be tested before the search ends.
+    /// Number of further triangles to test before the search ends.
     left: &'a Cell<usize>,
 }
 
-/// Follows two rays from the middle of each triangle: one along its normal, and one in the opposite direction. Returns
-/// the shortest ray of each kind, and whether all rays were followed. The search ends at [`MOST_PAIRS`].
+/// Follows two rays from the middle of each triangle: along its normal, and in the opposite direction. Returns the
+/// shortest ray of each kind, and whether all rays were followed. The search stops at [`MOST_PAIRS`].
 ///
-/// A ray ends at the first triangle that faces the triangle where it starts. It passes through triangles that share a
-/// vertex with the starting triangle, and through triangles with a normal that deviates by more than 60 degrees from
-/// the line of the ray. In an oriented mesh, triangles face each other only if their normals point in roughly opposite
-/// directions; in other meshes, the sign of the normals is ignored.
+/// A ray ends at the first triangle that faces the starting triangle. It passes through triangles that share a vertex
+/// with the starting triangle, and through triangles with normals more than 60 degrees from the ray. In an oriented
+/// mesh, normals of facing triangles must point in roughly opposite directions; in other meshes, their sign is ignored.
 pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> ([Option<Thinnest>; 2], bool) {
     let mut shortest = [None; 2];
     let left = Cell::new(MOST_PAIRS);
@@ -69,9 +66,9 @@ pub(super) fn thinnest(mesh: &TriangleMesh, tree: &Tree, is_oriented: bool) -> (
 }
 
 impl Ray<'_> {
-    /// Returns the distance and the index of the nearest triangle that the ray hits within `limit`. Triangles that
-    /// share a vertex with the triangle `from`, where the ray starts, are skipped. So are triangles with a unit normal
-    /// for which `faces` is false.
+    /// Returns the distance and the index of the nearest triangle that the ray hits within `limit`. Skips triangles
+    /// that share a vertex with `from`, where the ray starts, and triangles with a unit normal for which `faces` is
+    /// false.
     fn first(
         &self,
         mesh: &TriangleMesh,
@@ -121,8 +118,8 @@ impl Ray<'_> {
         enter <= leave * (1.0 + SLACK)
     }
 
-    /// Distance to a triangle (T. Möller and B. Trumbore, *Fast, Minimum Storage Ray-Triangle Intersection*,
-    /// J. Graph. Tools 2, 21, 1997).
+    /// Distance to a triangle (T. Möller and B. Trumbore, *Fast, Minimum Storage Ray-Triangle Intersection*, J. Graph.
+    /// Tools 2, 21, 1997).
     fn distance(&self, [a, b, c]: &[Vector; 3]) -> Option<f64> {
         let (along, across, from) = (b - a, c - a, self.origin - a);
         let p = self.direction.cross(&across);

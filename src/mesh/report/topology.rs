@@ -1,11 +1,10 @@
-//! Degenerate triangles, duplicate triangles, and the number of connected parts.
+//! Degenerate and duplicate triangles, and the number of connected parts.
 
 use super::{PairFault, TriangleFault};
 use crate::model::triangle_mesh::{TriangleMesh, twice_area};
 
 /// Largest area of a degenerate triangle, relative to the square of its longest side. The height of such a triangle is
-/// far below the seventh digit of `f32`, the precision of most files, and its normal has few significant digits in
-/// `f64`.
+/// far below the precision of `f32`, which most files use, and the normal has few significant digits in `f64`.
 const SMALLEST_AREA: f64 = 1e-12;
 
 pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
@@ -22,7 +21,6 @@ pub(super) fn degenerate(mesh: &TriangleMesh) -> TriangleFault {
     fault
 }
 
-/// Returns the triangles that have the same vertices as an earlier triangle.
 pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     let key = |(numbers, triangle): (&[u32; 3], u32)| {
         let mut sorted = *numbers;
@@ -42,7 +40,7 @@ pub(super) fn duplicates(mesh: &TriangleMesh) -> PairFault {
     fault
 }
 
-/// Different parts have no common vertex.
+/// Counts connected parts, which have no common vertices.
 pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     let mut parents: Vec<u32> = (0..).take(mesh.vertices.len()).collect();
     let mut is_used = vec![false; mesh.vertices.len()];
@@ -70,8 +68,7 @@ pub(super) fn parts(mesh: &TriangleMesh) -> usize {
     parts
 }
 
-/// Returns the vertex that represents the connected part to which a vertex belongs, and shortens the path to it
-/// (union-find with path halving).
+/// Returns the representative vertex of a connected part, and shortens the path to it (union-find with path halving).
 fn root(parents: &mut [u32], mut number: u32) -> u32 {
     loop {
         let parent = parents.get(number as usize).copied().unwrap_or(number);

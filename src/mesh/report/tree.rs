@@ -1,7 +1,6 @@
 //! Tree of bounding boxes around triangles (bounding volume hierarchy).
 //!
-//! Each triangle is in one leaf, so that the memory does not depend on the shapes of the triangles. In a grid of cells,
-//! a long thin triangle would be in many cells.
+//! Each triangle is in exactly one leaf, so that long thin triangles take no more memory than others.
 
 use std::ops::Range;
 
@@ -21,7 +20,6 @@ impl Bounds {
         Self { lower: a.inf(b).inf(c), upper: a.sup(b).sup(c) }
     }
 
-    /// Whether two boxes overlap or touch each other.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|axis| self.lower[axis] <= other.upper[axis] && other.lower[axis] <= self.upper[axis])
     }
@@ -30,9 +28,9 @@ impl Bounds {
 #[derive(Debug, Clone)]
 struct Node {
     bounds: Bounds,
-    /// Index of the next node in the list that is not below this node.
+    /// Index of the next node that is not below this node.
     next: usize,
-    /// Range of the triangles of a leaf in `Tree::order`; empty for other nodes.
+    /// Range of a leaf's triangles in `Tree::order`; empty for other nodes.
     triangles: Range<usize>,
 }
 
@@ -43,12 +41,11 @@ pub(super) struct Tree {
     order: Vec<u32>,
 }
 
-/// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Builds the tree by repeated halving of the set of triangles. Triangles are ordered by the centres of their boxes
-    /// along the longest edge, and by index if these are equal.
+    /// Builds the tree by repeated halving. Triangles are ordered by the centres of their boxes along the longest edge.
+    /// Equal centres are ordered by index.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let boxes: Vec<Bounds> = mesh.all_corners().map(|corners| Bounds::around(&corners)).collect();
         let mut order: Vec<u32> = (0..).take(boxes.len()).collect();
@@ -59,7 +56,7 @@ impl Tree {
         Self { nodes, order }
     }
 
-    /// Returns the indices of the triangles in all leaves that a search enters.
+    /// Returns the triangles in all leaves that a search enters.
     pub fn entered(&self, mut enters: impl FnMut(&Bounds) -> bool) -> impl Iterator<Item = u32> {
         let mut node = 0;
         let leaves = std::iter::from_fn(move || {
@@ -79,7 +76,7 @@ impl Tree {
     }
 }
 
-/// Adds a node for a range of triangles, and all nodes below it. Halving keeps the depth of the tree logarithmic.
+/// Adds a node for a range of triangles, and all nodes below it. The depth of the tree is logarithmic.
 fn grow(nodes: &mut Vec<Node>, boxes: &[Bounds], order: &mut [u32], place: usize) {
     let of = |number: &u32| boxes.get(*number as usize).copied();
     let mut all = order.iter().filter_map(of);

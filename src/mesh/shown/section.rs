@@ -7,13 +7,12 @@ use super::Region;
 use crate::Vector;
 use crate::model::{SurfaceShape, TriangleMesh};
 
-/// Number of corners of a circle.
 const CORNERS: u32 = 144;
 
-/// Width of the strip that shows a surface, relative to the diagonal of the region.
+/// Width of a strip, relative to the diagonal of the region.
 const WIDTH: f64 = 4e-3;
 
-/// Strip along the section of a surface with the plane of a two-dimensional scene, on the side away from the particles.
+/// Strip along the section of a surface with the plane of the scene, on the side away from the particles.
 pub(super) fn strip(shape: &SurfaceShape, region: &Region, flat: usize) -> TriangleMesh {
     let width = WIDTH * region.diagonal();
     match shape {
@@ -32,7 +31,7 @@ pub(super) fn strip(shape: &SurfaceShape, region: &Region, flat: usize) -> Trian
     }
 }
 
-/// Strip along a line, on the side opposite to its normal.
+/// Strip along a line, on the side opposite to the normal.
 fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> TriangleMesh {
     let Some(up) = normal.try_normalize(0.0) else { return TriangleMesh::default() };
     let along = Vector::from_fn(|k, _| if k == flat { 1.0 } else { 0.0 }).cross(&up);
@@ -43,8 +42,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     if (foot - region.centre()).norm() <= region.diagonal() {
         larger.hold(&foot, 0.0);
     }
-    // The strip lies behind the line. The region is extended by the width of the strip, so that no part of the strip is
-    // cut off if the line lies in a side of the box.
+    // The region is extended by the width of the strip. A strip behind a side of the box is then not cut off.
     (larger.lower, larger.upper) = (larger.lower.add_scalar(-width), larger.upper.add_scalar(width));
     let reach = larger.diagonal();
     let corners = [(-reach, 0.0), (reach, 0.0), (reach, -width), (-reach, -width)];
@@ -53,7 +51,7 @@ fn line(point: &Vector, normal: &Vector, region: &Region, flat: usize) -> Triang
     TriangleMesh::welded(fan(&polygon))
 }
 
-/// Strip around the segment that connects two points. Its two edges are at the given distances from the segment.
+/// Strip around the segment between two points. Its two edges have the given distances from the segment.
 fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     let [x, y] = [(flat + 1) % 3, (flat + 2) % 3];
     let direction = |angle: f64| {
@@ -63,8 +61,8 @@ fn ring(ends: &[Vector; 2], distances: [f64; 2], flat: usize) -> TriangleMesh {
     };
     let span = ends[1] - ends[0];
     let start = libm::atan2(span[y], span[x]);
-    // The outline consists of two half circles, first around the second end and then around the first. Each half circle
-    // includes its two end points, so that straight sides connect the half circles.
+    // The outline consists of half circles around the second and the first end. Each half circle includes its end
+    // points, so that straight sides connect the half circles.
     let half = CORNERS / 2;
     let corners = (0..2_u32).flat_map(|end| (0..=half).map(move |k| (end, end * half + k)));
     let outline: Vec<[Vector; 2]> = corners

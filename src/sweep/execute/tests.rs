@@ -22,8 +22,8 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
         };
         folder.execute_point(&sweep, point, &orders, &mut |_| ControlFlow::Continue(())).unwrap()
     };
-    // This callback makes the report, just before the conversion. It creates a folder with the name of the converted
-    // file, so only the conversion fails.
+    // Writing the report precedes the conversion. A folder with the name of the converted file lets only the conversion
+    // fail.
     let blocks = |_: &Finished| {
         fs::create_dir(&converted).unwrap();
         fs::write(converted.join("mine"), "").unwrap();
@@ -34,12 +34,12 @@ fn a_conversion_that_failed_is_made_by_the_next_call() {
     let once_more = |_: &Finished| -> String { panic!("the run was there already") };
     assert!(matches!(execute(&once_more), Fate::Failed(_)));
     fs::remove_dir_all(&converted).unwrap();
-    // Deletes the record of the failure, as if a full disk had prevented writing it.
+    // Deletes the record of the failure, as if the disk had been full.
     folder.keep_failure(point, None).unwrap();
     assert_eq!(execute(&once_more), Fate::Done);
     assert!(fs::read_to_string(&converted).unwrap().lines().count() > 1);
     assert_eq!((execute(&once_more), folder.failure(point)), (Fate::Kept, None));
-    // A folder with the name of the converted file does not count as a conversion.
+    // A folder with the name of the converted file is not a conversion.
     fs::remove_file(&converted).unwrap();
     fs::create_dir(&converted).unwrap();
     fs::write(converted.join("mine"), "").unwrap();

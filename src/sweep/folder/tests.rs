@@ -17,7 +17,7 @@ fn folder_belongs_to_one_sweep() {
     let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
     assert_eq!((again.points(), again.set()), (first.points(), first.set()));
     SweepFolder::open(&path, &again).unwrap();
-    // A sweep with more seeds is still the same sweep.
+    // More seeds do not make a different sweep.
     let more = sweep(&[("run.until_events", "10")], &["seed=1..9", "fill.0.packing_fraction=0.1,0.2"]);
     SweepFolder::open(&path, &more).unwrap();
     assert_eq!(Sweep::from_file(SweepFolder::file_in(&path)).unwrap().points().len(), 18);
@@ -54,8 +54,8 @@ fn scene_given_as_text_is_stored_in_the_sweep_folder() {
     assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
     SweepFolder::open(&path, &again).unwrap();
     assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
-    // A sweep is the same whether its scene is given as text or read from the folder. A different text makes a
-    // different sweep.
+    // The sweep does not depend on whether the scene comes from a text or from the folder. Another text makes another
+    // sweep.
     SweepFolder::open(&path, &sweep).unwrap();
     assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
     let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();

@@ -1,5 +1,3 @@
-//! Descriptions of barostats and their volume moves.
-
 use crate::base::text::digits;
 use crate::model::{Barostat, VolumeMoves};
 
@@ -14,7 +12,7 @@ pub fn barostat(barostat: &Barostat) -> String {
     format!("a volume move at intervals of {interval}, at a pressure of {pressure}: ln V changes {amplitude}")
 }
 
-/// Describes the volume moves of a measurement: their number, how many were accepted, and their size.
+/// Describes the volume moves of a measurement: number, accepted fraction and size.
 #[must_use]
 pub fn volume_moves(moves: &VolumeMoves) -> String {
     let accepted = moves.acceptance().map_or_else(String::new, |part| format!(", {:.1} % accepted", 100.0 * part));

@@ -1,10 +1,8 @@
-//! Means and their standard errors as text.
-
 use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
 use crate::base::text::digits;
 
-/// Formats a mean with two digits of its standard error, rounded to the same place: `1.0432 +- 0.0021`. If the only
-/// error is round-off, the mean stands alone.
+/// Formats a mean with two digits of its standard error, such as `1.0432 +- 0.0021`. The error is left out if it is
+/// only round-off.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
@@ -15,17 +13,15 @@ pub fn estimate(estimate: &Estimate) -> String {
     }
 }
 
-/// Formats a number without its error.
 fn exact(mean: f64) -> String {
     if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
 }
 
-/// Whole numbers below `2^53` are printed with all their digits.
+/// Whole numbers below `2^53` are printed with all digits.
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Describes the mean of an observable over an interval, as in [`estimate`]. Adds `conserved` to a value that never
-/// changes, and `no event` to a pressure or compressibility factor measured without events. If the mean of a wall
-/// quantity is zero, the text is `0 (not touched)`.
+/// Describes a mean, as [`estimate`] does. Adds `conserved` if the value never changes, and `no event` to a pressure or
+/// compressibility factor without events. Describes a wall quantity of zero as `0 (not touched)`.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
@@ -38,11 +34,11 @@ pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity
     }
 }
 
-/// Largest number of decimals before scientific notation is used.
+/// Largest number of decimals without scientific notation.
 const DECIMALS: i32 = 8;
 
 fn with_error(mean: f64, error: f64) -> String {
-    // The error is rounded first, because this may remove a decimal place: 0.0996 becomes 0.10.
+    // Rounding the error first can remove a decimal place: 0.0996 becomes 0.10.
     let rounded = format!("{error:.1e}");
     let exponent =
         |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
@@ -58,7 +54,7 @@ fn with_error(mean: f64, error: f64) -> String {
         let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
         format!("{mean:.places$e} +- {rounded}")
     };
-    // A mean that rounds to zero is printed without a sign.
+    // Removes the sign of a mean that rounds to zero.
     match text.strip_prefix('-') {
         Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
             positive.to_owned()
@@ -86,7 +82,7 @@ mod tests {
         assert_eq!(of(-0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
         assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
-        // Exact whole numbers, for example the number of particles that passed a plane.
+        // Exact whole numbers, such as the number of particles that crossed a plane.
         assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
     }
 

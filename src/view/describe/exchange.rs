@@ -1,5 +1,3 @@
-//! Descriptions of the replicas of a scene.
-
 use crate::base::text::digits;
 use crate::model::{ExchangeEnsemble, ExchangePlan, ParticleId, UmbrellaPlan};
 

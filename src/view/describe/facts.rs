@@ -1,4 +1,4 @@
-//! Facts of a scene, shared by `carom check` and the page of the run.
+//! Facts of a scene, for `carom check` and the page of the run.
 
 use super::{
     barostat, counts, equilibration, exchange, interactions, population, space, stage, start, surfaces, thermostat,
@@ -7,17 +7,17 @@ use crate::base::text::{digits, plural};
 use crate::engine::SingleThread;
 use crate::model::{Limit, Scene, Species, StaticSurface, Threads};
 
-/// A fact of a scene: a label and one or more lines of text.
+/// A fact of a scene: a label and at least one line of text.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fact {
-    /// Label: `particles`.
+    /// Label of the fact, such as `particles`.
     pub label: &'static str,
-    /// Values of the fact, one line each. There is at least one.
+    /// Text of the fact, line by line.
     pub values: Vec<String>,
 }
 
-/// The facts of a scene: system, dynamics and drives. Features that the scene does not use are left out.
+/// Facts of a scene: system, dynamics and drives. Unused features are left out.
 #[must_use]
 pub fn facts(scene: &Scene) -> Vec<Fact> {
     let run = &scene.run;
@@ -72,7 +72,7 @@ fn shear(rate: f64) -> String {
 
 pub(crate) const AUTO_THREADS: &str = "as many as there are cores, at most one per 250000 particles";
 
-/// Describes the number of threads that the scene requests. If only one is used anyway, the reason is added.
+/// Describes the requested number of threads. If a run can only use one, adds the reason.
 fn threads(scene: &Scene) -> Option<String> {
     let asked = match scene.run.threads {
         Threads::Number(1) => return None,

@@ -8,8 +8,7 @@ use crate::mesh::report::{Finding, Inside, Orientation, Thinnest};
 use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{MotionKind, Scene, SceneSurface, Species, SurfaceLaw, SurfaceMotion, SurfaceShape, TriangleMesh};
 
-/// A mesh whose size differs from that of the particles or the box by more than this factor is probably in the wrong
-/// units.
+/// A mesh that is smaller than the particles or larger than the box by this factor is probably in the wrong units.
 const OTHER_UNITS: f64 = 100.0;
 
 pub(super) fn surface(scene: &Scene, surface: &SceneSurface) -> String {
@@ -70,8 +69,8 @@ fn motion(motion: &SurfaceMotion) -> String {
     format!("{how} from t = {}{until}", digits(motion.from))
 }
 
-/// Describes the meshes of a scene: their volume, area, walls and gaps. Also returns warnings, for example about
-/// faults, wrong units, and particles that start inside.
+/// Describes the meshes of a scene: volume, area, walls and gaps. Also returns warnings, for example about faults,
+/// wrong units, or particles that start inside.
 #[must_use]
 pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     let (mut lines, mut warnings) = (Vec::new(), Vec::new());
@@ -81,7 +80,7 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
         let meeting = scene.particles.iter().filter(|particle| surface.meets(particle.species));
         let diameters = meeting.map(|particle| scene.species[particle.species.0 as usize].diameter);
         lines.push(format!("{}: {}", surface.name, about(&report, diameters.fold(0.0, f64::max))));
-        // An open rim is not reported as a fault, because funnels have one.
+        // An open rim is not a fault: funnels have one.
         let faults = report.findings().into_iter().filter(|finding| !matches!(finding, Finding::Open(_)));
         warnings.extend(faults.map(|finding| format!("mesh `{}`: {finding}; {}", surface.name, finding.cure())));
         warnings.extend(nearly_closed(surface, mesh, &report));
@@ -99,10 +98,10 @@ pub fn meshes(scene: &Scene) -> (Vec<String>, Vec<String>) {
     (lines, warnings)
 }
 
-/// Vertices of a mesh that are closer than this fraction of its size are probably the same vertex.
+/// Vertices closer than this fraction of a mesh's size are probably the same vertex.
 const NEARLY: f64 = 1e-6;
 
-/// Warns of a mesh that would be closed if nearby vertices were merged.
+/// Warns of a mesh that merging nearby vertices would close.
 fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     let open = report.open_edges.count;
     if open == 0 {
@@ -120,7 +119,7 @@ fn nearly_closed(surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshRepor
     })
 }
 
-/// Warns of surfaces that no particle can touch, and of motions that have no effect.
+/// Warns of surfaces that no particle can touch, and of motions without effect.
 #[must_use]
 pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -139,7 +138,7 @@ pub fn idle_surfaces(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Returns the axis along which a surface at rest lies entirely beyond a wall of the box.
+/// Returns the axis along which a surface at rest lies beyond a wall of the box.
 fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     if surface.moves() {
         return None;
@@ -166,10 +165,10 @@ fn beyond_walls(scene: &Scene, surface: &SceneSurface) -> Option<&'static str> {
     (0..3).find(|&axis| is_beyond(axis)).map(|axis| AXES[axis])
 }
 
-/// Relative tolerance for round-off in the comparison of two directions.
+/// Relative round-off in the comparison of two directions.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether a motion maps a surface onto itself: a plane that slides along itself, a round shape that turns
+/// Whether a motion maps a surface onto itself, such as a plane that slides along itself or a round shape that turns
 /// about its own axis or centre.
 fn is_along_itself(shape: &SurfaceShape, motion: &SurfaceMotion) -> bool {
     let are_parallel = |a: &Vector, b: &Vector| a.cross(b).norm() <= ROUNDING * a.norm() * b.norm();
@@ -213,7 +212,7 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.push(format!("area {}", digits(report.area)));
     let thin = |what: &str, thinnest: &Thinnest| format!("{what} down to {}", digits(thinnest.distance));
     parts.extend(report.wall.iter().map(|wall| thin("walls", wall)));
-    // Gaps wider than the largest particle are left out, because all particles pass through them.
+    // All particles pass through gaps wider than the largest particle.
     let narrow = report.gap.iter().filter(|gap| gap.distance < largest);
     parts.extend(narrow.map(|gap| thin("gaps", gap)));
     if report.wall.is_none() && report.gap.is_none() {
@@ -222,7 +221,6 @@ fn about(report: &MeshReport, largest: f64) -> String {
     parts.join(", ")
 }
 
-/// Warns of a mesh that is far smaller than the smallest particle or far larger than the box.
 fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Option<String> {
     let [lower, upper] = mesh.bounds();
     let size = (upper - lower).amax();
@@ -242,7 +240,6 @@ fn other_units(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh) -> Op
     })
 }
 
-/// Warns if particles start on both sides of a closed mesh.
 fn started_inside(scene: &Scene, surface: &SceneSurface, mesh: &TriangleMesh, report: &MeshReport) -> Option<String> {
     report.volume?;
     let inside = Inside::of(mesh);

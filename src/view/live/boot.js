@@ -1,4 +1,4 @@
-// Unpacks the scripts of the page, which are compressed with gzip, and starts them.
+// Unpacks and starts the compressed scripts of the page.
 (async () => {
   const letters = document.getElementById("scripts").textContent.trim();
   const packed = Uint8Array.from(atob(letters), (letter) => letter.charCodeAt(0));

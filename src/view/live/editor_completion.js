@@ -1,10 +1,10 @@
-// Completion: the valid words at the caret, and the list that offers them.
+// Completion: valid words at the caret, and the list that offers them.
 
 const COMPLETION_LENGTH = 60;
 
 const bare = (word) => word.replace(/^["']|["']$/g, "");
 
-/** Returns the offers whose word begins with the text `there`, then the offers whose word contains it. */
+/** Returns offers whose words contain the text `there`. Words that begin with this text come first. */
 function fitting(offers, there) {
   const wanted = bare(there).toLowerCase();
   const rank = ({ word }) => {
@@ -17,7 +17,7 @@ function fitting(offers, there) {
   return kept.length === 1 && kept[0].word === there ? [] : kept;
 }
 
-/** Returns a key with the beginning of its value. `caret` is the position at which typing continues. */
+/** Returns a key with the beginning of its value, and the position `caret` for further typing. */
 function keyInsertion({ word, type, standard }) {
   const [open, close] = { array: ["[", "]"], object: ["{ ", " }"] }[type] ?? (type === "string" && !standard ? ['"', '"'] : ["", ""]);
   const written = `${word} = ${open}`;
@@ -25,13 +25,12 @@ function keyInsertion({ word, type, standard }) {
 }
 
 /**
- * Returns the completions at a caret: `{start, end, there, offers: [{word, about, detail, insert, caret}]}`.
- * The text from `start` to `end` is replaced by `insert`. Returns undefined in comments and where no
- * completion is known.
+ * Returns the completions at a caret: `{start, end, there, offers: [{word, about, detail, insert, caret}]}`. An offer
+ * replaces the text from `start` to `end` by `insert`. Returns undefined in comments, or if there are no completions.
  */
 function completions(toml, caret, schema) {
   const { text } = toml;
-  // Table boundaries come from the whole text, because the text before the caret may end within a table.
+  // Tables are found in the whole text, because the text before the caret may end within a table.
   const table = toml.tables.findLast(({ start, end }) => start < caret && end <= caret) ?? toml.tables[0];
   const before = text.slice(0, caret);
   const part = new Toml(before.slice(table.start));
@@ -82,7 +81,7 @@ function keyCompletions({ place, line, after, caret, toml, schema }) {
     const whole = isOffered && key.type !== "array" ? { insert: `${key.word} = `, caret: key.word.length + 3, isContinued: true } : keyInsertion(key);
     return { word: key.word, about: key.about, detail, ...(hasValue ? plain : whole) };
   });
-  // A word alone on its line may also become a table header.
+  // A single word on a line may become the header of a table.
   if (line.trim() === there && there !== "" && after.trim() === "" && !dotted) {
     offers.push(...headerOffers(toml, schema));
   }
@@ -116,7 +115,7 @@ class CompletionList {
     this.box.append(this.list, this.about);
     editor.overlay.append(this.box);
     editor.area.setAttribute("aria-autocomplete", "list");
-    // A click on the completion list must not move the caret.
+    // A click on the completion list does not move the caret.
     this.box.addEventListener("pointerdown", (event) => event.preventDefault());
     this.list.addEventListener("click", (event) => {
       const item = event.target.closest("li");
@@ -131,7 +130,7 @@ class CompletionList {
     return !this.box.hidden;
   }
 
-  /** `isAsked` is true if the user requested the list with a key. */
+  /** `isAsked` is true if the user has requested the list with a key. */
   update(isAsked) {
     const { area } = this.editor;
     const found = area.selectionStart === area.selectionEnd ? completions(this.editor.toml, area.selectionStart, this.schema) : undefined;
@@ -185,7 +184,7 @@ class CompletionList {
     this.editor.area.removeAttribute("aria-controls");
   }
 
-  /** Handles a key. Returns whether the list used it. */
+  /** Handles a key, and returns whether the list has used it. */
   key(event) {
     if (!this.isOpen) {
       return false;

@@ -1,14 +1,13 @@
-// Undo and redo in the editor, for changes by typing, completion or a slider.
+// Undo and redo of changes by typing, completion or sliders.
 
 const HISTORY_LENGTH = 500;
 
-/** A pause longer than this starts a new undo step, in milliseconds. */
+/** A longer pause starts a new undo step, in milliseconds. */
 const HISTORY_PAUSE = 1200;
 
 /**
- * Returns the difference between two texts, `{at, removed, inserted}`, or undefined if they are equal.
- * `caret` is the position of the caret after the inserted text. It decides which of two equal letters is the
- * new one.
+ * Returns the difference between two texts, `{at, removed, inserted}`, or undefined if they are equal. `caret` is the
+ * position after the inserted text. It identifies the new letter among equal letters.
  */
 function textChange(before, after, caret = Infinity) {
   if (before === after) {
@@ -35,7 +34,7 @@ class TextHistory {
     this.last = -Infinity;
   }
 
-  /** Records a new text and returns the change. Successive changes of the same `kind` may become one step. */
+  /** Records a new text and returns the change. Successive changes of the same `kind` may form one step. */
   note(text, kind, caret, now = performance.now()) {
     const change = textChange(this.text, text, caret);
     if (!change) {
@@ -71,7 +70,7 @@ class TextHistory {
     return this.text.slice(0, at) + removed + this.text.slice(at + inserted.length);
   }
 
-  /** Returns `{text, caret}`, or undefined if there is no step. */
+  /** Returns the text and caret before the last step, `{text, caret}`, or undefined. */
   undo() {
     if (this.place === 0) {
       return undefined;
@@ -82,7 +81,7 @@ class TextHistory {
     return { text: this.text, caret: step.at + step.removed.length };
   }
 
-  /** Returns `{text, caret}`, or undefined if there is none. */
+  /** Returns the text and caret after the next step, `{text, caret}`, or undefined. */
   redo() {
     if (this.place === this.steps.length) {
       return undefined;

@@ -1,9 +1,6 @@
-// The keys, values and headers that are valid at a position in a scene, from the JSON Schema of scenes.
+// Valid keys, values and headers at a position in a scene, from the JSON Schema of scenes.
 
-/**
- * Keys whose value is a name defined elsewhere in the scene, each with the array of tables that defines the
- * name.
- */
+/** Keys whose value is a name, each with the array of tables that defines the name. */
 const SCHEMA_NAMES = { species: "species", bond: "interaction", interaction: "interaction" };
 
 const quoted = (word) => JSON.stringify(word);
@@ -15,7 +12,7 @@ class SceneSchema {
     this.schema = schema;
   }
 
-  /** Returns the schemas for a value at a path. There are several if the schema allows alternative forms. */
+  /** Returns the schemas of a value, one for each alternative form. */
   at(path) {
     let nodes = this.forms(this.schema);
     for (const step of path) {
@@ -30,14 +27,13 @@ class SceneSchema {
 
   forms(node) {
     const choices = node.anyOf ?? node.oneOf;
-    // Choices without `type` or `enum` only set conditions on the keys of a table. They are not alternative forms of a
-    // value.
+    // Choices without `type` or `enum` are conditions on the keys of a table, not alternative forms of a value.
     return choices?.some(({ type, enum: words }) => type ?? words) ? choices.flatMap((choice) => this.forms(choice)) : [node];
   }
 
   /**
-   * Returns the keys that can be added to a table: `{word, about, standard, type, isRequired}`. Keys that
-   * exist already or that conflict with existing values are left out. `toml` is the scene.
+   * Returns the keys that can be added to a table of the scene `toml`: `{word, about, standard, type, isRequired}`.
+   * Leaves out existing keys and keys that conflict with present values.
    */
   keys(path, toml) {
     const place = path.join(".");
@@ -56,7 +52,7 @@ class SceneSchema {
     return offers.sort((one, other) => Number(other.isRequired) - Number(one.isRequired));
   }
 
-  /** Returns the keys that conflict with the value of another key, such as the `lambda` of a hard sphere. */
+  /** Returns the keys that conflict with a present value. For example, a hard sphere cannot have `lambda`. */
   barred(node, get) {
     const keys = new Set();
     for (const { if: condition, then } of node.allOf ?? []) {
@@ -97,7 +93,7 @@ class SceneSchema {
     return offers;
   }
 
-  /** Returns the headers that a scene may have, such as `measure.flow`: `{word, about, isArray}`. */
+  /** Returns the valid headers of a scene, such as `measure.flow`: `{word, about, isArray}`. */
   headers(toml) {
     const offers = [];
     const walk = (node, path) => {

@@ -1,14 +1,13 @@
-// A scene in the fragment of a link: deflated, in base64url. A browser does not send the fragment to the
-// server.
+// A scene in the fragment of a link, deflated, in base64url. Browsers do not send the fragment to the server.
 
-/** Maximum size of the text in a link after decompression, in bytes. */
+/** Largest size of the text of a link, in bytes. */
 const SHARE_LIMIT = 1 << 20;
 
 const SHARE_KEY = "scene=";
 
 async function shareThrough(bytes, stream, limit = Infinity) {
   const writer = stream.writable.getWriter();
-  // An error of writing is ignored here, because it also makes reading fail.
+  // An error of writing makes reading fail too.
   writer.write(bytes).then(() => writer.close()).catch(() => {});
   const reader = stream.readable.getReader();
   const parts = [];
@@ -34,7 +33,7 @@ async function shareThrough(bytes, stream, limit = Infinity) {
   return joined;
 }
 
-/** Returns the fragment that contains a text, without the number sign. */
+/** Returns the fragment for a text, without the number sign. */
 async function shareFragment(text) {
   const packed = await shareThrough(new TextEncoder().encode(text), new CompressionStream("deflate-raw"));
   let letters = "";
@@ -44,10 +43,7 @@ async function shareFragment(text) {
   return SHARE_KEY + btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
-/**
- * Returns the text that a fragment contains, or undefined if it contains none. Rejects damaged or too long
- * fragments.
- */
+/** Returns the text in a fragment, or undefined if there is none. Rejects damaged or long fragments. */
 async function sharedText(fragment) {
   const found = fragment.replace(/^#/, "");
   if (!found.startsWith(SHARE_KEY)) {

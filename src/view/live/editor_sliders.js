@@ -1,7 +1,7 @@
-// Sliders for the values that a scene declares adjustable, or that a user would probably vary. A slider
-// changes the text of the scene.
+// Sliders for values that a scene declares adjustable, or that users often vary. A slider changes the text of the
+// scene.
 
-/** Maximum number of sliders for a scene that names none. */
+/** Largest number of sliders for a scene that declares none. */
 const SLIDER_COUNT = 7;
 
 /** Number of steps of a logarithmic slider. */
@@ -9,16 +9,13 @@ const SLIDER_STEPS = 200;
 
 const flatAxes = (toml) => ["x", "y", "z"].filter((axis) => toml.get(`space.${axis}`) === "flat").length;
 
-/** Returns the largest packing fraction that an arrangement reaches in a short time. */
+/** Returns the largest packing fraction that an arrangement reaches quickly. */
 function densest(toml, index) {
   const isRandom = toml.get(`fill.${index}.arrangement`) === "random";
   return [isRandom ? 0.55 : 0.7, isRandom ? 0.65 : 0.88, 0.95][flatAxes(toml)] ?? 0.5;
 }
 
-/**
- * Returns the upper end of a slider: `factor` times the present value, rounded up to one significant digit.
- * The upper end is 1 for a value of 0.
- */
+/** Returns the upper end of a slider: `factor` times the present value, rounded up to one digit; 1 for a value of 0. */
 function above(value, factor = 4) {
   const most = Math.abs(value) * factor || 1;
   const unit = 10 ** Math.floor(Math.log10(most));
@@ -26,9 +23,8 @@ function above(value, factor = 4) {
 }
 
 /**
- * Keys that users often vary, in order of priority. `fits` matches the path of the key. `range` returns
- * `{from, to, scale}` around the present value. `isLive` is true if a running simulation can continue with
- * the change.
+ * Keys that users often vary, by priority. `fits` matches the path of the key. `range` returns `{from, to, scale}`
+ * around the present value. `isLive` is true if the running simulation can take the new value.
  */
 const SLIDER_RULES = [
   {
@@ -53,7 +49,7 @@ const SLIDER_RULES = [
   { fits: /^dynamics\.contact_time$/, label: "contact time", range: (value) => ({ from: value / 100, to: value * 100, scale: "log" }) },
 ];
 
-/** Returns the value of a path for a slider: a number, or the length of a vector. */
+/** Returns the value of a slider: a number, or the length of a vector. */
 function sliderValue(toml, path) {
   const value = toml.get(path);
   if (typeof value === "number") {
@@ -72,8 +68,8 @@ function sliderVector(toml, path) {
 }
 
 /**
- * Returns a value as written in the scene. A vector keeps its direction. A vector of zero length takes the
- * last direction of the slider, or points down along the last axis.
+ * Returns a value as written in the scene. A vector keeps its direction. A zero vector takes the last direction of the
+ * slider, or points down along the last axis.
  */
 function sliderText(toml, slider, value) {
   const parts = sliderVector(toml, slider.key);
@@ -87,8 +83,8 @@ function sliderText(toml, slider, value) {
 }
 
 /**
- * Returns the name of the object to which a key belongs, or an empty text if the object is the only one of
- * its kind. A key of `space` returns its axis and side.
+ * Returns the name of the object with a key, or an empty text if it is the only one of its kind. For a key of `space`,
+ * returns the axis and the side.
  */
 function sliderOwner(toml, path) {
   const [table, index] = path.split(".");
@@ -104,10 +100,7 @@ function sliderOwner(toml, path) {
   return named.find((name) => typeof name === "string" && name !== "") ?? index;
 }
 
-/**
- * Returns sliders for interactions without a restitution. Their contacts are elastic, and the restitution is
- * the first value to vary.
- */
+/** Returns sliders for the restitution of interactions without this key, whose contacts are elastic. */
 function absentRestitution(toml) {
   const order = SLIDER_RULES.findIndex(({ fits }) => fits.test("interaction.0.restitution"));
   const found = [];
@@ -147,7 +140,7 @@ function derivedSliders(toml) {
   return found.sort((one, other) => one.order - other.order).slice(0, SLIDER_COUNT).map(({ slider }) => slider);
 }
 
-/** Returns the sliders that a scene names: `[{key, label, from, to, scale, unit}]`. */
+/** Returns the sliders that a scene declares: `[{key, label, from, to, scale, unit}]`. */
 function namedSliders(sliders, schema) {
   const isOwn = ({ key, from, to }) => typeof key === "string" && Number.isFinite(from) && Number.isFinite(to) && from < to;
   return sliders.filter(isOwn).map((slider) => {
@@ -159,7 +152,7 @@ function namedSliders(sliders, schema) {
   });
 }
 
-/** Converts between the positions of a slider and values without needless digits. */
+/** Converts between positions of a slider and values with few digits. */
 class SliderScale {
   constructor({ from, to, scale, isInteger }) {
     Object.assign(this, { from, to, isLog: scale === "log", isInteger });
@@ -185,8 +178,7 @@ class SliderScale {
 }
 
 /**
- * The sliders of a page. They call `moved(slider, written)`, where `written` returns the new value as written
- * in a given text.
+ * Sliders of a page. They call `moved(slider, written)`; `written` returns the new value as written in a given text.
  */
 class SliderSet {
   constructor(container, named, moved, schema) {
@@ -198,7 +190,7 @@ class SliderSet {
     this.first = new Map();
   }
 
-  /** Shows the values of a text. Builds new sliders if the text has other keys or labels. */
+  /** Shows the values of a text. Other keys or labels need new sliders. */
   follow(toml) {
     const sliders = this.named?.length > 0 ? namedSliders(this.named, this.schema) : derivedSliders(toml);
     const keys = JSON.stringify(sliders.map(({ key, label }) => [key, label]));
@@ -215,7 +207,7 @@ class SliderSet {
     }
   }
 
-  /** Clears the reset values, so that the next values shown become the reset values. */
+  /** The next values that are shown become the values for a reset. */
   settle() {
     this.first.clear();
     this.keys = "";

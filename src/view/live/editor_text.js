@@ -1,8 +1,8 @@
-// A text area with line numbers, syntax colours and error marks.
+// A text area with line numbers, syntax colours and marks for errors.
 
 const EDITOR_INDENT = "    ";
 
-/** Returns the pieces of each line, `[[kind, from, to], ...]`. Pieces that span several lines are split. */
+/** Returns the pieces of each line, `[[kind, from, to], ...]`. A piece that spans several lines is split. */
 function linePieces(text, tokens) {
   const lines = text.split("\n");
   const pieces = lines.map(() => []);
@@ -24,7 +24,7 @@ function linePieces(text, tokens) {
   return lines.map((words, index) => ({ words, pieces: pieces[index] }));
 }
 
-/** Returns the nodes for a text in which code is enclosed in backticks. */
+/** Returns the nodes of a text with code in backticks. */
 function proseNodes(words) {
   return words.split(/`([^`]+)`/).map((part, index) => {
     const node = document.createElement(index % 2 ? "code" : "span");
@@ -34,7 +34,7 @@ function proseNodes(words) {
 }
 
 class TextEditor {
-  /** `changed(kind)` is called after every change of the text. */
+  /** Calls `changed(kind)` after each change of the text. */
   constructor(container, text, changed) {
     this.changed = changed;
     this.container = container;
@@ -78,7 +78,7 @@ class TextEditor {
       }
     });
     area.addEventListener("keydown", (event) => this.key(event));
-    // The text area is as large as its text, so only the window scrolls.
+    // The text area is as large as its text. Only the window scrolls.
     area.addEventListener("scroll", () => area.scrollTo(0, 0));
     new ResizeObserver(() => this.remark()).observe(this.colours);
   }
@@ -87,7 +87,7 @@ class TextEditor {
     return this.area.value;
   }
 
-  /** Successive changes of one slider have the same `kind` and become one step. */
+  /** Successive changes of one slider have the same `kind`, and form one undo step. */
   write(text, kind) {
     if (text === this.text) {
       return;
@@ -97,7 +97,7 @@ class TextEditor {
     this.noted(kind);
   }
 
-  /** Replaces a range in one step. */
+  /** Replaces a range in one undo step. */
   replace(start, end, insert, caret = start + insert.length) {
     this.area.setRangeText(insert, start, end, "end");
     this.area.setSelectionRange(caret, caret);
@@ -131,7 +131,7 @@ class TextEditor {
       event.preventDefault();
       this.travel(letter === "z" && !event.shiftKey);
     } else if (event.key === "Escape") {
-      // After Escape, the Tab key leaves the editor, as it leaves any other field of the page.
+      // After Escape, the Tab key leaves the editor, as it leaves other fields.
       this.isLeaving = true;
       return;
     } else if (event.key === "Tab" && !isCommand && !event.altKey && !this.isLeaving) {
@@ -146,7 +146,7 @@ class TextEditor {
     this.isLeaving = false;
   }
 
-  /** Without a selection it inserts spaces. */
+  /** Indents or outdents the selected lines. Without a selection, inserts spaces. */
   indent(isOut) {
     const { selectionStart: start, selectionEnd: end } = this.area;
     if (start === end && !isOut) {
@@ -169,14 +169,14 @@ class TextEditor {
     return this.read;
   }
 
-  /** Only changed lines are rebuilt. */
+  /** Colours the whole text. Unchanged lines are not rebuilt. */
   paint() {
     this.lay(0, this.lines.length, linePieces(this.text, this.toml.tokens));
   }
 
   /**
-   * Colours the tables that a change touches. The other tables keep their colours, which can be wrong until
-   * `paint` if quotes or brackets are open.
+   * Colours the tables that a change touches. Open quotes or brackets can leave other tables with wrong colours until
+   * the next `paint`.
    */
   touch({ at, removed, inserted }) {
     const isHead = ({ pieces: [first] }) => first?.[0] === "table";
@@ -190,8 +190,7 @@ class TextEditor {
       tail += 1;
       end += this.lines[tail].words.length + 1;
     }
-    // Highlighting starts at the previous header, because a change to a header can change how the table before it is
-    // read.
+    // A changed header can affect the table before it, so colouring starts at the previous header.
     while (line > 0) {
       line -= 1;
       start -= this.lines[line].words.length + 1;
@@ -203,7 +202,7 @@ class TextEditor {
     this.lay(line, tail + 1, linePieces(part, new Toml(part).tokens));
   }
 
-  /** Replaces the lines from index `from` to before index `to`. */
+  /** Replaces the lines from `from` up to, but not including, `to`. */
   lay(from, to, lines) {
     const isSame = (one, other) => one.words === other.words && one.pieces.length === other.pieces.length
       && one.pieces.every(([kind, start, end], k) => other.pieces[k][0] === kind && other.pieces[k][1] === start && other.pieces[k][2] === end);
@@ -223,7 +222,7 @@ class TextEditor {
     }
     this.colours.insertBefore(rows, next);
     this.lines.splice(from, to - from, ...lines);
-    // The rows have no width of their own, so the browser can lay out each row without the others.
+    // Rows without a width of their own can be laid out one by one.
     const widest = this.lines.reduce((most, { words }) => Math.max(most, words.length), 0);
     this.colours.style.minWidth = `${widest + 2}ch`;
     if (this.lines.length !== this.numbered) {
@@ -249,8 +248,8 @@ class TextEditor {
   }
 
   /**
-   * Marks a line, and the letters from a column on if the column is known. Lines and columns count from 1.
-   * Without a line the mark is removed.
+   * Marks a line, or only `length` letters from a column if the column is known. Lines and columns count from 1.
+   * Without a line, removes the mark.
    */
   mark(line, column, length) {
     this.marked = line ? { line, column, length } : undefined;

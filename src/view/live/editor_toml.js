@@ -1,7 +1,7 @@
-// Reads TOML for the editor: the kind of each character, the position of each value, and the path in the
-// scene at a position in the text. It accepts any text; the engine reports errors.
+// Reads TOML for the editor: the kind of each character, the position of each value, and the path at a position.
+// Accepts any text, because the engine reports the errors.
 
-/** Kind of a piece by its first character. Words begin with any other character. */
+/** Kind of a piece by its first character. All other characters begin words. */
 const TOML_KINDS = {
   " ": "space", "\t": "space", "\r": "space", "\n": "newline", "#": "comment", '"': "string", "'": "string",
   "[": "mark", "]": "mark", "{": "mark", "}": "mark", "=": "mark", ",": "mark", ".": "mark",
@@ -18,13 +18,13 @@ const TOML_PIECES = {
 
 const TOML_NUMBER = /^[+-]?(?:inf|nan|\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][+-]?\d[\d_]*)?|0x[\da-fA-F_]+|0o[0-7_]+|0b[01_]+)$/;
 
-/** The line of a header, limited to the forms that occur in scenes. */
+/** Headers of tables, in the forms that scenes use. */
 const TOML_HEADER = /\[\[?[A-Za-z_][\w-]*(?:\.[\w-]+)*\]\]?[ \t]*(?:#[^\n]*)?(?:\n|$)/y;
 
-/** Maximum nesting depth, larger than in any scene. Deeper content is read as one value. */
+/** Largest nesting depth that is read. Deeper content is a single value. */
 const TOML_DEPTH = 32;
 
-/** Returns the number, string or truth value that a word stands for, or undefined if it is none of them. */
+/** Returns the number, string or truth value of a word, or undefined. */
 function tomlScalar(raw) {
   if (TOML_NUMBER.test(raw)) {
     const plain = raw.replaceAll("_", "");
@@ -48,7 +48,7 @@ function tomlScalar(raw) {
   return undefined;
 }
 
-/** A float keeps its decimal point. */
+/** Writes a number. A float keeps its decimal point. */
 function tomlNumber(value, isInteger = false) {
   if (!Number.isFinite(value)) {
     return Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
@@ -59,14 +59,13 @@ function tomlNumber(value, isInteger = false) {
 
 class Toml {
   /**
-   * `tokens`: `[kind, start, end]` in order. The kinds are comment, table, key, string, number, constant and
-   * error.
-   * `tables`: `{at, isArray, start, end, last}`. `at` is the path with indices. The header extends from
-   * `start` to `end`. `last` is the end of the last entry below the header.
-   * `place`: `{path, role}` at the end of the text. `path` is the enclosing table or value. `role` tells
-   * whether a key, value or header is expected.
-   * `entries`: `{path, keyStart, start, end, value}` by path, such as "fill.0.temperature". The value extends
-   * from `start` to `end`.
+   * `tokens`: `[kind, start, end]` in order. The kinds are comment, table, key, string, number, constant and error.
+   * `tables`: `{at, isArray, start, end, last}`. `at` is the path with indices. The header extends from `start` to
+   * `end`. `last` is the end of the last entry below the header.
+   * `place`: `{path, role}` at the end of the text. `path` is the enclosing table or value. `role` is the expected
+   * content: a key, a value or a header.
+   * `entries`: `{path, keyStart, start, end, value}` by path, such as "fill.0.temperature". The value extends from
+   * `start` to `end`.
    */
   constructor(text) {
     this.text = text;
@@ -82,7 +81,7 @@ class Toml {
     }
   }
 
-  /** Reads the next piece and skips spaces. `kind` is empty at the end. */
+  /** Reads the next piece that is not a space. `kind` is empty at the end. */
   next() {
     do {
       this.start = this.at;
@@ -90,7 +89,7 @@ class Toml {
       if (this.kind) {
         const pattern = TOML_PIECES[this.kind];
         pattern.lastIndex = this.at;
-        // Two things match no pattern: an unfinished string that ends in a backslash, and an unusual space character.
+        // A string that ends in a backslash, or an unusual space character, matches no pattern.
         this.at = pattern.test(this.text) ? pattern.lastIndex : this.at + 1;
       }
     } while (this.kind === "space");
@@ -105,7 +104,7 @@ class Toml {
     this.tokens.push([kind, start, end]);
   }
 
-  /** Splits a mark of two brackets and keeps the first bracket as the present piece. */
+  /** Splits a mark of two brackets. The first bracket becomes the present piece. */
   half() {
     if (this.kind === "mark" && this.piece.length === 2) {
       this.piece = this.piece[0];
@@ -171,7 +170,7 @@ class Toml {
     this.tables.push({ at: this.resolved(keys, isArray), isArray, start, end, last: end });
   }
 
-  /** Returns the path of a header: its keys with the indices in the arrays of tables. */
+  /** Returns the path of a header: its keys, and the indices in arrays of tables. */
   resolved(keys, isArray) {
     const path = [];
     keys.forEach((key, depth) => {
@@ -232,8 +231,8 @@ class Toml {
   }
 
   /**
-   * Skips separators, line ends and comments between elements. Returns false at the end of the text. `place`
-   * returns the place of the next element.
+   * Skips separators, line ends and comments between elements. Returns false at the end of the text. `place()` returns
+   * the place of the next element.
    */
   between(place) {
     if (this.kind) {
@@ -271,8 +270,7 @@ class Toml {
   }
 
   /**
-   * Returns whether a header begins here inside brackets or braces that are not closed. The rest of the text
-   * can then still be read.
+   * Returns whether a header begins here, inside an open bracket or brace. The text below the header can still be read.
    */
   isHeader() {
     TOML_HEADER.lastIndex = this.start;
@@ -296,7 +294,7 @@ class Toml {
     return this.text.length;
   }
 
-  /** Returns the entry of a path such as `fill.0.temperature` or `species.disk.mass`. */
+  /** Returns the entry at a path, such as `fill.0.temperature` or `species.disk.mass`. */
   find(path) {
     return this.entries.get(path) ?? this.entries.get(this.numbered(path));
   }
@@ -305,7 +303,7 @@ class Toml {
     return this.find(path)?.value;
   }
 
-  /** Returns a path with the indices of entries instead of their names. */
+  /** Replaces the names of entries in a path by their indices. */
   numbered(path) {
     const steps = [];
     for (const step of path.split(".")) {
@@ -324,8 +322,7 @@ class Toml {
   }
 
   /**
-   * Returns the change that sets a path to a value written in TOML, `{start, end, insert}`, or undefined if
-   * there is no table for it.
+   * Returns the change that gives a path a value in TOML, `{start, end, insert}`, or undefined if its table is missing.
    */
   edit(path, value) {
     const found = this.find(path);
@@ -353,8 +350,8 @@ class Toml {
   }
 
   /**
-   * Returns the change that adds a line after the last entry of a table. A first key of the scene itself goes
-   * before the first table.
+   * Returns the change that adds a line to a table, after its last entry. The first key of the scene itself precedes
+   * the first table.
    */
   insertion(table, line) {
     if (table.last > 0) {
@@ -362,7 +359,7 @@ class Toml {
       const start = end < 0 ? this.text.length : end;
       return { start, end: start, insert: `\n${line}` };
     }
-    // The new line is placed below the comment at the start of the scene.
+    // The new line follows the comment at the start of the scene.
     const lines = this.text.match(/^(?:#[^\n]*\n)*/)[0].length;
     return { start: lines, end: lines, insert: `${line}\n` };
   }

@@ -1,15 +1,11 @@
-// The engine in JavaScript: an instance of the WebAssembly module. The calls have the same names as in
-// web/engine/src/lib.rs.
+// The engine: an instance of the WebAssembly module. The calls have the names in web/engine/src/lib.rs.
 
 /** Number of values before the positions. */
 const HEADER = 24;
 
 const ENDS = ["events", "time", "idle", "failed", "end"];
 
-/**
- * A simulation. A trap of the module, such as the end of memory, throws a JavaScript error. The instance
- * cannot be used afterwards.
- */
+/** A simulation. A trap of the module, such as the end of memory, throws an error. The instance is then unusable. */
 class Engine {
   static async of(module) {
     const made = await WebAssembly.instantiate(module, {});
@@ -26,7 +22,7 @@ class Engine {
   }
 
   ask(call, request) {
-    // Unpaired surrogates do not exist in UTF-8. They become the replacement character, as in a file.
+    // UTF-8 has no unpaired surrogates. They become the replacement character, as in a file.
     const whole = (_, value) => (typeof value === "string" ? value.replace(/\p{Surrogate}/gu, "\ufffd") : value);
     const bytes = new TextEncoder().encode(JSON.stringify(request, whole));
     const at = this.calls.room(bytes.length);
@@ -46,21 +42,21 @@ class Engine {
   }
 
   /**
-   * Starts a scene from its text, with changed values such as `{"fill.0.temperature": "2"}`. Returns the
-   * content of the scene, or an error with its line, its remedy, and its offset and length in bytes.
+   * Starts a scene from its text, with changed values such as `{"fill.0.temperature": "2"}`. Returns the content of the
+   * scene, or an error with its line, its remedy, and its offset and length in bytes.
    */
   start(text, changes = {}) {
     return this.ask(this.calls.start, { text, changes });
   }
 
-  /** Returns the same error as `start`, or nothing. The simulation is unchanged. */
+  /** Returns the error that `start` would return, or nothing. The simulation is unchanged. */
   check(text, changes = {}) {
     return this.ask(this.calls.check, { text, changes });
   }
 
   /**
-   * Continues from the present positions and velocities with another scene. Returns the content of the scene,
-   * or an error. After an error the simulation continues unchanged.
+   * Continues with another scene from the present positions and velocities. Returns the content of the scene, or an
+   * error, which leaves the simulation unchanged.
    */
   change(text, changes = {}) {
     return this.ask(this.calls.change, { text, changes });
@@ -70,7 +66,7 @@ class Engine {
     return ENDS[this.calls.advance(events, time)];
   }
 
-  /** Positions, velocities and images are views that are valid until the next call. */
+  /** Returns the state. Positions, velocities and images are views, valid until the next call. */
   look() {
     const count = this.calls.look();
     const { buffer } = this.calls.memory;
@@ -88,7 +84,7 @@ class Engine {
     };
   }
 
-  /** A null leaves the value unchanged. Returns an error, or an empty text. */
+  /** Sets a particle. A null leaves the value unchanged. Returns an error, or an empty text. */
   set(id, position, velocity) {
     return this.ask(this.calls.set, { id, position, velocity }).error ?? "";
   }
@@ -99,13 +95,13 @@ class Engine {
     return this.message;
   }
 
-  /** Returns the poses of the surfaces, in the form of a recording's frame. */
+  /** Returns the poses of the surfaces as in a frame of a recording. */
   poses() {
     this.calls.poses();
     return this.message;
   }
 
-  /** Returns the text with the present positions and velocities instead of the initial ones, or an error. */
+  /** Returns the text with the present positions and velocities as the initial ones, or an error. */
   scene(text) {
     return this.ask(this.calls.scene, { text });
   }

@@ -1,5 +1,3 @@
-//! Description of a simulation for its live page.
-
 use serde::Serialize;
 
 use crate::Vector;
@@ -13,21 +11,20 @@ use crate::view::report::base64;
 use crate::view::report::recording::{MOST_TRIANGLES, SurfaceData, SurfaceHead, upwards};
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Description of a simulation for the page that shows it.
+/// A simulation as its page shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
-    /// Everything that does not change during the simulation, as JSON: species, box, bonds, surfaces, stages,
-    /// camera.
+    /// Constant data of the simulation as JSON: species, box, bonds, surfaces, stages, camera.
     pub head: String,
     surfaces: Surfaces,
 }
 
 impl Shown {
-    /// Describes a simulation. Its current time is taken as the start.
+    /// Describes a simulation. Its present time becomes the start.
     #[must_use]
     pub fn of(simulation: &Simulation) -> Self {
         let surfaces = surfaces(simulation.scene());
-        // Serialization cannot fail, because JSON can represent numbers and names.
+        // JSON can represent all numbers and names.
         let head = serde_json::to_string(&Head::of(simulation, &surfaces)).unwrap_or_default();
         Self { head, surfaces }
     }
@@ -41,7 +38,7 @@ impl Shown {
     }
 }
 
-/// Everything about a simulation that does not change while it runs. The page reads it as JSON.
+/// Constant data of a simulation, as JSON for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
@@ -50,7 +47,7 @@ struct Head {
     /// Simulated time at the start `[time]`.
     time: f64,
     species: Vec<SpeciesHead>,
-    /// Index of the species of each particle, in the order of their ids.
+    /// Species index of each particle, in the order of ids.
     particles: Vec<u32>,
     /// Lower corner of the box `[length]`.
     lower: [f64; 3],
@@ -58,33 +55,32 @@ struct Head {
     size: [f64; 3],
     periodic: [bool; 3],
     flat: [bool; 3],
-    /// Whether the lower and the upper side along each axis are walls.
+    /// Whether the lower and upper sides along each axis are walls.
     walls: [[bool; 2]; 3],
-    /// Whether the total momentum along an axis is conserved in the last stage.
+    /// Whether the total momentum along each axis is conserved in the last stage.
     conserved: [bool; 3],
     /// Velocity gradient of a sheared box `[1 / time]`.
     shear_rate: Option<f64>,
-    /// Planes perpendicular to an axis. The scene counts the particles that pass through them.
+    /// Planes through which the scene counts the passing particles.
     flows: Vec<FlowHead>,
-    /// Whether a surface without an opening contains the particles, so that nothing flows out.
+    /// Whether a surface contains the particles, so that nothing flows out.
     is_contained: bool,
     /// Lower and upper corner of the camera's view `[length]`.
     view: [[f64; 3]; 2],
-    /// Index of the axis that points up in the picture.
     up: usize,
-    /// Whether the positive direction of the axis `up` points down in the picture.
+    /// Whether the axis `up` points down in the picture.
     is_upside_down: bool,
     bonds: Vec<[u32; 2]>,
     stages: Vec<String>,
     live: LivePlan,
-    /// Duration of the last measurement `[time]`, if it is limited by time.
+    /// Time limit of the last measurement, if any `[time]`.
     until_time: Option<f64>,
-    /// Number of events in the last measurement, if it is limited by events.
+    /// Event limit of the last measurement, if any.
     until_events: Option<u64>,
     /// Layout of the bytes in `surface_data`.
     #[serde(skip_serializing_if = "Option::is_none")]
     surfaces: Option<SurfaceHead>,
-    /// Triangles, edges and vertices of the surfaces as bytes, in base64.
+    /// Triangles, edges and vertices of the surfaces in base64.
     #[serde(skip_serializing_if = "String::is_empty")]
     surface_data: String,
 }
@@ -92,9 +88,9 @@ struct Head {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FlowHead {
     name: String,
-    /// Index of the axis perpendicular to the plane.
+    /// Index of the axis normal to the plane.
     axis: usize,
-    /// Coordinate of the plane along this axis `[length]`.
+    /// Coordinate of the plane along its axis `[length]`.
     at: f64,
 }
 
@@ -104,9 +100,7 @@ struct SpeciesHead {
     name: String,
     /// Diameter of the species at the start `[length]`.
     diameter: f64,
-    /// Mass of a particle `[mass]`; `None` for a static species.
     mass: Option<f64>,
-    /// Constant acceleration of the species `[length / time^2]`.
     acceleration: [f64; 3],
     is_static: bool,
 }
@@ -175,8 +169,8 @@ fn flows(scene: &Scene) -> Vec<FlowHead> {
     planes.collect()
 }
 
-/// Whether a surface keeps the particles in. Such a surface is a sphere or a roughly horizontal cylinder touched from
-/// inside, or a closed mesh that contains the first particle that can touch it.
+/// Whether a surface keeps the particles in: a sphere or a roughly horizontal cylinder that is touched from inside, or
+/// a closed mesh around the first particle that can touch it.
 fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     match &surface.shape {
         SurfaceShape::Sphere { is_inside, .. } => *is_inside,
@@ -190,7 +184,7 @@ fn is_container(surface: &SceneSurface, scene: &Scene, up: usize) -> bool {
     }
 }
 
-/// Surfaces of a scene in order, including invisible ones.
+/// Surfaces of a scene in order, including invisible surfaces.
 fn surfaces(scene: &Scene) -> Surfaces {
     let skins = scene.surfaces().iter().zip(shown(scene)).enumerate().map(|(number, (surface, (_, mesh)))| Skin {
         number: Some(number),
@@ -200,8 +194,8 @@ fn surfaces(scene: &Scene) -> Surfaces {
     Surfaces { skins: skins.filter(|skin| !skin.triangles.is_empty()).collect() }
 }
 
-/// Returns the lower and upper corner of the region to show. It contains the box, or the particle centres if there is
-/// no box, and the surfaces that do not extend far beyond them.
+/// Returns the lower and upper corner of the region to show. It contains the box, or else the particle centres, and the
+/// surfaces that do not extend far beyond.
 fn view(scene: &Scene, surfaces: &Surfaces) -> [Vector; 2] {
     let space = scene.space();
     let mut view = [space.lower, space.upper()];

@@ -1,23 +1,21 @@
 /** Interval between updates of the numbers beside the picture `[ms]`. */
 const READING = 250;
 
-/** Interval at which the displays beside the picture get a frame while the simulation runs `[ms]`. */
+/** Interval between frames for the displays beside the picture while the simulation runs `[ms]`. */
 const BESIDE = 100;
 
-/** Drawing time above which a picture counts as slow `[ms]`. */
+/** Drawing time of a slow picture `[ms]`. */
 const SLOW = 60;
 
-/** Number of future events that are requested for announcements. */
+/** Number of future events requested for announcements. */
 const AHEAD = 400;
 
-/**
- * Starts the graphics while the worker unpacks the engine, because the first picture of a page needs them.
- */
+/** Starts the graphics for the first picture while the worker unpacks the engine. */
 function wakeGraphics() {
   document.createElement("canvas").getContext("webgl2")?.getExtension("WEBGL_lose_context")?.loseContext();
 }
 
-/** A running scene: its display on the page and the actions of the user. */
+/** A running scene: its display, and the actions of the user. */
 class Live {
   constructor() {
     this.scene = JSON.parse(document.getElementById("scene").textContent);
@@ -58,7 +56,7 @@ class Live {
       try {
         handler(value);
       } catch (error) {
-        // An error in one handler, such as a plot, must not stop the others.
+        // An error in one handler, such as a plot, does not stop other handlers.
         console.error(error);
       }
     }
@@ -99,7 +97,7 @@ class Live {
     }
   }
 
-  /** Handles a scene that has started, or that continues with other values. */
+  /** Handles a scene that has started or has taken other values. */
   begin({ head, text, changes, isChange }) {
     const isLike = (keys) => this.head !== undefined && JSON.stringify(keys.map((key) => head[key])) === JSON.stringify(keys.map((key) => this.head[key]));
     const isSameView = isChange || isLike(["lower", "size", "flat", "view", "up", "isUpsideDown"]);
@@ -147,7 +145,7 @@ class Live {
     if (this.announcer.isOn) {
       this.announcer.note(frame, now);
     }
-    // The plots and numbers beside the picture need fewer updates than the picture.
+    // The displays beside the picture need fewer updates.
     if (!this.isPlaying || !(now - this.toldAt < BESIDE)) {
       this.toldAt = now;
       this.tell("frame", frame);
@@ -155,7 +153,7 @@ class Live {
     this.isDue = true;
   }
 
-  /** The scene starts at its natural speed. */
+  /** Starts a scene at its natural speed. */
   first(frame) {
     this.isNew = false;
     liveElement("message").hidden = true;
@@ -260,9 +258,7 @@ class Live {
     this.redraw();
   }
 
-  /**
-   * Requests a drawing before the next repaint of the browser, with a new picture of the worker if `isFresh`.
-   */
+  /** Requests a drawing before the next repaint. If `isFresh`, also requests a new picture from the worker. */
   redraw(isFresh = false) {
     this.isDue = true;
     this.isWanted ||= isFresh;
@@ -286,7 +282,7 @@ class Live {
       this.drawnAt = now;
       this.draw(now);
     }
-    // Tests read this attribute. It is present until the picture shows everything that was requested.
+    // Tests read this attribute, which lasts until the picture is up to date.
     const isDue = this.isDue || this.isWanted || this.isAsked || this.worker.askedAt !== undefined;
     document.getElementById("live").toggleAttribute("data-due", Boolean(isDue));
     this.watch();
@@ -327,7 +323,7 @@ class Live {
     }
   }
 
-  /** Shows a message if the engine has not answered for a long time, and offers to start again. */
+  /** If the engine has been silent for long, shows a message and offers to start again. */
   watch() {
     const seconds = Math.floor(this.worker.silence() / 1000);
     if (seconds > 0 && seconds !== this.silence) {
@@ -342,7 +338,7 @@ class Live {
     this.silence = seconds;
   }
 
-  /** Ends a worker that does not answer, and starts the scene in a new worker. */
+  /** Ends a silent worker, and starts the scene in a new worker. */
   renew() {
     this.isAsked = false;
     this.hand.forget();

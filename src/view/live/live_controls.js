@@ -28,7 +28,6 @@ class LiveControls {
     });
   }
 
-  /** Applies the choices of the user. */
   choose() {
     const { picture } = this.live;
     picture.choices = {
@@ -47,7 +46,7 @@ class LiveControls {
     this.live.redraw(true);
   }
 
-  /** Shows the choices that apply to the particles of a scene. */
+  /** Shows the choices that apply to a scene. */
   offer(head, hasMesh) {
     const isFew = head.moving.length + head.fixed.length <= MOST_SHADED;
     liveElement("static-choice").hidden = !hasMesh;
@@ -60,7 +59,7 @@ class LiveControls {
     this.choose();
   }
 
-  /** Counts a slow picture. After three of them it turns shadows off, unless the user has set the choice. */
+  /** Counts a slow picture. The third one turns shadows off, unless the user has set the choice. */
   slow() {
     this.slowPictures += 1;
     if (this.slowPictures > 2 && !this.hasChosenShadows && liveElement("shadows").checked) {
@@ -89,7 +88,7 @@ class LiveControls {
     this.live.redraw();
   }
 
-  /** Handles keys for the whole page, except while the user types. */
+  /** Handles keys of the page, unless the user is typing. */
   key(event) {
     const { target } = event;
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || isTypedInto(target)) {

@@ -1,7 +1,7 @@
-/** Length of the last part of a drag, which sets the velocity of the released particle `[ms]`. */
+/** Length of the end of a drag, which sets the velocity of the released particle `[ms]`. */
 const FLICK = 80;
 
-/** Drags particles in the plane of the screen, and flicks them. */
+/** Drags and flicks particles in the plane of the screen. */
 class Hand {
   constructor(live) {
     this.live = live;
@@ -10,10 +10,7 @@ class Hand {
     this.listen(live.picture.canvas);
   }
 
-  /**
-   * Listens to the pointer. The listeners of the camera are added later, so a pointer that holds a particle
-   * does not reach them.
-   */
+  /** Listens to the pointer before the camera does, so that a drag of a particle does not move the camera. */
   listen(canvas) {
     canvas.addEventListener("pointerdown", (event) => {
       if (this.grab(event)) {
@@ -39,7 +36,7 @@ class Hand {
         }
       });
     }
-    // While a particle is dragged with a finger, the page does not scroll.
+    // The page does not scroll while a finger drags a particle.
     canvas.addEventListener("touchmove", (event) => {
       if (this.index >= 0 && event.cancelable) {
         event.preventDefault();
@@ -47,7 +44,7 @@ class Hand {
     }, { passive: false });
   }
 
-  /** Sets the particle under the pointer by its index; -1 for none. */
+  /** Sets the index of the particle under the pointer; -1 for none. */
   hover(index) {
     if (this.over !== index) {
       this.over = index;
@@ -56,7 +53,7 @@ class Hand {
     }
   }
 
-  /** Handles a pressed pointer. Returns whether it grabs a particle. */
+  /** Handles a pressed pointer, and returns whether it grabs a particle. */
   grab(event) {
     const { picture } = this.live;
     if (!this.isOn || event.button !== 0 || event.shiftKey || !picture.frame) {
@@ -98,9 +95,7 @@ class Hand {
     }
   }
 
-  /**
-   * Releases the particle with the velocity of the pointer, converted to simulated time at the present speed.
-   */
+  /** Releases the particle with the velocity of the pointer, converted to simulated time at the present speed. */
   release(event) {
     const { live, index } = this;
     this.index = -1;
@@ -115,10 +110,7 @@ class Hand {
     }
   }
 
-  /**
-   * Moves a particle by its index among the moving particles. The request waits for the answer to the
-   * previous one.
-   */
+  /** Moves a particle, given by its index among the moving particles. The request waits for the previous answer. */
   put(index, position, velocity) {
     const { live } = this;
     const id = live.head.moving[index];
@@ -147,7 +139,7 @@ class Hand {
     this.ask();
   }
 
-  /** Drops open requests when a worker that did not answer has been ended. */
+  /** Drops the open requests to a worker that was ended. */
   forget() {
     this.wanted = undefined;
     this.isAsking = false;

@@ -1,8 +1,8 @@
-// Converts the engine's description of a scene to the form that the renderer uses, and chooses the playback speed.
+// Converts the description of a scene for the renderer, and chooses the playback speed.
 
 const liveElement = (id) => document.getElementById(`live-${id}`);
 
-/** Radius of a bond relative to the smaller of its two ends, as in the player of reports. */
+/** Radius of a bond relative to its smaller end, as in the player of reports. */
 const BOND_RADIUS = 0.36;
 
 function liveParticles(head) {
@@ -26,12 +26,11 @@ function liveParticles(head) {
   };
 }
 
-/** Available speeds in simulated time per second: 1, 2 and 5 times powers of ten. */
+/** Available speeds, in simulated time per second: 1, 2 and 5 times powers of ten. */
 const liveSpeeds = [...Array(10).keys()].flatMap((k) => [1, 2, 5].map((digit) => digit * 10 ** (k - 5)));
 
 /**
- * Returns a speed that looks natural. In a gas, particles move a few diameters per second. A fall through the
- * box takes a few seconds.
+ * Returns a speed that looks natural: a few diameters per second in a gas, a few seconds for a fall through the box.
  */
 function liveNaturalSpeed(head, { velocities }) {
   const { moving, species, particles, gravity, size } = head;

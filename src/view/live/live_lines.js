@@ -1,7 +1,7 @@
-/** Count of numbers per line: its two ends, its width at each end in pixels, and its colour. */
+/** Numbers per line: two ends, the width at each end in pixels, and the colour. */
 const LINE = 9;
 
-/** Lines in the picture of a renderer, drawn over the opaque objects. */
+/** Lines drawn over the opaque objects of a picture. */
 class Lines {
   constructor(renderer) {
     const { gl } = renderer;
@@ -30,7 +30,7 @@ class Lines {
     this.count = 0;
   }
 
-  /** Adds a line between two points in tables of coordinates. */
+  /** Adds a line between two points, each given by a table of coordinates and an index. */
   add([from, a], [to, b], [first, last], [red, green, blue], opacity) {
     if (this.numbers.length < LINE * (this.count + 1)) {
       this.room(2 * this.count + 1);
@@ -67,10 +67,10 @@ class Lines {
   }
 }
 
-/** Number of positions in a trail, one per picture. */
+/** Number of positions in a trail. */
 const TRAIL = 150;
 
-/** Trails of some particles: their last positions. */
+/** Trails: the last positions of some particles. */
 class Trails {
   constructor(head) {
     this.head = head;
@@ -84,7 +84,7 @@ class Trails {
     this.time = undefined;
   }
 
-  /** Follows `count` evenly chosen particles. A particle chosen by hand replaces the first of them. */
+  /** Follows `count` evenly chosen particles. A particle chosen by hand replaces the first one. */
   follow(count, chosen) {
     const { length } = this.head.moving;
     const number = Math.min(count, length);
@@ -96,7 +96,6 @@ class Trails {
     this.clear();
   }
 
-  /** Adds the positions of a picture to the trails. */
   note({ time, positions }) {
     if (this.indices.length === 0 || time === this.time) {
       return;
@@ -109,7 +108,7 @@ class Trails {
     this.length = Math.min(this.length + 1, TRAIL);
   }
 
-  /** Adds lines between successive positions, except across a periodic side. Older lines are fainter. */
+  /** Adds fading lines between successive positions, except across a periodic side. */
   write(lines, colours, width) {
     const { head, places } = this;
     const isJump = (a, b) => [0, 1, 2].some((k) => head.periodic[k] && Math.abs(places[a + k] - places[b + k]) > head.size[k] / 2);
@@ -125,10 +124,10 @@ class Trails {
   }
 }
 
-/** Maximum number of arrows in a picture. */
+/** Largest number of arrows in a picture. */
 const ARROWS = 6000;
 
-/** Adds arrows for the velocities. An arrow at the root-mean-square speed has the length `length`. */
+/** Adds arrows for the velocities. At the root-mean-square speed, an arrow has the length `length`. */
 function writeArrows(lines, { positions, velocities }, { length, pixel, ink, limit }) {
   const count = positions.length / 3;
   const stride = Math.ceil(count / ARROWS);

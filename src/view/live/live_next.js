@@ -1,23 +1,20 @@
 /**
- * Shortest and longest wall time between an announcement and its event `[s]`, and the time for which an
- * announcement stays after the event `[ms]`.
+ * Shortest and longest wall time from an announcement to its event `[s]`; time until an old announcement is removed
+ * `[ms]`.
  */
 const NOTICE = [0.5, 2.2];
 const AFTERWARDS = 700;
 
-/** Minimum wall time between announced events if there are many `[s]`. */
+/** Smallest wall time between announced events if there are many `[s]`. */
 const APART = 0.35;
 
-/** If fewer events than this lie within the notice, they are announced even if they are close in time. */
+/** If fewer events than this are due, all of them are announced, even if they are close in time. */
 const SPARSE = 8;
 
-/** Maximum number of simultaneous announcements. */
+/** Largest number of simultaneous announcements. */
 const ANNOUNCED = 3;
 
-/**
- * Distance that a particle moves per second in slow motion, in radii, and the longest wait for the next event
- * `[s]`.
- */
+/** In slow motion: distance that particles move per second, in radii, and longest wait for the next event `[s]`. */
 const SLOW_WAY = 0.5;
 const SLOW_WAIT = 1.4;
 
@@ -25,7 +22,7 @@ const EVENT_WORDS = {
   core: "contact", capture: "capture", release: "escape", bounce: "bounce", wall: "wall", thermostat: "kick",
 };
 
-/** Announces the next events in slow motion: the particles that meet, and the time until then. */
+/** Announces the next events in slow motion: the particles that meet, and the remaining time. */
 class Announcer {
   constructor(live) {
     this.live = live;
@@ -35,7 +32,7 @@ class Announcer {
     this.colours = ["var(--c1)", "var(--c0)", "var(--c2)"];
   }
 
-  /** Turns slow motion, in which each event can be seen, on or off. Off restores the previous speed. */
+  /** Turns slow motion on, so that each event can be seen, or restores the previous speed. */
   turn(isOn) {
     const { live } = this;
     this.isOn = isOn;
@@ -68,10 +65,7 @@ class Announcer {
     liveElement("next").hidden = true;
   }
 
-  /**
-   * Returns a speed at which events can be seen. The next event comes soon, or particles move a short
-   * distance.
-   */
+  /** Returns a speed at which events can be seen: particles move slowly, but the next event comes soon. */
   speed({ velocities, time, announced }, natural) {
     let squares = 0;
     for (let k = 0; k < velocities.length; k += 1) {
@@ -84,7 +78,7 @@ class Announcer {
     return wanted > 0 ? Math.min(wanted, natural) : natural;
   }
 
-  /** Keeps announcements until their events have happened, and makes new ones. */
+  /** Removes announcements of past events, and makes new ones. */
   note(frame, now) {
     const { announced = [], time } = frame;
     this.adapt(frame);
@@ -102,7 +96,7 @@ class Announcer {
         taken.add(event.a).add(event.b);
       }
     }
-    // If no event is shown, show the next one regardless of the conditions above.
+    // If no announcement is shown, the next event is announced in any case.
     if (this.shown.length === 0 && announced.length > 0) {
       this.shown.push({ ...announced[0], colour: free[0] });
     }

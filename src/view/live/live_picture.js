@@ -16,7 +16,7 @@ class Picture {
     return this.dark.matches ? SCHEMES.dark : SCHEMES.light;
   }
 
-  /** The camera is unchanged if only the values of the scene have changed. */
+  /** Begins a scene. If only its values have changed, the camera stays. */
   begin(head, isSame) {
     this.head = head;
     this.particles = liveParticles(head);
@@ -41,11 +41,11 @@ class Picture {
     this.renderer.setColours(speciesColours(this.head.species, this.scheme.fixed), scaleColours());
   }
 
-  /** Sets up the camera of a scene when its first positions are available. */
+  /** Sets up the camera of a scene for its first positions. */
   aim(frame) {
     if (!this.isSameView) {
-      // The camera object is reused, because the pointer controls hold a reference to it. A direction that the user has
-      // chosen is kept if the upward axis is the same.
+      // The pointer controls refer to this camera object, so it is kept. A direction chosen by the user is kept if the
+      // upward axis is the same.
       const camera = new Camera({ ...this.head, look: this.head.live?.view });
       const { isMoved, azimuth, elevation } = this.camera?.isMoved && String(this.camera.up) === String(camera.up) ? this.camera : {};
       this.camera = Object.assign(this.camera ?? camera, camera);
@@ -67,7 +67,7 @@ class Picture {
     this.camera.reach = 1.2 * reach + 2 * this.camera.margin;
   }
 
-  /** Takes a picture of the worker and returns the previous one. */
+  /** Takes a new picture from the worker, and returns the previous one. */
   take(frame, now) {
     const last = this.frame;
     this.frame = frame;
@@ -82,8 +82,8 @@ class Picture {
   }
 
   /**
-   * Fades the flashes, and lights the flashes of new contacts. Flashes are weaker or absent if a large
-   * fraction of the particles flashes continually.
+   * Fades old flashes, and lights new ones at contacts. If many particles flash all the time, flashes are weak or
+   * absent.
    */
   fade({ hits, time }, now) {
     const { glow, flashes } = this;
@@ -96,8 +96,8 @@ class Picture {
       glow[k] = hits[k] ? 1 : glow[k] * factor;
       sum += glow[k];
     }
-    // In a small system, a single collision makes a large share of the particles flash, but only briefly. This share is
-    // therefore averaged over time.
+    // In a small system, a collision lights a large share of the particles for a moment. The share is averaged over
+    // time.
     const settling = glow.length < FEW ? 1 - Math.exp(-spent / 1000) : 1;
     this.share += settling * (sum / Math.max(glow.length, 1) - this.share);
     const [most, least] = glow.length < FEW ? [0.5, 0.25] : [0.35, 0.1];
@@ -156,10 +156,7 @@ class Picture {
     return this.trails.indices.length === 1 ? [PALETTE[3]] : [PALETTE[3], PALETTE[4], PALETTE[2], PALETTE[5], PALETTE[1], PALETTE[0]];
   }
 
-  /**
-   * Returns the axes and position of the camera, and the pixels of the page per unit of length at a distance
-   * of 1.
-   */
+  /** Returns the axes and position of the camera, and the pixels per unit of length at a distance of 1. */
   sight() {
     const { right, above, back } = this.camera.axes();
     const eye = add(this.camera.target, scaled(back, this.camera.distance));
@@ -167,8 +164,8 @@ class Picture {
   }
 
   /**
-   * Returns the position of a point in the picture, from the upper left, and the size of a unit of length
-   * there `[pixels]`.
+   * Returns the position of a point in the picture, from the upper left, and the size of a unit of length there
+   * `[pixels]`.
    */
   project(point, { right, above, back, eye, focus } = this.sight()) {
     const way = subtract(point, eye);
@@ -181,10 +178,7 @@ class Picture {
     return [...this.frame.positions.subarray(3 * index, 3 * index + 3)];
   }
 
-  /**
-   * Returns the nearest particle at a position in the picture, by its index among the moving particles, or -1
-   * if there is none.
-   */
+  /** Returns the index, among the moving particles, of the nearest particle at a position in the picture, or -1. */
   pick(x, y) {
     const sight = this.sight();
     let [found, nearest] = [-1, Infinity];
@@ -199,8 +193,7 @@ class Picture {
   }
 
   /**
-   * Returns the point that appears at a position in the picture and lies in the plane through the point
-   * `through`, parallel to the screen.
+   * Returns the point at a position in the picture, in the plane through the point `through` parallel to the screen.
    */
   unproject(x, y, through) {
     const { right, above, back, eye, focus } = this.sight();

@@ -1,4 +1,4 @@
-// Text and numbers below and on top of the picture.
+// Text and numbers below and over the picture.
 
 const COUNT_WORDS = {
   core: "contacts of cores", capture: "captures", release: "escapes", bounce: "bounces inside a well", bond: "bonds", wall: "walls", thermostat: "thermostat",
@@ -6,7 +6,7 @@ const COUNT_WORDS = {
 
 const liveNumber = (x) => Math.round(x).toLocaleString("en").replaceAll(",", "\u202f");
 
-/** Returns a rate with two digits: 4.6 million, 310 000, 12. */
+/** Returns a rate with two digits, such as 4.6 million, 310 000 or 12. */
 function liveRate(rate) {
   if (rate >= 1e6) {
     return `${(rate / 1e6).toFixed(1)} million`;
@@ -15,7 +15,7 @@ function liveRate(rate) {
   return liveNumber(Math.round(rate / unit) * unit);
 }
 
-/** Returns a time with as many digits as are readable at a speed. */
+/** Returns a time with the digits that can be read at a speed. */
 const liveTime = (time, speed) => time.toFixed(Math.max(0, Math.min(9, Math.ceil(1 - Math.log10(speed)))));
 
 function liveScale(live) {

@@ -1,9 +1,9 @@
-/** Wall time without an answer after which the page offers to start again `[ms]`. */
+/** Wall time without an answer before the page offers to start again `[ms]`. */
 const PATIENCE = 3000;
 
 /**
- * The page's connection to the worker that runs the engine. It passes messages on, matches answers to
- * questions, and replaces a worker that does not answer.
+ * Connection to the worker that runs the engine. It sends messages, matches answers to questions, and replaces a silent
+ * worker.
  */
 class LiveWorker {
   constructor(files, hear) {

@@ -7,7 +7,6 @@ class Observables {
     this.begin();
   }
 
-  /** Discards all samples. */
   begin() {
     const { system, offered } = this;
     const has = (name) => offered.includes(name);
@@ -26,14 +25,14 @@ class Observables {
     this.paths = has("positions") ? new Paths(system) : undefined;
   }
 
-  /** Selects the observables to report. If no names are given, all of them are reported. */
+  /** Selects the observables to report; all if `names` is missing. */
   want(names) {
     this.wanted = names;
   }
 
   /**
-   * Samples a state: time, positions, velocities and images of all particles by id, kinetic and potential
-   * energy, virial, event counts and stage.
+   * Samples a state: time; positions, velocities and images of all particles by id; kinetic and potential energy,
+   * virial, event counts and stage.
    */
   sample(state) {
     const { time } = state;
@@ -63,7 +62,7 @@ class Observables {
     this.countEvents(time, state);
   }
 
-  /** Detects properties that the head does not describe: a sheared or open box, and growing particles. */
+  /** Detects properties that are not in the head: a sheared or open box, and growing particles. */
   learn({ displacement, scale = 1, positions }) {
     const { system } = this;
     const isSheared = Boolean(displacement) && !system.isSheared;
@@ -76,7 +75,7 @@ class Observables {
         this[name] = offered.includes(name) ? this[name] : undefined;
       }
     }
-    // Samples taken at other diameters do not belong to the average, so the average starts again when diameters change.
+    // An average over different diameters is meaningless, so the average starts again when diameters change.
     if (this.radial && Math.abs(scale / this.radial.scale - 1) > 0.01) {
       this.radial = new RadialDistribution(system, { scale });
     }
@@ -111,8 +110,8 @@ class Observables {
   }
 
   /**
-   * Returns the selected results in newly allocated arrays. The offered observables, the ones to show first,
-   * the time and the marks are always included.
+   * Returns the selected results in new arrays. Always includes the available observables, the observables to show
+   * first, the time and the marks.
    */
   results() {
     const { offered, shown, time, marks, system } = this;
@@ -142,8 +141,8 @@ class Observables {
 
   energyResults() {
     const [t, kinetic, potential] = this.energy.read();
-    // Hard particles without gravity have only kinetic energy. Gravitational potential energy is relative to
-    // its initial value.
+    // Hard particles without gravity have kinetic energy only. Potential energy in gravity is relative to its initial
+    // value.
     const hasPotential = potential.some((value) => value !== 0);
     const zero = this.system.isHeavy ? potential[0] : 0;
     const relative = potential.map((value) => value - zero);
@@ -151,7 +150,7 @@ class Observables {
     return hasPotential ? { t, kinetic, potential: relative, total, isRelative: this.system.isHeavy } : { t, kinetic };
   }
 
-  /** Returns the numbers of events by kind or, for more than `FEW` particles, their rates. */
+  /** Returns the numbers of events by kind, or their rates if there are more than `FEW` particles. */
   eventResults() {
     const [t, ...counts] = this.counts.read();
     const last = t.length - 1;
@@ -170,8 +169,8 @@ class Observables {
 }
 
 /**
- * Returns the planes below which particles are counted: up to four planes of the scene that are perpendicular
- * to gravity. Without any, uses one plane above the lowest tenth of the box.
+ * Returns the planes below which particles are counted: up to four planes of the scene normal to gravity, or else one
+ * plane above the lowest tenth of the box.
  */
 function planesOf(system) {
   const { fall, gravity, lower, size, head } = system;
@@ -182,7 +181,7 @@ function planesOf(system) {
   return planes.length > 0 ? planes : [{ name: "in the lowest tenth", axis: fall, at, sign }];
 }
 
-/** Coordinates and velocities of a few particles over the most recent samples. */
+/** Recent coordinates and velocities of a few particles. */
 class Paths {
   constructor(system) {
     this.system = system;
@@ -202,8 +201,8 @@ class Paths {
   }
 
   /**
-   * Returns positions along the axis with the largest motion. Another axis replaces the current one only if
-   * its range is more than 1.5 times as large.
+   * Returns positions along the axis with the largest motion. Another axis takes over only if its range is more than
+   * 1.5 times as large.
    */
   results() {
     const { system } = this;

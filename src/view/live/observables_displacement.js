@@ -1,7 +1,7 @@
 const MOST_TRACERS = 1000;
 const MOST_ORIGINS = 16;
 
-/** Number of origins for short lag times, and number of samples between two of them. */
+/** Number of origins for short lag times, and number of samples between two origins. */
 const YOUNG_ORIGINS = 8;
 const YOUNG_STRIDE = 4;
 
@@ -10,12 +10,12 @@ const DECADES = [-12, 12];
 const LAG_BINS = LAGS_PER_DECADE * (DECADES[1] - DECADES[0]);
 
 /**
- * Mean squared displacement and velocity autocorrelation, averaged over several time origins. Both are
- * computed by species, along the axes on which particles can move without bound.
+ * Mean squared displacement and velocity autocorrelation by species, averaged over several time origins, along the axes
+ * on which particles move without bound.
  *
- * On axes where the velocity of the centre of mass is conserved, displacements and velocities are relative to
- * the centre of mass. A factor corrects for the share m / M of each particle in the motion of the centre of
- * mass. Origins of the earlier part of the run are dropped together with their sums.
+ * If the velocity of the centre of mass along an axis is conserved, displacements and velocities are relative to the
+ * centre of mass. A factor corrects for the share m / M of each particle in the motion of the centre of mass. Origins
+ * of the earlier part of the run are dropped with their sums.
  */
 class Displacement {
   constructor(system) {
@@ -24,7 +24,8 @@ class Displacement {
     const present = [...new Set(Array.from(moving, (id) => head.particles[id]))].sort((a, b) => a - b);
     this.names = present.length <= 3 ? present.map((index) => head.species[index].name) : ["all"];
     const stride = Math.ceil(count / MOST_TRACERS);
-    // In groups of fewer than 200 particles, all are tracers. Tracers of a group are contiguous in the arrays.
+    // In groups of fewer than 200 particles, all particles are tracers. The tracers of a group are contiguous in the
+    // arrays.
     const groups = present.length <= 3 ? present.map((index) => [index]) : [present];
     const members = groups.map((group) => moving.filter((id) => group.includes(head.particles[id])));
     const followed = members.map((ids) => ids.filter((_, n) => ids.length < 200 || n % stride === 0));
@@ -32,13 +33,13 @@ class Displacement {
     this.numbers = followed.map((ids) => ids.length);
     this.axes = freeAxes;
     this.isRelative = freeAxes.map((k) => conserved[k] && count > 1);
-    // Displacements and velocities relative to the centre of mass are smaller than absolute ones. These factors, by
-    // group and axis, correct the averages for that.
+    // Motion relative to the centre of mass is smaller than absolute motion. These factors, by group and axis, correct
+    // the averages.
     this.factors = followed.map((ids) => {
       const part = ids.reduce((sum, id) => sum + masses[id], 0) / ids.length / totalMass;
       return this.isRelative.map((is) => (is ? 1 / (1 - part) : 1));
     });
-    // For each bin of lag times: number of samples, sum of lag times, then two sums for each group.
+    // For each bin of lag times: number of samples, sum of lag times, and two sums for each group.
     this.columns = 2 + 2 * this.names.length;
     this.sums = new LateSums(LAG_BINS * this.columns);
     this.origins = [];
@@ -48,7 +49,7 @@ class Displacement {
     this.shortest = Infinity;
   }
 
-  /** Returns unwrapped positions, or velocities, of the tracers along the free axes. */
+  /** Returns unwrapped positions or velocities of the tracers along the free axes. */
   frame(numbers, images) {
     const { system, tracers, axes } = this;
     const { totalMass, size } = system;
@@ -139,10 +140,10 @@ class Displacement {
   }
 
   /**
-   * Returns the diffusion coefficient: the slope divided by 2 d. Returns NaN if the slopes at shorter and
-   * longer lag times differ by a tenth or more.
+   * Returns the diffusion coefficient: the slope divided by 2 d. Returns NaN if the slopes at shorter and longer lag
+   * times differ by a tenth or more.
    *
-   * Lag times longer than a third of the longest one are excluded, because they have few origins.
+   * Lag times longer than a third of the longest one have few origins and are excluded.
    */
   slope(t, values) {
     const last = t[t.length - 1];

@@ -1,12 +1,11 @@
 const MOST_INTERVALS = 120;
 
 /**
- * The pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J
- * over the pair events of a time t.
+ * Pressure of a periodic box by the virial theorem, P V = N T + W / (D t), where W is the sum of r_ij . J over the pair
+ * events in a time t.
  *
- * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). This is the same pressure as in `carom run`,
- * except for the time integral of T: `carom run` integrates T exactly, whereas this class interpolates
- * linearly between samples.
+ * T is the kinetic temperature, 2 (K - P^2 / 2M) / (D N - c). `carom run` reports the same pressure, except that it
+ * integrates T over time exactly; this class interpolates T linearly between samples.
  */
 class Pressure {
   constructor(system) {
@@ -48,10 +47,7 @@ class Pressure {
     return { t, p, mean, error: Pressure.scatter(p.subarray(half)), since: times[ends[half]], from: times[0], expected };
   }
 
-  /**
-   * Returns the standard error of the mean of values, from up to eight blocks. Returns NaN for fewer than
-   * four blocks.
-   */
+  /** Returns the standard error of the mean of values, from up to eight blocks; NaN for fewer than four blocks. */
   static scatter(values) {
     const number = Math.min(8, values.length);
     const blocks = Array.from({ length: number }, (_, k) => {
@@ -64,8 +60,8 @@ class Pressure {
   }
 
   /**
-   * Returns the compressibility factor of a fluid of hard rods, disks or spheres at a packing fraction.
-   * Returns NaN at packing fractions where the fluid is not stable.
+   * Returns the compressibility factor of a fluid of hard rods, disks or spheres; NaN if the fluid is not stable at
+   * this packing fraction.
    */
   static compressibility(fraction, dimensions) {
     if (dimensions === 1) {
@@ -81,8 +77,7 @@ class Pressure {
   }
 
   /**
-   * Returns the theoretical pressure of hard spheres. It applies to a single elastic species at constant
-   * temperature; otherwise the result is NaN.
+   * Returns the theoretical pressure of hard spheres; NaN unless there is one elastic species at constant temperature.
    */
   expected(counts, radial) {
     const { head, moving, count, dimensions, volume } = this.system;
@@ -103,10 +98,7 @@ class Pressure {
   }
 }
 
-/**
- * Returns the indices of the samples that bound the averaging intervals. The intervals have about equal
- * durations, because samples may be much closer together.
- */
+/** Returns the indices of the samples between the averaging intervals, which have about equal durations. */
 function intervalsOf(times) {
   const last = times.length - 1;
   const shortest = (0.999 * (times[last] - times[0])) / MOST_INTERVALS;
@@ -119,7 +111,7 @@ function intervalsOf(times) {
   return ends.reverse();
 }
 
-/** Returns whether the closest pairs are one diameter apart and not closer. */
+/** Returns whether the closest pairs are exactly one diameter apart. */
 function hasContactAt(radial, diameter) {
   if (!radial) {
     return false;

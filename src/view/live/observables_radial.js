@@ -1,16 +1,16 @@
-/** Number of pair distances after which a sample stops, for a cost of about a millisecond. */
+/** Number of pair distances after which a sample stops; they take about a millisecond. */
 const MOST_DISTANCES = 80_000;
 
 const RADIAL_BINS = 160;
 
 /**
- * Expected number of points within a distance, for a uniform distribution over the region of the box that is
- * accessible to the centres of particles.
+ * Expected number of points within a distance, for a uniform density in the part of the box that particle centres can
+ * reach.
  *
- * The separation s of two points has the density prod_k (1 - |s_k| / L_k) / V along axes that are not
- * periodic, and 1 / V within half a period along periodic axes. Its mean over the directions is a polynomial
- * in r up to the shortest edge, with the means of |u_x|, |u_x u_y| and |u_x u_y u_z| over the sphere or the
- * circle. Walls keep centres half a diameter away.
+ * The separation s of two points has the density prod_k (1 - |s_k| / L_k) / V along axes that are not periodic, and 1 /
+ * V within half a period along periodic axes. Up to the shortest edge, its mean over the directions is a polynomial in
+ * r, with the means of |u_x|, |u_x u_y| and |u_x u_y u_z| over the sphere or the circle. Walls keep centres half a
+ * diameter away.
  */
 class Room {
   constructor(system, diameter) {
@@ -31,7 +31,7 @@ class Room {
     }
   }
 
-  /** Returns the probability that the distance of two points is larger than `from` and at most `to`. */
+  /** Returns the probability that the distance of two points is above `from` and at most `to`. */
   probability(from, to) {
     const { PI } = Math;
     const surface = [0, 2, 2 * PI, 4 * PI][this.dimensions];
@@ -46,12 +46,11 @@ class Room {
 }
 
 /**
- * g(r) = n(r) / n_ideal(r): the number of pairs in a bin divided by the number expected without correlations,
- * averaged over the later part of the run.
+ * g(r) = n(r) / n_ideal(r): number of pairs in a bin, divided by the number expected without correlations, averaged
+ * over the later part of the run.
  *
- * Each sample takes some of the particles as centres and evaluates all their neighbours. The next sample
- * continues with the next particles, so the cost per sample is bounded. Two moving species have three curves;
- * more than two are treated as one.
+ * Each sample takes some particles as centres and evaluates all their neighbours. The next sample takes the next
+ * particles, so the cost per sample is bounded. Two moving species have three curves; more than two are treated as one.
  */
 class RadialDistribution {
   constructor(system, { cutoff = Infinity, width, most = MOST_DISTANCES, scale = 1 } = {}) {
@@ -76,7 +75,7 @@ class RadialDistribution {
     if (!Number.isFinite(this.cutoff)) {
       this.cutoff = reach;
     }
-    // The bin width is a fraction of the smallest diameter, so that one bin starts exactly at contact.
+    // One bin starts exactly at contact, because the bin width is a fraction of the smallest diameter.
     const core = Math.min(...diameters);
     const perCore = Math.max(8, Math.round((RADIAL_BINS * core) / this.cutoff));
     this.width = width ?? (core > 0 && core < this.cutoff ? core / perCore : this.cutoff / RADIAL_BINS);
@@ -94,7 +93,7 @@ class RadialDistribution {
       classes.length === 2 ? pair.map((number) => head.species[present[number]].name).join("–") : "g(r)",
     );
     this.probabilities = this.pairs.map(([a, b]) => this.shells(rooms[a], rooms[b]));
-    // Pair counts by curve and bin, followed by the number of centres in each class of species.
+    // Pair counts by curve and bin, then the number of centres in each class of species.
     this.sums = new LateSums(this.pairs.length * this.bins + 2);
     this.next = 0;
     this.periods = Float64Array.from([0, 1, 2], (k) => (system.periodic[k] ? system.size[k] : Infinity));
@@ -107,8 +106,7 @@ class RadialDistribution {
   }
 
   /**
-   * Sets up cells at least half as long as the largest distance. An axis with fewer than five such cells has
-   * a single cell.
+   * Sets up cells at least half as long as the largest distance. An axis with fewer than five such cells has one cell.
    */
   makeCells() {
     const { system, cutoff } = this;
@@ -176,7 +174,7 @@ class RadialDistribution {
     }
   }
 
-  /** Counts the neighbours of a particle. Returns the number of distances evaluated. */
+  /** Counts the neighbours of a particle, and returns the number of distances evaluated. */
   around(place, cell) {
     const { cells, steps, starts } = this;
     const { periodic } = this.system;
@@ -192,8 +190,8 @@ class RadialDistribution {
         if (row < 0 || row >= cells[1]) {
           continue;
         }
-        // The cells of a row are adjacent in memory. Along a periodic axis, the search continues at the other end of
-        // the row.
+        // Cells of a row are adjacent in memory. Along a periodic axis, the search continues at the other end of the
+        // row.
         const first = cells[0] * (row + cells[1] * layer);
         distances += this.count(place, starts[first + Math.max(low, 0)], starts[first + Math.min(high, last) + 1]);
         if (periodic[0] && low < 0) {
@@ -208,8 +206,8 @@ class RadialDistribution {
   }
 
   /**
-   * Counts the particles in a range of places that are within the cutoff of a particle. Returns the number of
-   * particles in the range.
+   * Counts the particles in a range of places within the cutoff of a particle. Returns the number of particles in the
+   * range.
    */
   count(place, first, end) {
     const { sorted, classOf, bins, periods } = this;
@@ -227,7 +225,7 @@ class RadialDistribution {
       let dx = Math.abs(sorted[3 * other] - x);
       let dy = Math.abs(sorted[3 * other + 1] - y);
       let dz = Math.abs(sorted[3 * other + 2] - z);
-      // The distance is to the nearest periodic image. Along an axis that is not periodic, the period is infinite.
+      // Distance to the nearest periodic image. An axis that is not periodic has an infinite period.
       dx = Math.min(dx, Math.abs(periodX - dx));
       dy = Math.min(dy, Math.abs(periodY - dy));
       dz = Math.min(dz, Math.abs(periodZ - dz));
@@ -246,14 +244,14 @@ class RadialDistribution {
     const { bins, pairs, sums, counts } = this;
     const centres = [0, 1].map((number) => sums.total(pairs.length * bins + number));
     const g = pairs.map(([a, b], pair) => {
-      // For a pair of different species, particles of both species serve as centres.
+      // For a pair of different species, particles of both species are centres.
       const partners = a === b ? centres[a] * (counts[a] - 1) : centres[a] * counts[b] + centres[b] * counts[a];
       return Float64Array.from(
         { length: bins },
         (_, k) => sums.total(pair * bins + k) / (partners * this.probabilities[pair][k]),
       );
     });
-    // A class with a single particle has no pairs of its own.
+    // A class with a single particle has no pairs.
     const isThere = (_, pair) => pairs[pair][0] !== pairs[pair][1] || counts[pairs[pair][0]] > 1;
     const r = Float64Array.from({ length: bins }, (_, k) => (k + 0.5) * this.width);
     return { r, g: g.filter(isThere), names: this.names.filter(isThere), since: sums.from };

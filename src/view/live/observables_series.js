@@ -1,9 +1,6 @@
 const MOST_POINTS = 2000;
 
-/**
- * A time series of bounded length. When it is full, every other point is removed and the sampling stride
- * doubles.
- */
+/** A time series of bounded length. Once it is full, every other point is removed and the sampling stride doubles. */
 class TimeSeries {
   constructor(columns, most = MOST_POINTS) {
     this.most = most;
@@ -14,7 +11,7 @@ class TimeSeries {
     this.last = undefined;
   }
 
-  /** The last values are always retained. */
+  /** Adds values. The last values are always kept. */
   add(time, values) {
     this.last = [time, ...values];
     if (this.passed % this.stride === 0) {
@@ -38,7 +35,7 @@ class TimeSeries {
     this.passed = this.length * this.stride;
   }
 
-  /** Returns times and values so far, each in a new array. */
+  /** Returns the times and values so far in new arrays. */
   read() {
     const hasMore = this.length > 0 && this.last[0] > this.columns[0][this.length - 1];
     return this.columns.map((column, k) => {
@@ -81,10 +78,10 @@ class RecentSeries {
 }
 
 /**
- * Sums over the later part of the run, so that samples before equilibration are discarded.
+ * Sums over the later part of a run, without samples before equilibration.
  *
- * There are two consecutive windows. When the newer window is twice as long as the older one, the older one
- * is dropped. Between a half and two thirds of the time so far then remains, and its sums continue to grow.
+ * There are two consecutive windows. Once the newer window is twice as long as the older one, the older one is dropped.
+ * The sums then still cover at least half of the time so far.
  */
 class LateSums {
   constructor(length) {
@@ -94,7 +91,7 @@ class LateSums {
     this.middle = undefined;
   }
 
-  /** Registers the time of the next sample. Returns true if older sums were dropped. */
+  /** Records the time of the next sample. Returns true if older sums were dropped. */
   turn(time) {
     if (this.from === undefined) {
       this.from = time;
@@ -102,7 +99,7 @@ class LateSums {
       return false;
     }
     if (this.middle === this.from) {
-      // The second sample starts the newer averaging window. The older window then holds only the initial sample.
+      // The second sample starts the newer window. The older window then contains only the initial sample.
       this.middle = time;
       [this.older, this.newer] = [this.newer, this.older.fill(0)];
       return false;

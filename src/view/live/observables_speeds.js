@@ -2,29 +2,24 @@
 const SPEED_BINS = 50;
 const FASTEST = 5;
 
-/**
- * Returns the Maxwell density of speeds at equilibrium in one to three dimensions, for velocity components of
- * variance 1.
- */
+/** Returns the Maxwell density of speeds in one to three dimensions, for velocity components of variance 1. */
 function maxwellDensity(x, dimensions) {
   const power = [0, Math.sqrt(2 / Math.PI), x, Math.sqrt(2 / Math.PI) * x * x][dimensions];
   return power * Math.exp(-0.5 * x * x);
 }
 
 /**
- * The current distribution of speeds, its average over the later part of the run, and the kinetic
- * temperature.
+ * The present distribution of speeds, its average over the later part of the run, and the kinetic temperature.
  *
- * Along the axes on which the velocity of the centre of mass is conserved, speeds are relative to the centre
- * of mass. Each speed is divided by the standard deviation of a velocity component at equilibrium, sqrt((1 -
- * m / M) T / m), with the temperature at the time of the sample. Particles of different masses and cooling
- * gases therefore share one curve.
+ * Along axes with a conserved velocity of the centre of mass, speeds are relative to the centre of mass. Each speed is
+ * divided by the standard deviation of a velocity component at equilibrium, sqrt((1 - m / M) T / m), with the
+ * temperature of the sample. Different masses and cooling gases therefore have one curve.
  */
 class Speeds {
   constructor(system) {
     this.system = system;
     this.now = new Float64Array(SPEED_BINS);
-    // Counts by speed bin, followed by the number of all sampled speeds.
+    // Counts by speed bin, then the number of all speeds.
     this.sums = new LateSums(SPEED_BINS + 1);
     this.scale = 1;
     this.speeds = new Float64Array(system.count);
@@ -92,17 +87,14 @@ class Speeds {
     newer[SPEED_BINS] += count;
   }
 
-  /**
-   * Returns densities by speed at the current temperature if all particles have the same mass, otherwise by
-   * reduced speed.
-   */
+  /** Returns densities by speed at the present temperature, or by reduced speed if the masses differ. */
   results() {
     const { system, sums } = this;
     const scale = system.hasOneMass ? this.scale : 1;
     const width = (FASTEST / SPEED_BINS) * scale;
     const all = sums.total(SPEED_BINS);
     const even = (length, value) => Float64Array.from({ length }, (_, k) => value(k));
-    // Gravity accelerates particles, so Maxwell's distribution is not expected.
+    // In gravity, speeds do not follow Maxwell's distribution.
     const finely = system.isHeavy ? 0 : 4 * SPEED_BINS + 1;
     const speed = (k) => (k / 4) * (width / scale);
     return {

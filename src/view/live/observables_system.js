@@ -1,13 +1,11 @@
 /**
- * The observed system: the moving particles, the axes that are not flat, and which observables are
- * meaningful.
+ * The observed system: the moving particles, the axes that are not flat, and the meaningful observables.
  *
- * The head provides species, particles, lower, size, periodic, flat, gravity (or the acceleration of species)
- * and surfaces. It may also provide: `walls` (for each axis, whether its lower and its upper side is a wall;
- * by default, a side that is neither periodic nor flat is a wall), `shearRate`, `conserved` (axes along which
- * the momentum is conserved), `flows` ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed
- * surface holds the particles) and `hardSpheres` (the scene has one species of elastic hard spheres and
- * nothing else).
+ * The head has species, particles, lower, size, periodic, flat, gravity (or the acceleration of species) and surfaces.
+ * It may also have `walls` (for each axis, whether its lower and its upper side is a wall; by default, a side that is
+ * neither periodic nor flat is a wall), `shearRate`, `conserved` (axes along which the momentum is conserved), `flows`
+ * ([[measure.flow]]: name, axis 0 to 2, at), `isContained` (a closed surface contains the particles) and `hardSpheres`
+ * (the scene is a single species of elastic hard spheres).
  */
 class ObservedSystem {
   constructor(head) {
@@ -44,15 +42,15 @@ class ObservedSystem {
     );
   }
 
-  /** Records that the box is sheared or that particles leave it, which makes some observables meaningless. */
+  /** Records that the box is sheared, or that particles leave it. Some observables are then meaningless. */
   limit(isSheared, isOpen) {
     this.isSheared ||= isSheared;
     this.isOpen ||= isOpen;
     const isEven = !this.hasStatic && !this.hasSurfaces && !this.isHeavy && !this.isSheared;
     this.isHomogeneous = this.isPeriodic && isEven;
-    // The density is uniform apart from layers at walls, so g(r) can be divided by a single density.
+    // g(r) can be divided by a single density, because the density is uniform apart from layers at walls.
     this.isUniform = isEven && !this.isOpen && this.axes.every((k) => this.periodic[k] || this.isWalled(k));
-    // Walls and gravity limit displacements. Diffusion is measured only along axes without them.
+    // Diffusion is measured only along axes without walls or gravity, which limit displacements.
     this.freeAxes = this.isSheared ? [] : this.axes.filter((k) => this.periodic[k] && this.gravity[k] === 0);
   }
 
@@ -81,7 +79,7 @@ class ObservedSystem {
     return Math.max(1, this.dimensions * this.count - this.conserved.filter(Boolean).length);
   }
 
-  /** Returns the observables that are meaningful for this system, and which of them are shown first. */
+  /** Returns the observables that are meaningful for this system, and which of them to show first. */
   offer() {
     const { count } = this;
     const few = count > 0 && count <= FEW;
@@ -108,13 +106,13 @@ class ObservedSystem {
   }
 }
 
-/** Maximum number of particles that are followed individually. */
+/** Largest number of particles that are followed one by one. */
 const FEW = 12;
 
-/** Minimum number of particles for a distribution to be meaningful. */
+/** Smallest number of particles for a meaningful distribution. */
 const MANY = 20;
 
-/** Returns whether a list, or a table with a list, is non-empty. */
+/** Returns whether a list, or a table of lists, is not empty. */
 function hasAny(surfaces) {
   return Array.isArray(surfaces) ? surfaces.length > 0 : Boolean(surfaces);
 }

@@ -1,4 +1,4 @@
-//! Compression of the page's data as gzip in base64, which browsers can decompress.
+//! Compresses data of the page as gzip in base64, which browsers can decompress.
 
 use std::io::{self, Write};
 

@@ -1,10 +1,10 @@
-/** Maximum number of plots shown at once. */
+/** Largest number of plots at once. */
 const MOST_PLOTS = 4;
 
-/** Minimum time between two redraws, in milliseconds. */
+/** Shortest time between two redraws, in milliseconds. */
 const PLOT_PAUSE = 100;
 
-/** The plots beside the picture: the available plots, the ones shown, and their common cursor. */
+/** The plots beside the picture: available plots, visible plots, and their common cursor. */
 class LivePlots {
   constructor(live) {
     this.live = live;
@@ -26,10 +26,7 @@ class LivePlots {
     }
   }
 
-  /**
-   * Requests the observables of the plots shown from the worker. Before any plot is selected, requests the
-   * energy.
-   */
+  /** Requests the observables of the visible plots from the worker. Before the first choice, requests the energy. */
   ask() {
     const names = [...this.plots.keys()];
     this.live.send({ kind: "observe", names: names.length > 0 || this.chosen ? names : ["energy"] });
@@ -47,7 +44,7 @@ class LivePlots {
     }
   }
 
-  /** Draws one plot per animation frame, so that no frame takes long. */
+  /** Draws one plot per animation frame, because a frame must not take long. */
   draw(now) {
     const [name] = this.queue;
     const hasPaused = now - this.drawnAt >= PLOT_PAUSE || this.isDrawing;
@@ -71,9 +68,7 @@ class LivePlots {
     }
   }
 
-  /**
-   * Updates the available plots for a new scene. Plots that the user chose are kept if the scene offers them.
-   */
+  /** Updates the available plots for a new scene. Plots that the user has chosen stay if they are available. */
   offer({ offered, shown }) {
     this.offered = offered;
     const kept = (this.chosen ?? []).filter((name) => offered.includes(name));
@@ -98,7 +93,7 @@ class LivePlots {
     this.show(this.chosen);
   }
 
-  /** Shows the named plots, in the order in which they were chosen. */
+  /** Shows the named plots in this order. */
   show(names) {
     this.plots.forEach((plot, name) => {
       if (!names.includes(name)) {
@@ -118,7 +113,7 @@ class LivePlots {
     this.ask();
   }
 
-  /** Shows the time under the pointer in one plot in all other plots over time. */
+  /** Shows the time under the pointer in all other plots over time. */
   point(source, x) {
     if (source.isTime) {
       this.plots.forEach((plot) => plot !== source && plot.isTime && plot.cursor(x));

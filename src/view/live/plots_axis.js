@@ -1,6 +1,6 @@
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
-/** Returns a number in readable form from the text of a JavaScript number. */
+/** Makes the text of a JavaScript number readable. */
 function plainNumber(text) {
   const [digits, exponent] = text.split("e");
   const plain = digits.replace("-", "−");
@@ -17,8 +17,7 @@ function plotValue(value) {
 }
 
 /**
- * A linear or logarithmic axis between two positions in pixels. The limits stay unchanged while the data fit
- * and fill most of the axis.
+ * A linear or logarithmic axis between two positions in pixels. Its limits stay while the data fit and fill most of it.
  */
 class PlotAxis {
   constructor() {
@@ -27,10 +26,7 @@ class PlotAxis {
     this.isLogarithmic = false;
   }
 
-  /**
-   * Returns the step of a linear axis: 1, 2 or 5 times a power of ten, for about `number` steps over the
-   * span.
-   */
+  /** Returns the step of a linear axis for about `number` steps: 1, 2 or 5 times a power of ten. */
   static step(span, number) {
     const raw = span / number;
     const power = 10 ** Math.floor(Math.log10(raw));
@@ -38,8 +34,8 @@ class PlotAxis {
   }
 
   /**
-   * Fits the axis to a range of values. A limit that is `kept` is used exactly. If the axis `grows`, it
-   * extends beyond the upper value.
+   * Fits the axis to a range of values. A limit that is `kept` is exact. If the axis `grows`, it extends beyond the
+   * upper value.
    */
   show([low, high], { isLogarithmic = false, kept = [false, false], grows = false, fills = 0.5 } = {}) {
     if (isLogarithmic !== this.isLogarithmic) {
@@ -59,7 +55,7 @@ class PlotAxis {
     const room = isLogarithmic ? 0.06 * span : 0;
     const down = isLogarithmic ? least - room : Math.floor(least / step - 0.2) * step;
     const up = isLogarithmic ? most + room : Math.ceil(most / step + 0.2) * step;
-    // The axis of a quantity that is never negative does not extend below zero.
+    // A quantity that is never negative has no axis below zero.
     this.low = kept[0] ? least : !isLogarithmic && from >= 0 ? Math.max(0, down) : down;
     this.high = kept[1] ? most : grows ? Math.ceil((least + 1.25 * span) / step) * step : up;
   }

@@ -1,9 +1,8 @@
 /**
  * A plot of growing curves, in the style of the report.
  *
- * Lines are {name, x, y, style}. The style is "line", "thin", "dashes" (theory), "steps" (a histogram: y over
- * even bins with centres x) or "level" (across the plot). `time` indicates that x is the simulated time; such
- * plots share a cursor.
+ * Lines are {name, x, y, style}. The style is "line", "thin", "dashes" (theory), "steps" (a histogram: y over even bins
+ * with centres x) or "level" (across the plot). If `time` is true, x is the simulated time; such plots share a cursor.
  */
 class Plot {
   constructor(
@@ -106,15 +105,14 @@ class Plot {
     this.figure.remove();
   }
 
-  /** Moves the cursor to a value of x, or removes it if x is undefined. */
+  /** Moves the cursor to a value of x. Without x, removes the cursor. */
   point(x) {
     this.cursor(x);
     this.onCursor(x);
   }
 
   /**
-   * Draws curves. `x` and `y` are fixed ranges, `note` is written beside the title, and `marks` are lines
-   * across the plot.
+   * Draws curves. `x` and `y` are fixed ranges, `note` stands beside the title, and `marks` are lines across the plot.
    */
   draw(content) {
     this.content = content;
@@ -145,7 +143,7 @@ class Plot {
     this.cursor(this.at);
   }
 
-  /** Fits an axis to the curves, except theory and levels, which may be clipped. */
+  /** Fits an axis to the curves. Theory and levels may be clipped. */
   range(k, kept, grows) {
     const isLogarithmic = this.isLogarithmic[k];
     let [low, high] = [Infinity, -Infinity];
@@ -230,7 +228,7 @@ class Plot {
     this.legend.replaceChildren(...this.values.map(({ item }) => item));
   }
 
-  /** Shows the values at x in the legend, with a line across the plot. Without x, shows the last values. */
+  /** Shows the values at x in the legend, and a line across the plot. Without x, shows the last values. */
   cursor(x) {
     this.at = x;
     const isThere = x !== undefined && this.lines.length > 0 && this.axes[0].hasPlace(x);
@@ -239,7 +237,7 @@ class Plot {
     const isIn = isThere && place >= this.edge.left - 1 && place <= this.width - PLOT_EDGE.right + 1;
     this.hair.setAttribute("d", isIn ? `M${place.toFixed(1)} ${top}V${this.height - bottom}` : "");
     const dots = [];
-    // Values that are tiny compared with the range of the axis are round-off. They are shown as zero.
+    // Values that are tiny on the scale of the axis are round-off, and are shown as zero.
     const [, up] = this.axes;
     const least = up.isLogarithmic ? 0 : 1e-9 * (up.high - up.low);
     for (const { name, value } of this.values ?? []) {
@@ -286,10 +284,7 @@ class Plot {
   }
 }
 
-/**
- * Returns the point of a curve at x, linearly interpolated. Returns an empty array beyond the ends of the
- * curve.
- */
+/** Interpolates a curve linearly at x. Returns an empty array beyond its ends. */
 function valueAt({ x: values, y, style, isLoose }, x) {
   let [low, high] = [0, values.length - 1];
   if (isLoose || !(x >= values[low] && x <= values[high])) {

@@ -1,10 +1,10 @@
-/** Rounds a position to a tenth of a pixel and limits positions far outside the plot. */
+/** Rounds a position to a tenth of a pixel, and limits positions far outside the plot. */
 const pixel = (place) => Math.round(Math.min(Math.max(place, -1e4), 1e4) * 10) / 10;
 
 /**
- * Returns the SVG path of a curve. Of the points within one pixel column, the path keeps the first one. It
- * also keeps the lowest, the highest and the last one if the curve leaves the line from the first to the last
- * by more than a pixel.
+ * Returns the SVG path of a curve. Of the points in a pixel column, the path keeps the first. If the curve leaves the
+ * line between the first and last point by more than a pixel, the path also keeps the lowest, the highest and the last
+ * point.
  */
 function curvePath({ x, y, isLoose }, [across, up]) {
   const parts = [];
@@ -33,8 +33,7 @@ function curvePath({ x, y, isLoose }, [across, up]) {
         least = Math.min(least, last);
         most = Math.max(most, last);
       }
-      // If the curve within a pixel column extends less than a pixel beyond its end points, its extremes need not be
-      // drawn.
+      // Extremes less than a pixel beyond the ends are not drawn.
       const [low, high] = [Math.min(top, last) - 1, Math.max(top, last) + 1];
       if (least < low || most > high) {
         [least, most, last].forEach((place) => add(left, place));
@@ -61,7 +60,7 @@ function stepsPath({ x, y, low, high }, [across, up]) {
   return `M${edge(x[0] - half)} ${pixel(bottom)}${steps.join("")}V${pixel(bottom)}Z`;
 }
 
-/** Style properties that the page style sheet gives a plot. */
+/** Properties that the style sheet of the page gives a plot. */
 const SAVED = [
   "fill",
   "stroke",
@@ -74,10 +73,7 @@ const SAVED = [
   "font-variant-numeric",
 ];
 
-/**
- * Returns the plot as a standalone drawing with its title and legend. Its colours are the computed colours on
- * the page.
- */
+/** Returns the plot as a separate drawing with title and legend, in the colours of the page. */
 function plotDrawing(plot) {
   const { svg, width, height, term } = plot;
   const named = (plot.values ?? []).map(({ name }) => plot.lines.find((line) => line.name === name)).filter(Boolean);

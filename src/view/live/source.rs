@@ -1,5 +1,4 @@
-//! The contents of a live page: the text of a scene, values that override values in the text, and the files that the
-//! scene reads.
+//! Contents of a live page: the text of a scene, overrides, and input files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,22 +10,22 @@ use super::packed;
 use crate::model::Scene;
 use crate::scene::{ConfigPath, NamedInput, SceneError, SceneErrorKind, read_text};
 
-/// The scene that a page contains, with the files that it reads.
+/// A scene for a page, with its input files.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
     pub(super) text: String,
-    /// Values that override values in the text, by key.
+    /// Overrides of values in the text, by key.
     pub(super) changes: BTreeMap<String, String>,
-    /// The files that the scene reads, under the names used in the scene.
+    /// Input files, by their names in the scene.
     pub(super) files: BTreeMap<PathBuf, Vec<u8>>,
 }
 
 impl Source {
-    /// Reads the scene in a file, with some of its values replaced as in [`Scene::from_file_with`]. If the scene starts
-    /// from another run, the files of that run are not included.
+    /// Reads the scene in a file, with overrides as in [`Scene::from_file_with`]. The files of a preceding run are not
+    /// included.
     ///
     /// # Errors
-    /// [`SceneError`] if the text or a file named in it cannot be read.
+    /// [`SceneError`] if the text or an input file cannot be read.
     pub fn of_file(path: &Path, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let text = read_text(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));

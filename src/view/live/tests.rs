@@ -43,7 +43,7 @@ fn text() -> String {
     TEXT.to_owned()
 }
 
-/// Returns the page for a scene text, with the bytes `packed` as its compressed engine.
+/// Returns the page of a scene; `packed` is its compressed engine.
 fn page_of(text: &str, packed: &[u8]) -> Page {
     let file = [format!("carom engine {}\n", env!("CAROM_FINGERPRINT")).as_bytes(), packed].concat();
     let source = Source { text: text.to_owned(), ..Source::default() };

@@ -1,15 +1,15 @@
-// Decompresses LZMA, which makes the module a third smaller than gzip; browsers support only gzip. The format
-// is defined in `lzma-specification.txt` in the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes,
-// then one range-coded stream.
+// Decompresses LZMA. It is a third smaller than gzip, but browsers support only gzip. The format is defined in
+// `lzma-specification.txt` of the LZMA SDK (Igor Pavlov, public domain): a header of 13 bytes, then a range-coded
+// stream.
 
 /** Number of bits of a probability, and its adaptation rate. */
 const LZMA_ONE = 11;
 const LZMA_FOLLOW = 5;
 
-/** Length of the header: properties, dictionary size and unpacked length, which is known. */
+/** Length of the header: properties, dictionary size and unpacked length. */
 const LZMA_HEADER = 13;
 
-/** Offset of the probabilities of each kind of decision in the format. */
+/** Offset of the probabilities for each kind of decision. */
 const LZMA_TABLES = (() => {
   const sizes = {
     isMatch: 12 << 4, isRep: 12, isRepG0: 12, isRepG1: 12, isRepG2: 12, isRep0Long: 12 << 4,
@@ -28,7 +28,7 @@ class RangeDecoder {
   constructor(bytes, at) {
     this.bytes = bytes;
     this.at = at + 5;
-    // The range and the code of the decoder. A typed array keeps them unsigned and limits them to 32 bits.
+    // Range and code of the decoder. The typed array keeps them unsigned, with 32 bits.
     this.registers = Uint32Array.of(0xffffffff, new DataView(bytes.buffer, bytes.byteOffset).getUint32(at + 1));
   }
 
@@ -58,7 +58,7 @@ class RangeDecoder {
     }
   }
 
-  /** Decodes bits of equal probability, the highest first. */
+  /** Decodes bits of equal probability, highest bit first. */
   direct(count) {
     const { registers } = this;
     let value = 0;
@@ -72,7 +72,7 @@ class RangeDecoder {
     return value;
   }
 
-  /** Decodes bits with a tree of probabilities, the highest first. */
+  /** Decodes bits with a tree of probabilities, highest bit first. */
   tree(probabilities, place, count) {
     let node = 1;
     for (let k = 0; k < count; k += 1) {
@@ -81,7 +81,7 @@ class RangeDecoder {
     return node - (1 << count);
   }
 
-  /** Decodes bits with a tree of probabilities, the lowest first. */
+  /** Decodes bits with a tree of probabilities, lowest bit first. */
   reverseTree(probabilities, place, count) {
     let [node, value] = [1, 0];
     for (let k = 0; k < count; k += 1) {
@@ -126,8 +126,8 @@ class Unpacker {
     const context = ((at & ((1 << lp) - 1)) << lc) + (before >> (8 - lc));
     const place = LZMA_TABLES.literals + 0x300 * context;
     let symbol = 1;
-    // A byte that follows a match is decoded with a hint: the byte that would have continued the match. The hint is
-    // used up to the first bit that differs.
+    // The byte that would have continued a match is a hint for the byte after the match, up to the first bit that
+    // differs.
     if (state >= 7) {
       let hint = out[at - this.distances[0] - 1];
       while (symbol < 0x100) {
@@ -214,7 +214,7 @@ class Unpacker {
     return base + (coder.direct(bits - 4) << 4) + coder.reverseTree(probabilities, LZMA_TABLES.align, 4);
   }
 
-  /** The source may overlap the copy. */
+  /** Copies earlier output. The source may overlap the copy. */
   copy(length) {
     const from = this.at - this.distances[0] - 1;
     if (from < 0 || this.at + length > this.out.length) {

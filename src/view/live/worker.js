@@ -1,13 +1,10 @@
-/**
- * Wall time without a request for a picture after which the simulation pauses; the page is then not visible
- * `[ms]`.
- */
+/** Wall time without a request for a picture after which the simulation pauses; the page is then hidden `[ms]`. */
 const UNSEEN = 400;
 
-/** Pause of a simulation that has reached its target time, also when pictures take longer to draw `[ms]`. */
+/** Rest after the simulation has reached its target time `[ms]`. */
 const REST = 8;
 
-/** Wall time between samples of the observables, and between their results `[ms]`. */
+/** Wall time between samples of the observables, and between results `[ms]`. */
 const SAMPLE = 50;
 const RESULTS = 200;
 
@@ -21,8 +18,7 @@ async function gunzipped(text) {
 }
 
 /**
- * The simulation in its own thread. It receives messages from the page, runs in short slices between them,
- * and answers requests for pictures.
+ * The simulation in its own thread. It receives messages from the page, runs in short slices, and delivers pictures.
  */
 class Laboratory {
   constructor() {
@@ -47,10 +43,7 @@ class Laboratory {
     }
   }
 
-  /**
-   * Handles a trap of the engine. The state of the instance is then unreliable, so the next start uses a new
-   * instance.
-   */
+  /** Handles a trap of the engine. The instance is then unreliable, and the next start uses a new one. */
   fail(error, number) {
     this.state = this.frames = this.head = undefined;
     this.isRunning = false;
@@ -193,8 +186,8 @@ class Laboratory {
   }
 
   /**
-   * Returns the upcoming events. A copy of the simulation runs ahead to predict them. It runs again when
-   * fewer than a third of the requested number remain.
+   * Returns the upcoming events, which a copy of the simulation predicts. The copy runs again once fewer than a third
+   * of the events remain.
    */
   announce(count) {
     if (count === 0) {
@@ -210,10 +203,7 @@ class Laboratory {
     return list;
   }
 
-  /**
-   * Runs for at most one slice while the simulation is behind its target time. Returns whether it is still
-   * behind.
-   */
+  /** Runs for at most one slice while the simulation is behind its target time. Returns whether it is still behind. */
   run(began) {
     let now = began;
     while (this.isRunning && now - began < SLICE) {
@@ -249,10 +239,7 @@ class Laboratory {
     }
   }
 
-  /**
-   * Returns the simulated time of the next sample of the observables. Samples are evenly spaced, about twenty
-   * per second of wall time.
-   */
+  /** Returns the simulated time of the next sample. Samples are evenly spaced, about twenty per second of wall time. */
   nextSample(now) {
     if (!this.observables || this.observed.length === 0) {
       return Infinity;

@@ -1,10 +1,7 @@
-/** Relative change of velocity below which the change counts as round-off. */
+/** Relative change of a velocity that counts as round-off. */
 const ROUNDING = 1e-9;
 
-/**
- * Picture data from states of the engine: positions of the moving particles, contacts since the last picture,
- * and colour tones.
- */
+/** Picture data of a state: positions of the moving particles, contacts since the last picture, and colour tones. */
 class Frames {
   constructor(head, state) {
     this.head = head;
@@ -19,10 +16,7 @@ class Frames {
     this.pool = [];
   }
 
-  /**
-   * Axis along which starting positions are coloured: the axis of gravity or, without gravity, the longest
-   * one.
-   */
+  /** Axis that colours the starting positions: the axis of gravity, or else the longest axis. */
   get axis() {
     const { gravity, size } = this.head;
     const lengths = gravity.some((part) => part !== 0) ? gravity.map(Math.abs) : size;
@@ -67,8 +61,7 @@ class Frames {
   }
 
   /**
-   * Marks the particles whose velocity was changed by a contact since the last picture. The change due to
-   * gravity is subtracted.
+   * Marks the particles whose velocity a contact has changed since the last picture. Changes by gravity do not count.
    */
   hits(state) {
     const { moving, before } = this;
@@ -86,8 +79,8 @@ class Frames {
       hits[k] = isChanged(3 * moving[k]) ? 1 : 0;
       count += hits[k];
     }
-    // An event usually changes at most two velocities. If more have changed, collisions cannot be told from other
-    // changes, so none is marked.
+    // An event usually changes at most two velocities. If more have changed, contacts cannot be distinguished, and none
+    // is marked.
     if (count > 2 * (events - this.beforeEvents)) {
       hits.fill(0);
     }
@@ -97,7 +90,7 @@ class Frames {
     return hits;
   }
 
-  /** Ignores all velocity changes up to a state, for example after a kick by the user. */
+  /** Ignores all changes of velocity up to a state, for example after a kick by the user. */
   skip(state) {
     this.before.set(state.velocities);
     this.beforeTime = state.time;
@@ -126,8 +119,8 @@ class Frames {
   }
 
   /**
-   * Computes the tones of speeds on a scale that slowly follows their root mean square. Returns the upper end
-   * of the scale.
+   * Computes the tones of speeds on a scale that slowly follows the root mean square. Returns the upper end of the
+   * scale.
    */
   speedTones(velocities, tones) {
     const { moving } = this;

@@ -1,10 +1,10 @@
 /**
- * Distance within which two particles are neighbours, in contact distances. It ends before the second shell
- * of a dense fluid.
+ * Distance within which two particles are neighbours, in contact distances. The second shell of a dense fluid is
+ * outside.
  */
 const NEIGHBOUR_REACH = 1.4;
 
-/** Counts the neighbours of particles: the other particles whose centres are within reach. */
+/** Counts neighbours: other particles whose centres are within reach. */
 class Neighbours {
   constructor(head) {
     this.head = head;
@@ -17,10 +17,7 @@ class Neighbours {
     this.first = new Int32Array(1);
   }
 
-  /**
-   * Sets up a grid whose cells are no smaller than the reach. The number of cells is limited by the number of
-   * particles.
-   */
+  /** Sets up a grid with cells at least as long as the reach, and not many more cells than particles. */
   grid(positions) {
     const { head } = this;
     const most = Math.ceil(Math.cbrt(4 * head.particles.length));
@@ -49,7 +46,7 @@ class Neighbours {
     return Math.min(Math.max(Math.floor((position - this.lower[axis]) / this.edge[axis]), 0), this.cells[axis] - 1);
   }
 
-  /** Counts the neighbours of all particles, at most 255 for each. */
+  /** Counts the neighbours of all particles, at most 255 each. */
   count(positions, counts) {
     this.grid(positions);
     counts.fill(0);
@@ -77,7 +74,7 @@ class Neighbours {
     return counts;
   }
 
-  /** Returns, for each cell along an axis, the cell itself and its adjacent cells without duplicates. */
+  /** Returns each cell along an axis with its adjacent cells, without duplicates. */
   around(axis) {
     const { cells, head } = this;
     const number = cells[axis];
@@ -85,7 +82,7 @@ class Neighbours {
     return [...Array(number).keys()].map((at) => [...new Set(beside(at))].filter((place) => place >= 0 && place < number));
   }
 
-  /** Counts the pairs between two cells or within one. Each pair of cells is evaluated once. */
+  /** Counts pairs within a cell or between two cells. Each pair of cells is evaluated once. */
   meet(positions, counts, cell, other) {
     const { next, first } = this;
     for (let id = first[cell]; id >= 0 && other >= cell; id = next[id]) {

@@ -1,15 +1,15 @@
-/** Longest time that the engine runs before it handles other messages `[ms]`. */
+/** Longest time for which the engine runs between messages `[ms]`. */
 const SLICE = 8;
 
-/** Target duration of a single call of the engine `[ms]`. */
+/** Target duration of a call of the engine `[ms]`. */
 const PORTION = 3;
 
-/** Maximum lag behind the requested speed, after which the missing time is dropped `[ms]`. */
+/** Largest lag behind the requested speed; a larger lag is dropped `[ms]`. */
 const LAG = 60;
 
 /**
- * The target time of a simulation. It advances at the requested speed from an anchor, which moves when the
- * engine cannot keep up.
+ * Target time of a simulation. It advances from an anchor at the requested speed. If the engine cannot keep up, the
+ * anchor moves.
  */
 class Pace {
   constructor() {
@@ -19,7 +19,7 @@ class Pace {
     this.rates = [];
   }
 
-  /** Restarts the count from this wall time and simulated time. */
+  /** Sets the anchor to a wall time and a simulated time. */
   anchor(now, time) {
     this.at = now;
     this.time = time;
@@ -29,7 +29,7 @@ class Pace {
     return this.speed === Infinity ? Infinity : this.time + (this.speed * (now - this.at)) / 1000;
   }
 
-  /** Adapts the number of events per engine call to the duration of the last call. */
+  /** Adapts the number of events per call of the engine to the duration of the last call. */
   adapt(isUsedUp, spent) {
     if (spent > 2 * PORTION) {
       this.events = Math.max(1, Math.floor(this.events / 2));
@@ -38,7 +38,7 @@ class Pace {
     }
   }
 
-  /** Records the simulated time. If the simulation lags too far behind, drops the lag. */
+  /** Records the simulated time, and drops a lag that is too large. */
   note(now, time) {
     this.isLate = this.speed !== Infinity && this.goal(now) - time > (this.speed * LAG) / 1000;
     if (this.isLate) {

@@ -1,7 +1,7 @@
-//! Animated PNG: images in all colours, each with the changes since the previous one.
+//! Animated PNG: images in all colours, stored as changes to the previous image.
 //!
-//! Each image is compressed as a separate PNG, on any core. The contents of this PNG are then written to the
-//! file after a control chunk (<https://www.w3.org/TR/png-3/#11fcTL>).
+//! Each image is compressed as a separate PNG, on any core. Its data are then written after a control chunk
+//! (<https://www.w3.org/TR/png-3/#11fcTL>).
 
 use std::io::{self, Write};
 
@@ -16,11 +16,11 @@ const ANIMATION: ChunkType = ChunkType(*b"acTL");
 const CONTROL: ChunkType = ChunkType(*b"fcTL");
 const DATA: ChunkType = ChunkType(*b"fdAT");
 
-/// Bytes of a chunk besides its data (length, name and checksum), and bytes of the file signature.
+/// Length of a chunk without its data (length, name and checksum), and length of the file signature `[bytes]`.
 const AROUND: usize = 12;
 const SIGNATURE: usize = 8;
 
-/// Blend operation: an image is drawn over the previous one, which shows through where the image is transparent.
+/// Blend operation: transparent pixels show the previous image.
 const OVER: u8 = 1;
 
 pub(super) struct ApngCodec;
@@ -28,7 +28,7 @@ pub(super) struct ApngCodec;
 /// The changed part of an image, compressed.
 pub(super) struct Piece {
     rectangle: Rectangle,
-    /// The compressed pixels, as the content of a PNG's data chunks.
+    /// Content of the data chunks of a PNG.
     data: Vec<u8>,
 }
 
@@ -60,8 +60,7 @@ fn data_of(file: &[u8]) -> Vec<u8> {
 pub(super) struct ApngTrack<W: Write> {
     writer: Writer<W>,
     per_second: u16,
-    /// Sequence number of the next chunk. All control and data chunks have one, except the data chunks of the first
-    /// image.
+    /// Sequence number of the next chunk. The data chunks of the first image have no number.
     sequence: u32,
 }
 
@@ -69,7 +68,7 @@ impl<W: Write> ApngTrack<W> {
     pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
         let mut writer = png_encoder(output, style.width, style.height).write_header().map_err(failed)?;
         let count = u32::try_from(count).map_err(io::Error::other)?;
-        // Repeats for ever.
+        // The animation repeats for ever.
         let animation = [count.to_be_bytes(), 0_u32.to_be_bytes()];
         writer.write_chunk(ANIMATION, animation.as_flattened()).map_err(failed)?;
         Ok(Self { writer, per_second: u16::try_from(per_second).map_err(io::Error::other)?, sequence: 0 })

@@ -1,20 +1,16 @@
-//! Format of the simulated time in the images of a movie.
-
 use super::index::Index;
 use crate::base::numbers::trunc_to_usize;
 
-/// Times of at least `LARGEST`, and times that need more than `MOST_DIGITS` decimals, are written in scientific
-/// notation.
+/// Scientific notation is used for times of at least `LARGEST`, or with more than `MOST_DIGITS` decimals.
 const LARGEST: f64 = 1e9;
 const MOST_DIGITS: usize = 6;
 
-/// Number format for the simulated time. It has enough digits to show different times in successive images, and is the
-/// same in all images of a movie.
+/// Format of the simulated time in all images of a movie. It has enough digits to distinguish successive images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// Decimal notation, with the number of decimals.
+    /// Decimal notation with this number of decimals.
     Plain(usize),
-    /// Scientific notation, with the number of decimals.
+    /// Scientific notation with this number of decimals.
     Powers(usize),
 }
 
@@ -27,10 +23,10 @@ impl Clock {
         Self::with(mean, times().fold(0.0, |most, time| time.abs().max(most)))
     }
 
-    /// Returns the time format for frames with a mean time step `step` and times up to `largest`.
+    /// Returns the format for frames with a mean time step `step` and times up to `largest`.
     fn with(step: f64, largest: f64) -> Self {
         if !(step > 0.0 && step.is_finite()) {
-            // The movie has a single frame, or no frame has a later time than the previous one.
+            // There is a single frame, or time does not advance.
             return if largest == 0.0 || (1e-2..LARGEST).contains(&largest) { Self::Plain(2) } else { Self::Powers(4) };
         }
         let is_enough = |digits: &usize| {

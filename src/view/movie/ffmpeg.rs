@@ -11,11 +11,10 @@ use super::track::Codec;
 use crate::view::ViewError;
 use crate::view::render::{Image, Style};
 
-/// Time without progress after which ffmpeg is stopped. While ffmpeg finishes a large movie, it makes no progress for a
-/// few seconds.
+/// Time without progress after which ffmpeg is stopped. At the end of a large movie, ffmpeg pauses for a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Supported encoders, best first, with compression options that keep the edges of particles clean.
+/// Supported encoders, best first. Their options keep the edges of particles clean.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
@@ -30,8 +29,8 @@ impl Ffmpeg {
     /// Searches `PATH` for ffmpeg, and chooses its best encoder.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not answer or has no
-    /// known encoder.
+    /// [`ViewError::NoFfmpeg`] if ffmpeg cannot be started, [`ViewError::Ffmpeg`] if it does not answer or has no known
+    /// encoder.
     pub fn find() -> Result<Self, ViewError> {
         Self::at("ffmpeg".into(), PATIENCE)
     }
@@ -47,16 +46,13 @@ impl Ffmpeg {
         Ok(Self { program, encoder, patience })
     }
 
-    /// Starts ffmpeg, which writes to an existing file.
-    ///
-    /// # Errors
-    /// [`ViewError::NoFfmpeg`] if it cannot be started.
+    /// Starts ffmpeg with an existing output file.
     pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, ViewError> {
         let mut command = Command::new(&self.program);
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
-        // Players assume the colour standard BT.709 for large images. Movies of all sizes use and declare it.
+        // Players assume the colour standard BT.709 for large images. Movies of all sizes declare it.
         command.args(["-vf", "scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p"]);
         command.args([
             "-colorspace",
@@ -70,7 +66,7 @@ impl Ffmpeg {
         ]);
         command.args(["-c:v", self.encoder.0]).args(self.encoder.1);
         command.args(["-movflags", "+faststart", "-f", "mp4", "-y"]);
-        // With this prefix, ffmpeg reads the name neither as an option nor as a network address.
+        // The prefix keeps ffmpeg from reading the name as an option or a network address.
         let mut name = OsString::from("file:");
         name.push(file);
         command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -78,7 +74,7 @@ impl Ffmpeg {
     }
 }
 
-/// Images in the form that ffmpeg reads: red, green and blue, row by row.
+/// Images as ffmpeg reads them: red, green and blue, row by row.
 pub(super) struct Raw;
 
 impl Codec for Raw {
@@ -108,7 +104,7 @@ mod tests {
         fs::write(&file, "").unwrap();
         let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
         let style = Style { width: 256, height: 256, ..Style::default() };
-        // A process that another test is starting may still hold the script open. In that case, try again.
+        // Another test that starts a process may hold the script open for a moment.
         let mut process = loop {
             match ffmpeg.begin(&file, &style, 25) {
                 Err(ViewError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
@@ -124,7 +120,7 @@ mod tests {
     #[test]
     fn hanging_ffmpeg_is_killed() {
         let mut go_on = || ControlFlow::Continue(());
-        // The shell of the last script starts a child process, which outlives it.
+        // The last script starts a child process that outlives its shell.
         for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 20"] {
             let error = with(script, &mut go_on).unwrap_err();
             assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");

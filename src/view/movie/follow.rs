@@ -1,23 +1,20 @@
-//! The particle or centre that the camera of a movie follows.
-
 use crate::Vector;
 use crate::model::ParticleId;
 use crate::trajectory::Frame;
 use crate::view::ViewError;
 
-/// The point that stays in the middle of all images of a movie.
+/// Point that stays in the middle of all images of a movie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Follow {
-    /// Centre of mass of all moving particles; with equal masses if masses are unknown.
+    /// Centre of mass of all moving particles; unknown masses count as equal.
     CentreOfMass,
     /// A particle.
     Particle(ParticleId),
 }
 
 impl Follow {
-    /// Returns the unwrapped position of the followed point in a frame `[length]`; `None` if the point does
-    /// not exist.
+    /// Returns the unwrapped position of the followed point `[length]`; `None` if the point does not exist.
     fn place(self, frame: &Frame) -> Option<Vector> {
         let particles = || frame.particles.iter().enumerate();
         match self {
@@ -35,8 +32,8 @@ impl Follow {
         }
     }
 
-    /// Moves the followed point to the middle of the box along periodic axes, and wraps the particles again
-    /// along these axes. For the other axes, returns the coordinate at which the camera should look.
+    /// Wraps the particles so that the followed point is in the middle of the box along periodic axes. For the other
+    /// axes, returns the coordinate at which the camera should look.
     ///
     /// # Errors
     /// [`ViewError::NoParticle`] if the frame does not contain the particle.
@@ -44,7 +41,7 @@ impl Follow {
         let place = match (self.place(&frame), self) {
             (Some(place), _) => place,
             (None, Self::Particle(id)) => return Err(ViewError::NoParticle(id)),
-            // No particle moves, so there is no centre to follow.
+            // No particle moves, so the frame has no centre of mass.
             (None, Self::CentreOfMass) => return Ok((frame, [None; 3])),
         };
         let middle = frame.lower + 0.5 * frame.size;
@@ -72,8 +69,8 @@ mod tests {
         assert_eq!(focus, [None, None, Some(2.0)]);
         let places: Vec<Vector> = shown.particles.iter().map(|particle| particle.position).collect();
         assert_eq!(places[..2], [Vector::new(5.0, 5.0, 2.0), Vector::new(7.0, 5.0, 4.0)]);
-        // The static particle does not contribute to the centre of mass. One moving particle has mass 3 and has crossed
-        // a periodic boundary.
+        // Only moving particles contribute to the centre of mass. One of them has mass 3 and has crossed a periodic
+        // boundary.
         scene.species[0].mass = Some(3.0);
         scene.images = vec![[-1, 0, 0], [0; 3], [0; 3]];
         let (shown, focus) = Follow::CentreOfMass.centred(scene.clone()).unwrap();

@@ -1,4 +1,4 @@
-//! Index of a trajectory: the position in the file of each frame of the movie, and the data common to all images.
+//! Index of a trajectory: the position of each frame of the movie, and data common to all images.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Seek, SeekFrom};
@@ -12,14 +12,14 @@ use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
 use crate::view::render::{ColourBy, Extent, Framing, Shot, SpeedScale, Style, corners, fitted, reach, refuse_numbers};
 use crate::view::{Surfaces, ViewError};
 
-/// Number of frames examined for the extent of the particles.
+/// Number of frames in which the extent of the particles is examined.
 const PROBES: usize = 8;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selection {
     pub first: u64,
     pub last: Option<u64>,
-    /// Number of frames from one image of the movie to the next.
+    /// Step in frames from one image to the next.
     pub every: u64,
 }
 
@@ -33,14 +33,12 @@ impl Selection {
     }
 }
 
-/// Position of a frame in the trajectory file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// Index of the frame in the file, from 0.
     pub index: u64,
-    /// Simulated time `[time]`.
     pub time: f64,
-    /// Number of bytes and lines in the file before the frame.
+    /// Bytes and lines before the frame in the file.
     offset: u64,
     lines: usize,
 }
@@ -50,16 +48,15 @@ pub(super) struct Index {
     pub places: Vec<Place>,
     pub most_particles: u64,
     pub is_truncated: bool,
-    /// The first frame, without its particles.
+    /// First frame, without particles.
     stage: Frame,
     framing: Framing,
-    /// Lower corner and edges of the framed region `[length]`. Depending on the framing, the region contains the boxes
-    /// of all frames, or all particles.
-    region: Option<(Vector, Vector)>,
-    /// Largest radius of the particles in the framed region. Particles extend at most this far beyond the region
+    /// Lower corner and edges of the framed region, which contains the boxes of all frames, or all particles
     /// `[length]`.
+    region: Option<(Vector, Vector)>,
+    /// Largest radius of the particles in the framed region, by which they can extend beyond it `[length]`.
     margin: f64,
-    /// Extent of the particles in a few of the frames: lower and upper corner `[length]`.
+    /// Lower and upper corner of the particles in a few frames `[length]`.
     reach: Option<[Vector; 2]>,
     scale: SpeedScale,
 }
@@ -67,13 +64,12 @@ pub(super) struct Index {
 type Reader = FrameReader<BufReader<File>>;
 
 impl Index {
-    /// Scans a file once. Particle data are read only if the style needs them for a scale of speeds, or if
-    /// there is no box.
+    /// Scans a file once. Particle data are read only for a scale of speeds, or if there is no box.
     ///
     /// # Errors
-    /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`]
-    /// if there is nothing to draw, [`ViewError::EmptyMovie`] if no frame has a particle,
-    /// [`ViewError::Interrupted`] if `watch` breaks.
+    /// [`ViewError::Trajectory`], [`ViewError::NotFile`], [`ViewError::NoSuchFrame`] or [`ViewError::Frame`] if no
+    /// frame can be drawn, [`ViewError::EmptyMovie`] if no frame has a particle, [`ViewError::Interrupted`] if `watch`
+    /// breaks.
     pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, ViewError> {
         let unreadable = ViewError::trajectory(path);
         let file = open(path)?;
@@ -97,7 +93,7 @@ impl Index {
             match found {
                 Ok(true) => count += 1,
                 Ok(false) => break,
-                // The frames before a truncated frame are complete.
+                // All frames before a truncated frame are complete.
                 Err(ViewError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
                     survey.is_truncated = true;
                     break;
@@ -117,7 +113,7 @@ impl Index {
         }
     }
 
-    /// Determines from a few frames how far particles extend in the box and beyond it.
+    /// Determines from a few frames how far the particles extend.
     fn completed(mut self, path: &Path) -> Result<Self, ViewError> {
         if self.most_particles == 0 {
             return Err(ViewError::EmptyMovie(path.to_owned()));
@@ -180,13 +176,12 @@ fn open(path: &Path) -> Result<File, ViewError> {
     File::open(path).map_err(|source| ViewError::trajectory(path)(ReadError::Open { path: path.into(), source }))
 }
 
-/// Skips the next frame. Returns `false` at the end of the trajectory.
+/// Skips a frame. Returns `false` at the end of the trajectory.
 fn pass(reader: &mut Reader, path: &Path) -> Result<bool, ViewError> {
     let found = reader.next_preamble();
     found.map(|found| found.is_some()).map_err(|source| ViewError::Trajectory { path: path.to_owned(), source })
 }
 
-/// State of the scan that builds an [`Index`].
 struct Survey<'a> {
     style: &'a Style,
     path: &'a Path,
@@ -196,7 +191,7 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Returns `false` at the end of the trajectory.
+    /// Adds a frame. Returns `false` at the end of the trajectory.
     fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, ViewError> {
         let unreadable = |source| ViewError::Trajectory { path: self.path.to_owned(), source };
         let is_first = self.index.is_none();
@@ -249,13 +244,12 @@ impl Survey<'_> {
     }
 }
 
-/// Returns the lower and upper corner of the smallest box that contains two boxes, each given by its lower and upper
-/// corner.
+/// Joins two boxes, given by their lower and upper corners.
 fn joined_corners([a, b]: &[Vector; 2], [c, d]: &[Vector; 2]) -> [Vector; 2] {
     [a.inf(c), b.sup(d)]
 }
 
-/// Returns the smallest box that contains two boxes, each given by its lower corner and its edges.
+/// Joins two boxes, given by their lower corners and edges.
 fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
     let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
     let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));

@@ -1,9 +1,9 @@
 //! Draws and compresses images on several cores, and delivers them in order.
 //!
-//! A *place* is the index of an image in the movie. Each worker takes the next place, draws its image, and
-//! compresses it against the previous image, which another worker may still be drawing. No worker is more
-//! than a few places ahead of the delivered images, so memory is bounded for any number of images. Neither
-//! the result nor the place of a reported error depends on the number of workers.
+//! A *place* is the index of an image in the movie. Each worker takes the next place, draws its image, and compresses
+//! it against the previous image, which another worker may still be drawing. Workers are at most a few places ahead of
+//! the delivered images, which limits the memory. Neither the result nor the place of a reported error depends on the
+//! number of workers.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -16,39 +16,37 @@ use std::time::Duration;
 use crate::view::ViewError;
 use crate::view::render::Image;
 
-/// Longest time between two calls of the progress callback.
+/// Longest time between two calls of `watch`.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Draws an image, given its index in the movie.
+/// Draws an image, given its place.
 type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, ViewError> + Sync);
 
-/// Compresses an image, given its index in the movie and the previous image.
+/// Compresses an image, given its place and the previous image.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, ViewError> + Sync);
 
 pub(super) struct Pipeline<'a, P> {
     pub draw: Draw<'a>,
     pub compress: Compress<'a, P>,
     pub count: usize,
-    /// Number of workers.
     pub crew: usize,
     pub is_stopped: &'a AtomicBool,
 }
 
-/// An image to be drawn and compressed. Tasks are taken in the order of the movie, so the previous image is already
-/// drawn or being drawn.
+/// An image to draw and compress. Tasks are taken in order, so another worker draws the previous image or has drawn it.
 struct Task {
     place: usize,
-    /// Channel that receives the previous image.
+    /// Receives the previous image.
     before: Option<Receiver<Arc<Image>>>,
-    /// Channel that sends this image to the next task.
+    /// Sends this image to the next task.
     next: Sender<Arc<Image>>,
 }
 
 type Piece<P> = (usize, Result<P, ViewError>);
 
 impl<P: Send> Pipeline<'_, P> {
-    /// Draws and compresses all images. `take` receives the compressed images in order. `watch` is called with the
-    /// number of delivered images and decides whether to continue.
+    /// Draws and compresses all images. `take` receives the compressed images in order. `watch` receives the number of
+    /// delivered images, and can stop the work.
     ///
     /// # Errors
     /// The error of the first image that fails, [`ViewError::Interrupted`] if `watch` breaks, [`ViewError::Threads`] if
@@ -69,7 +67,7 @@ impl<P: Send> Pipeline<'_, P> {
             drop(tell);
             let result = self.collect(&issue, &pieces, take, watch);
             self.is_stopped.store(true, Ordering::Relaxed);
-            // Closing the channel ends the workers that wait for a task.
+            // Workers that wait for a task end when the channel closes.
             drop(issue);
             result
         })
@@ -87,7 +85,7 @@ impl<P: Send> Pipeline<'_, P> {
         while done < self.count {
             while issued < self.count.min(done + 2 * self.crew) {
                 let (next, image) = channel();
-                // Sending fails only if all workers have ended. The receiver below reports this.
+                // Sending fails if all workers have ended, which the receiver below reports.
                 let _ = issue.send(Task { place: issued, before: before.replace(image), next });
                 issued += 1;
             }
@@ -111,16 +109,16 @@ impl<P: Send> Pipeline<'_, P> {
     fn work(&self, tasks: &Mutex<Receiver<Task>>, tell: &Sender<Piece<P>>) {
         let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).recv().ok();
         while let Some(task) = next().filter(|_| !self.is_stopped.load(Ordering::Relaxed)) {
-            // Sending fails only if the results are no longer needed.
+            // Sending fails if the results are no longer needed.
             let _ = tell.send((task.place, self.piece(task)));
         }
     }
 
     fn piece(&self, Task { place, before, next }: Task) -> Result<P, ViewError> {
         let image = Arc::new((self.draw)(place)?);
-        // Sending fails if no other image needs this one.
+        // Sending fails if no task needs the image.
         let _ = next.send(Arc::clone(&image));
-        // Receiving fails if the previous image could not be drawn. The error of the previous image is then reported.
+        // Receiving fails if the previous image could not be drawn. The previous error is then reported.
         let previous = before.map(|before| before.recv()).transpose().map_err(|_| ViewError::Interrupted)?;
         if self.is_stopped.load(Ordering::Relaxed) {
             return Err(ViewError::Interrupted);
@@ -134,22 +132,22 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// Returns an image of one pixel whose colour is the index of the image.
+    /// Returns an image of one pixel; its colour is its place.
     fn image(place: usize) -> Image {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
 
-    /// Index of an image, colour of the previous image, and its own colour.
+    /// Place of an image, colour of the previous image, and own colour.
     type Compressed = (usize, Option<u8>, u8);
 
-    /// Returns the compressed images of a movie of 40 images. Drawing fails from the image `failing` on, and takes
-    /// longer for some images.
+    /// Returns the compressed images of a movie of 40 images, some of which take longer. Drawing fails from the image
+    /// `failing` on.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Compressed>, Result<(), ViewError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let pipeline = Pipeline {
             draw: &|place: usize| {
                 let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
-                // At most `2 * crew` images are ahead of the delivered images. The test allows one more.
+                // Workers are at most `2 * crew` images ahead. The test allows one more.
                 assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
                 thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
                 match failing.is_some_and(|failing| place >= failing) {

@@ -1,6 +1,5 @@
-//! A program that receives images through a pipe and writes a file. The caller waits as long as the program
-//! makes progress, that is, reads bytes or changes its file. Any call may hang, so each call runs in its own
-//! thread. A waiting caller can be asked to stop.
+//! A program that receives images through a pipe and writes a file. The caller waits as long as the program reads bytes
+//! or changes its file, and can stop meanwhile. Each call that may block runs in its own thread.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -14,37 +13,34 @@ use std::time::{Duration, SystemTime};
 use super::track::{Ask, Track, TrackError};
 use crate::view::ViewError;
 
-/// Largest part of the program's error messages that is kept `[bytes]`.
+/// Largest part of the error messages that is kept `[bytes]`.
 const MOST_MESSAGE: usize = 4096;
 
-/// Bytes written at a time. Progress is counted in these pieces, so a program that reads slowly is not regarded as
-/// hanging.
+/// Bytes written at a time. Progress is counted in these pieces, so a slow reader makes progress.
 const PIECE: usize = 1 << 14;
 
 const TICK: Duration = Duration::from_millis(20);
 
-/// Time limit for reading the messages of a program that has ended. A child process of the program may keep the pipe
-/// open.
+/// Time limit for reading the messages of a program that has ended. Its child processes may keep the pipe open.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// A running program. It is killed when dropped.
+/// A running program, killed when dropped.
 pub(super) struct Process {
     child: Child,
-    /// Channel to the thread that writes to the program. This thread reports the result for each image.
+    /// Channel to the thread that writes to the program.
     images: Option<SyncSender<Vec<u8>>>,
     written: Receiver<io::Result<()>>,
-    /// Number of pieces of at most `PIECE` bytes that the program has read.
+    /// Pieces of at most `PIECE` bytes that the program has read.
     taken: Arc<AtomicU64>,
     message: Receiver<String>,
     file: PathBuf,
     patience: Duration,
 }
 
-/// Progress of a program: pieces read, length of its file, and time of the last change of the file.
+/// Progress of a program: pieces read, length of its file, and time of the file's last change.
 type Done = (u64, Option<(u64, SystemTime)>);
 
-/// Detects when a program makes no progress. Time is counted in ticks, so time during which the machine sleeps does not
-/// count.
+/// Detects a program that makes no progress. Time is counted in ticks, so a sleep of the machine does not count.
 struct Idleness {
     before: Done,
     waited: Duration,
@@ -52,7 +48,7 @@ struct Idleness {
 }
 
 impl Idleness {
-    /// Registers the progress after one more tick. Returns an error after `patience` without progress.
+    /// Records the progress after a tick. Returns an error after `patience` without progress.
     fn tick(&mut self, now: Done) -> Result<(), TrackError> {
         let is_something = now != self.before;
         self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
@@ -69,11 +65,11 @@ impl Process {
     /// Starts a program that writes a file. Its input and its error messages go through pipes.
     ///
     /// # Errors
-    /// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Threads`] if no thread can be started.
+    /// [`ViewError::NoFfmpeg`] if the program cannot be started, [`ViewError::Threads`] if no thread can be started.
     pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, ViewError> {
         #[cfg(unix)]
         {
-            // Ctrl-C reaches only the calling program, which then stops the child process.
+            // Ctrl-C must reach only the calling program, which stops the child process.
             std::os::unix::process::CommandExt::process_group(command, 0);
         }
         let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
@@ -91,7 +87,7 @@ impl Process {
             }
         };
         let (tell, message) = channel();
-        // The program would block on a full pipe if its error messages were not read.
+        // A full pipe of unread error messages would block the program.
         let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
         let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
         for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
@@ -151,7 +147,7 @@ impl Track for Process {
             Err(io::ErrorKind::BrokenPipe.into())
         };
         match result {
-            // The program has ended early. Its messages say why.
+            // The program has ended early, and its messages give the reason.
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
                 Err(reason) => reason,
                 Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
@@ -167,17 +163,17 @@ impl Track for Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Errors are ignored, because the program may have ended already.
+        // Errors are ignored: the program may already have ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Runs a program and returns what it prints.
+/// Runs a program and returns its output.
 ///
 /// # Errors
-/// [`ViewError::NoFfmpeg`] if it cannot be started, [`ViewError::Ffmpeg`] if it does not finish within `patience`,
-/// [`ViewError::Threads`] if no thread can be started.
+/// [`ViewError::NoFfmpeg`] if the program cannot be started, [`ViewError::Ffmpeg`] if it does not finish within
+/// `patience`, [`ViewError::Threads`] if no thread can be started.
 pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<String, ViewError> {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().map_err(ViewError::NoFfmpeg)?;
@@ -197,7 +193,7 @@ pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<St
     printed
 }
 
-/// Returns the exit status of a program that has ended. Otherwise sleeps for one tick and returns `None`.
+/// Returns the exit status of a program that has ended. Otherwise, sleeps for one tick and returns `None`.
 fn ended(child: &mut Child) -> Result<Option<ExitStatus>, TrackError> {
     let ended = child.try_wait()?;
     if ended.is_none() {
@@ -231,7 +227,7 @@ mod tests {
     fn slow_but_active_process_is_not_killed() {
         let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
         for k in 0..100 {
-            // The number of pieces read changes every 8 ticks, and the file changes every 4 ticks.
+            // The program reads a piece every 8 ticks, and its file changes every 4 ticks.
             let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
             assert!(idleness.tick(done).is_ok(), "{k}");
         }

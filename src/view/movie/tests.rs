@@ -33,7 +33,7 @@ impl Place {
         write(&trajectory, &self.path(name), movie, Existing::Keep, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// Returns the images of a movie in the order in which they are displayed, with their durations in seconds.
+    /// Returns the displayed images of a movie in order, with their durations in seconds.
     fn seen(&self, name: &str, movie: &Movie) -> Vec<Seen> {
         self.write(name, movie).unwrap();
         let seen = if name.ends_with("gif") { gif_images(&self.path(name)) } else { apng_images(&self.path(name)) };
@@ -51,13 +51,12 @@ struct Seen {
 }
 
 impl Seen {
-    /// Returns the pixels above the caption.
     fn scene(&self) -> &[[u8; 4]] {
         let rows = self.pixels.len() / self.width * 4 / 5;
         &self.pixels[..rows * self.width]
     }
 
-    /// Whether the first row and the outer columns show only the background.
+    /// Whether the first row and the outer columns are background.
     fn is_within(&self) -> bool {
         let is_free = |pixel: &[u8; 4]| pixel[..3] == BACKGROUND;
         let mut rows = self.scene().chunks(self.width);
@@ -109,8 +108,7 @@ fn put(canvas: &mut [[u8; 4]], width: usize, [left, top, columns]: [usize; 3], p
     }
 }
 
-/// Returns a frame with a cubic box of edge 8, a small ball in each corner and one moving ball. The time of the frame
-/// is `number / 4`.
+/// Returns a frame at time `number / 4`: a cubic box of edge 8, a small ball in each corner, and one moving ball.
 fn frame(number: u32, speed: f64) -> Frame {
     let ball = |id, species, position: [f64; 3], radius, speed| FrameParticle {
         id: ParticleId(id),
@@ -163,7 +161,7 @@ fn movie_frames_equal_single_images() {
     for (first, image) in (0..).zip(&apng) {
         assert!(alone(first) == image.pixels, "image {first}");
     }
-    // The colours of a GIF differ on average by less than two steps per component from the exact colours.
+    // The mean error of a GIF's colours is less than two steps per component.
     let gif = place.seen("film.gif", &still());
     assert_eq!(gif.len(), 7);
     for (image, exact) in gif.iter().zip(&apng) {
@@ -212,7 +210,7 @@ fn resting_scene_changes_only_if_the_camera_moves() {
         let seen = place.seen(name, &Movie { turn: 40.0, ..still() });
         assert!(seen.windows(2).all(|pair| pair[0].scene() != pair[1].scene()));
         let round = place.seen(name, &Movie { turn: 360.0, ..still() });
-        // After a full turn, the first and last image are equal apart from the rounding of angles.
+        // After a full turn, the first and last image differ only by the rounding of angles.
         let off = |k: usize| round[0].scene().iter().zip(round[k].scene()).filter(|(a, b)| a != b).count();
         assert!(off(3) < 50 && off(1) > 200, "{} {}", off(3), off(1));
     }
@@ -228,7 +226,7 @@ fn nothing_leaves_the_image_from_any_direction() {
         let seen = place.seen("film.apng", &Movie { turn, ..still() });
         assert!(seen.iter().all(Seen::is_within), "{turn}");
     }
-    // Without a box, a particle moves far beyond the extent of the first frame.
+    // Without a box, a particle leaves the extent of the first frame.
     let flight = |x: f64| format!("2\n\nball 0 0 0\nball {x} 0 {x}\n");
     let text: String = [1.0, 5.0, 20.0, -30.0].map(flight).concat();
     let place = Place::of(text.as_bytes());
@@ -266,7 +264,7 @@ fn particles_may_come_and_go() {
     for colour_by in [ColourBy::Species, ColourBy::Speed] {
         let style = Style { colour_by, ..still().style };
         let seen = place.seen("film.gif", &Movie { style, ..still() });
-        // The caption and the scale of speeds are in the lower half of the image, so only the upper half is compared.
+        // The caption and the scale of speeds are in the lower half of the image.
         let above = |image: usize| &seen[image].pixels[..seen[image].pixels.len() / 2];
         assert!(seen.len() == 5 && above(0) == above(3) && above(0) != above(4));
     }

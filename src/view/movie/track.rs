@@ -1,6 +1,5 @@
-//! Conversion of images to a movie file in two steps. First, each image is compressed. Only the previous image is
-//! needed for that, so several cores can compress images at the same time. Then the compressed images are added to the
-//! file in order.
+//! Movie files in two steps. First, several cores compress images, each of which needs only the previous image. Then
+//! the compressed images are added to the file in order.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -9,18 +8,15 @@ use thiserror::Error;
 
 use crate::view::render::Image;
 
-/// Compressor for the images of a movie format. Several threads can use it at the same time.
+/// Compressor for the images of a movie format, used by several threads at once.
 pub(super) trait Codec: Sync {
     type Piece: Send;
 
-    /// Compresses an image, given its index in the movie and the previous image.
-    ///
-    /// # Errors
-    /// If the format cannot store the image.
+    /// Compresses an image, given its place and the previous image. Fails if the format cannot store the image.
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece>;
 }
 
-/// Callback that runs during a wait. It can stop the work.
+/// Callback that runs during a wait and can stop the work.
 pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
 pub(super) trait Track {
@@ -33,13 +29,13 @@ pub(super) trait Track {
 
 #[derive(Debug, Error)]
 pub(super) enum TrackError {
-    /// Error of the operating system or of an encoder.
+    /// Error of the system or of an encoder.
     #[error(transparent)]
     Output(#[from] io::Error),
     /// An error of ffmpeg, with its output.
     #[error("{0}")]
     Ffmpeg(String),
-    /// The callback stopped the movie.
+    /// The callback has stopped the movie.
     #[error("interrupted")]
     Interrupted,
 }

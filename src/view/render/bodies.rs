@@ -11,7 +11,7 @@ use crate::model::ParticleId;
 use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 
-/// Radius of a bond, relative to the smaller of its two ends.
+/// Radius of a bond relative to its smaller end.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, Copy)]
@@ -82,8 +82,8 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A static particle at the end of a bond is a pivot. It is drawn opaque, so that translucent static
-            // particles do not hide it.
+            // A static particle with a bond is a pivot. It is opaque, so that translucent static particles do not hide
+            // it.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }
@@ -91,8 +91,7 @@ impl Bodies {
     }
 }
 
-/// Returns a colour for each species. Moving species take the colours of the palette in order, and all static species
-/// share one pale colour.
+/// Returns the colours of the species: the palette for moving species, a pale colour for static species.
 fn species_colours(frame: &Frame, style: &Style) -> Vec<Colour> {
     let mut palette = style.palette.iter().cycle();
     let colour = |is_static: bool| match is_static {

@@ -2,7 +2,7 @@
 //!
 //! Everything is drawn in camera space: lengths in units of half the diagonal of the framed region, the camera at the
 //! origin, `x` to the right, `y` up, `z` into the image. The *window* coordinates of a point are `(x/z, y/z)` in
-//! perspective and `(x, y)` otherwise.
+//! perspective, and `(x, y)` otherwise.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -13,7 +13,7 @@ use crate::trajectory::Frame;
 
 pub(super) type Point = Vector3<f32>;
 
-/// Tangent of half the field of view. The field of view is 30 degrees along the shorter side of the largest image.
+/// Tangent of half the field of view: 30 degrees along the shorter side of the largest image.
 const HALF_VIEW: f32 = 0.267_949_2;
 
 /// Free margin around the framed region, relative to the shorter side of the largest image.
@@ -21,18 +21,18 @@ const RIM: f32 = 0.035;
 
 /// Largest angle between neighbouring directions in which a moving camera must see the whole framed region `[degrees]`.
 /// Between these directions, the region extends further by at most a thousandth of its distance from the axis of
-/// rotation. This is far less than the margin.
+/// rotation, far less than the margin.
 const LARGEST_STEP: f64 = 4.0;
 
-/// Smallest distance from the camera at which anything is drawn, in half diagonals of the framed region. The region
-/// itself begins well beyond it.
+/// Smallest depth that is drawn, in half diagonals of the framed region. The region itself begins well behind this
+/// depth.
 pub(super) const NEAREST: f32 = 0.05;
 
-/// Direction to the sun in the first image. The components point right, up, and horizontally into the image. The sun is
-/// behind the viewer, above and to the left.
+/// Direction to the sun in the first image: right, up, and horizontally into the image. The sun is behind the viewer,
+/// above and to the left.
 const SUN: [f64; 3] = [-0.5, 0.78, -0.52];
 
-/// A sphere that the image must contain; a corner of the box has radius 0.
+/// A sphere that the image must contain. A corner of the box has radius 0.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Extent {
     pub position: Vector,
@@ -41,7 +41,7 @@ pub(in crate::view) struct Extent {
 
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
-    /// Rotation from the scene to camera space. Its rows are the directions right, up and into the image.
+    /// Rotation from the scene to camera space. The rows are right, up and into the image.
     rotation: Matrix3<f64>,
     /// Upward direction in the scene, and direction to the sun.
     up: Vector,
@@ -52,7 +52,7 @@ pub(super) struct Camera {
     /// Centre of the framed region in camera space.
     pub offset: Point,
     pub is_perspective: bool,
-    /// Window coordinates of the image's upper left corner.
+    /// Window coordinates of the upper left corner of the image.
     corner: [f32; 2],
     /// Pixels per unit of window coordinates.
     scale: f32,
@@ -62,9 +62,8 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    /// Positions the camera so that the framed region fills the image, and crops the image to it if the style
-    /// says so. Keeps `footer` rows free at the bottom. `None` if the region has no extent or is too large
-    /// for floating-point numbers.
+    /// Positions the camera so that the framed region fills the image, above `footer` rows. Crops the image if the
+    /// style says so. `None` if the region has no extent, or is too large for floating-point numbers.
     pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
         let spheres = camera.spheres(framed);
@@ -77,10 +76,10 @@ impl Camera {
     }
 
     /// Positions the camera so that the framed region stays in the image while the camera moves around it by `turn`
-    /// degrees. The image has the size that `style` specifies.
+    /// degrees. The image has the size in `style`.
     pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
         let mut camera = Self::around(frame, style, framed)?;
-        // Beyond a full turn, the camera passes the same directions again.
+        // Beyond a full turn, the directions repeat.
         let round = turn.abs().min(360.0);
         let steps = if camera.is_perspective { trunc_to_u32((round / LARGEST_STEP).ceil()) } else { 0 };
         let mut spheres = Vec::new();
@@ -94,7 +93,7 @@ impl Camera {
         Some(camera.zoomed(style.zoom, footer))
     }
 
-    /// Returns the same view, enlarged by `zoom`. The middle of the image above the footer stays where it is.
+    /// Returns the same view, enlarged by `zoom` about the middle of the image above the footer.
     fn zoomed(mut self, zoom: f64, footer: f32) -> Self {
         let half = [0.5 * self.width as f32, 0.5 * (self.height as f32 - footer)];
         let middle = self.window(half);
@@ -103,8 +102,7 @@ impl Camera {
         self
     }
 
-    /// Returns the same view, but with the middle of the image at the given coordinates. Axes without a coordinate are
-    /// unchanged.
+    /// Returns the view with the middle of the image at the given coordinates. Other coordinates are unchanged.
     pub fn looking_at(mut self, focus: [Option<f64>; 3]) -> Self {
         for (own, focus) in self.centre.iter_mut().zip(focus) {
             *own = focus.filter(|focus| focus.is_finite()).unwrap_or(*own);
@@ -116,7 +114,7 @@ impl Camera {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
 
-    /// A camera that looks at the middle of the framed region. `None` if the region has no extent or is too
+    /// Returns a camera that looks at the middle of the framed region. `None` if the region has no extent, or is too
     /// large for floating-point numbers.
     fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
@@ -149,17 +147,17 @@ impl Camera {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }
 
-    /// Free margin around the framed region, in pixels.
+    /// Margin around the framed region in pixels.
     fn rim(&self) -> f32 {
         RIM * (self.width as f32).min(self.height as f32)
     }
 
-    /// Chooses the position of the camera and the scale so that the given spheres fit the image. Returns the bounds of
-    /// the spheres in window coordinates.
+    /// Chooses the position of the camera and the scale so that the spheres fit the image. Returns the bounds of the
+    /// spheres in window coordinates.
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = self.rim();
-        // `room` is the size of the usable area in pixels. `border` is half this size in window coordinates.
+        // `room` is the usable area in pixels; `border` is half its size in window coordinates.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
@@ -188,7 +186,7 @@ impl Camera {
         window
     }
 
-    /// Crops the image to a region in window coordinates, with a margin around it.
+    /// Crops the image to a region in window coordinates with a margin.
     fn crop(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let rim = self.rim();
@@ -197,7 +195,7 @@ impl Camera {
         self.height = pixels(high - low + footer / self.scale, self.height);
     }
 
-    /// Centres the part of the image above the footer on a region in window coordinates.
+    /// Centres the image above the footer on a region in window coordinates.
     fn centre_on(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
         let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
@@ -214,12 +212,10 @@ impl Camera {
         (self.rotation * direction).cast::<f32>()
     }
 
-    /// Returns the upward direction in camera space.
     pub fn up(&self) -> Point {
         self.turn(&self.up)
     }
 
-    /// Returns the direction to the sun in camera space.
     pub fn sun(&self) -> Point {
         self.turn(&self.sun)
     }
@@ -231,35 +227,35 @@ impl Camera {
         normal.dot(&line) < 0.0
     }
 
-    /// Converts a length to units of the half diagonal of the framed region.
+    /// Converts a length to half diagonals of the framed region.
     pub fn length(&self, length: f64) -> f32 {
         single(length / self.unit)
     }
 
-    /// Returns the number of pixels per length, at the distance of the camera's focus `[1 / length]`.
+    /// Returns the number of pixels per length at the focus of the camera `[1 / length]`.
     pub fn pixels_per_length(&self) -> f64 {
         self.pixels_per_unit() / self.unit
     }
 
-    /// Returns the number of pixels per half diagonal of the framed region, at the distance of the camera's focus.
+    /// Returns the number of pixels per half diagonal of the framed region at the focus of the camera.
     pub fn pixels_per_unit(&self) -> f64 {
         let depth = if self.is_perspective { self.offset.z } else { 1.0 };
         f64::from(self.scale / depth)
     }
 
-    /// Converts an image position, in pixels from the upper left corner, to window coordinates.
+    /// Converts a position in pixels, from the upper left corner, to window coordinates.
     pub fn window(&self, [column, row]: [f32; 2]) -> [f32; 2] {
         [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
-    /// Returns the image position of a point in front of the camera, in pixels from the upper left corner.
+    /// Returns the position in pixels, from the upper left corner, of a point in front of the camera.
     pub fn pixel(&self, point: &Point) -> [f32; 2] {
         let depth = if self.is_perspective { point.z } else { 1.0 };
         [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
     }
 
-    /// Returns the rectangle of pixels around a sphere: first and last column, first and last row. `None` if the sphere
-    /// reaches the camera or is not finite.
+    /// Returns the pixels around a sphere: first and last column, first and last row. `None` if the sphere reaches the
+    /// camera or is not finite.
     pub fn rectangle(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
         let [left, right, low, high] = self.outline(centre, radius)?;
         let columns = [left, right].map(|x| (x - self.corner[0]) * self.scale);
@@ -287,28 +283,27 @@ impl Camera {
     }
 }
 
-/// Returns the upward direction in the image: as set in the style, or else against gravity, or else z, or y if z is
-/// flat.
+/// Returns the upward direction in the image: from the style, or against gravity, or z (y if z is flat).
 fn upwards(frame: &Frame, style: &Style) -> Vector {
     let is_y = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
     let against = style.gravity.and_then(|gravity| (-gravity).try_normalize(0.0));
     style.up.map(|up| up.normalize()).or(against).unwrap_or_else(|| if is_y { Vector::y() } else { Vector::z() })
 }
 
-/// Returns the azimuth and elevation of the camera in radians. At azimuth 0, `right` points to the right in the image.
+/// Returns the azimuth and elevation of the camera in radians. At azimuth 0, `right` points right in the image.
 fn angles(style: &Style, right: &Vector, up: &Vector) -> [f64; 2] {
     let azimuth = style.azimuth.to_radians();
     let Some(from) = style.from.and_then(|from| from.try_normalize(0.0)) else {
         return [azimuth, style.elevation.to_radians()];
     };
     let [aside, behind, above] = [right.dot(&from), -up.cross(right).dot(&from), up.dot(&from)];
-    // In a view straight from above or below, `right` is the same direction as at azimuth 0.
+    // Straight from above or below, `right` is the direction at azimuth 0.
     let around = if aside.abs() + behind.abs() > 1e-9 { libm::atan2(aside, behind) } else { 0.0 };
     [azimuth + around, libm::asin(above.clamp(-1.0, 1.0))]
 }
 
-/// Returns the rotation to camera space, with the directions right, up and into the image as rows, and whether the view
-/// is in perspective. Flat scenes are seen from the front.
+/// Returns the rotation to camera space, with the rows right, up and into the image, and whether the view is in
+/// perspective. Flat scenes are seen from the front.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();
@@ -328,7 +323,7 @@ fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
         [flat] => {
             let up = up - axis(flat) * up[flat];
             let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
-            // A flat scene is seen from the side from which the first axis in its plane points right.
+            // In a view of a flat scene, the first axis in its plane points right.
             let right = up.cross(&axis(flat));
             let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
             (rows(if is_mirrored { -right } else { right }, up), false)

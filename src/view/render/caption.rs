@@ -1,4 +1,4 @@
-//! Caption below each image of a movie: the simulated time and a scale bar.
+//! Caption below an image of a movie: simulated time and scale bar.
 
 use super::camera::Camera;
 use super::colour::{self, Colour};
@@ -8,7 +8,7 @@ use super::stroke::Stroke;
 use super::{ColourBy, Style};
 use crate::base::numbers::{single, trunc_to_i32};
 
-/// Smallest height of a caption row with readable text, in pixels.
+/// Smallest height of a readable caption row, in pixels.
 const LEAST_ROW: f32 = 32.0;
 
 /// Largest height of a caption row, relative to the image.
@@ -17,26 +17,25 @@ const LARGEST_ROW: f32 = 0.2;
 /// Largest width of the scale bar, relative to the image.
 const LONGEST_BAR: f64 = 0.16;
 
-/// The rows of text below an image: the caption, and the scale of speeds if there is one.
 #[derive(Debug, Clone)]
 pub(super) struct Caption {
-    /// Height of all rows below the image in pixels.
+    /// Height of all rows in pixels.
     pub height: f32,
-    /// Height of one caption row in pixels.
+    /// Height of a row in pixels.
     pub row: f32,
-    /// Scale bar: its length, which is a round number, and its width in pixels.
+    /// Scale bar: its length, a round number, and its width in pixels.
     bar: Option<(f64, f32)>,
 }
 
 impl Caption {
-    /// The scale bar is set later.
+    /// Creates a caption without a scale bar.
     pub fn of(style: &Style) -> Self {
         let row = (STRIP * style.width.min(style.height) as f32).max(LEAST_ROW).min(LARGEST_ROW * style.height as f32);
         let rows = if style.colour_by == ColourBy::Speed { 2.0 } else { 1.0 };
         Self { height: rows * row, row, bar: None }
     }
 
-    /// Chooses the scale bar. In perspective, its length is correct at the distance of the middle of the scene.
+    /// Chooses the scale bar. In perspective, it applies at the middle of the scene.
     pub fn measure(&mut self, camera: &Camera) {
         let scale = camera.pixels_per_length();
         let length = round_length(LONGEST_BAR * f64::from(camera.width) / scale);
@@ -46,8 +45,7 @@ impl Caption {
     pub fn draw(&self, pixels: &mut [Colour], width: usize, time: &str) {
         let ink = colour::linear(colour::INK);
         let bottom = pixels.len() as f32 / width as f32;
-        // The text is in the middle of its row if a scale of speeds is below it. Otherwise it is a little higher, to be
-        // farther from the image border.
+        // The text is in the middle of its row, or slightly higher if the row is at the border of the image.
         let middle = bottom - self.height + (if self.height > self.row { 0.5 } else { 0.4 }) * self.row;
         let (size, rim) = (0.25 * self.row, 0.5 * self.row);
         write(pixels, width, &format!("time {time}"), [rim, middle], size, ink);
@@ -64,14 +62,14 @@ impl Caption {
     }
 }
 
-/// Returns the largest length of 1, 2 or 5 times a power of ten that is at most a given length.
+/// Returns the largest length up to `most` that is 1, 2 or 5 times a power of ten.
 fn round_length(most: f64) -> Option<f64> {
     if !(most.is_normal() && (1e-300..1e300).contains(&most)) {
         return None;
     }
     let power = trunc_to_i32(most.log10().floor());
-    // Parsing decimal text gives the floating-point number nearest to the round value. Round-off in the logarithm may
-    // give the wrong power of ten, so the neighbouring powers are tried too.
+    // Parsing a decimal text gives the nearest floating-point number. Round-off in the logarithm may give the wrong
+    // power of ten, so neighbouring powers are tried too.
     let candidates = (power - 1..=power + 1).flat_map(|power| [1, 2, 5].map(|digit| format!("{digit}e{power}")));
     candidates.filter_map(|text| text.parse().ok()).rfind(|length| *length <= most)
 }

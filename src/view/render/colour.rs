@@ -1,4 +1,4 @@
-//! Colours: in linear light while they are mixed, in sRGB when they are named or stored.
+//! Colours: linear for mixing, sRGB for names and files.
 
 use std::sync::LazyLock;
 
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 /// Red, green and blue in linear light, 0 to 1.
 pub(super) type Colour = Vector3<f32>;
 
-/// Okabe and Ito's palette, distinct for colour-blind eyes (<https://jfly.uni-koeln.de/color/>).
+/// Palette of Okabe and Ito, for colour-blind eyes (<https://jfly.uni-koeln.de/color/>).
 pub(super) const PALETTE: [[u8; 3]; 8] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -26,11 +26,9 @@ pub(super) const SURFACE: [u8; 3] = [156, 174, 198];
 
 pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
-/// Colour of box edges and letters.
 pub(in crate::view) const INK: [u8; 3] = [70, 76, 86];
 
-/// The colour map viridis (Smith and van der Walt, matplotlib) at even intervals. Neighbouring entries look equally
-/// different.
+/// The colour map viridis (Smith and van der Walt, matplotlib) at even intervals. All steps look equally large.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -45,7 +43,7 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// Returns the colour for a value from 0 to 1. Smaller and larger values get the colour of the nearest end.
+/// Returns the colour for a value, which is clamped to 0 to 1.
 pub(super) fn viridis(value: f32) -> Colour {
     let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
     let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
@@ -54,7 +52,7 @@ pub(super) fn viridis(value: f32) -> Colour {
     Colour::from_fn(|k, _| to_linear(mix(k) / 255.0))
 }
 
-/// From sRGB bytes.
+/// Converts sRGB bytes to linear light.
 pub(super) fn linear(colour: [u8; 3]) -> Colour {
     Colour::from(colour.map(|byte| to_linear(f32::from(byte) / 255.0)))
 }
@@ -66,9 +64,9 @@ pub(super) fn encode(colour: &Colour) -> [u8; 4] {
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 
-/// Lookup table from linear light to sRGB bytes. `least` holds the smallest intensity of each byte value. `begins`
-/// divides the range of intensity into many equal steps, and holds the byte value at the start of each step. Without
-/// the table, converting a pixel would take as long as computing its shadows.
+/// Lookup table from linear light to sRGB bytes. Without the table, the conversion takes as long as the shadows.
+/// `least` has the smallest intensity of each byte value. `begins` has the byte value at the start of each of many
+/// equal steps of intensity.
 struct Steps {
     least: [f32; 256],
     begins: Vec<u8>,
@@ -83,7 +81,7 @@ static STEPS: LazyLock<Steps> = LazyLock::new(|| {
     Steps { least, begins: (0..=STEP_COUNT).map(begin).collect() }
 });
 
-/// Number of intensity steps in the lookup table. At most a few byte values begin within a step.
+/// Number of steps of intensity. At most a few byte values begin within a step.
 const STEP_COUNT: usize = 2048;
 
 impl Steps {
@@ -96,7 +94,7 @@ impl Steps {
     }
 }
 
-/// IEC 61966-2-1.
+/// Converts sRGB to linear light (IEC 61966-2-1).
 fn to_linear(x: f32) -> f32 {
     if x <= 0.04045 { x / 12.92 } else { libm::powf((x + 0.055) / 1.055, 2.4) }
 }

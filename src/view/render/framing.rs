@@ -1,4 +1,4 @@
-//! The region of a scene that an image must contain, and the edges of the box.
+//! The region of a scene that an image contains, and the edges of the box.
 
 use super::camera::Extent;
 use super::style::{Framing, Style};
@@ -26,7 +26,7 @@ pub(super) fn framed(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Vec<E
     with_surfaces(framed, surfaces)
 }
 
-/// Adds the surfaces that do not extend far beyond the framed spheres.
+/// Adds surfaces that do not extend far beyond the framed spheres.
 pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surfaces) -> Vec<Extent> {
     let reach = |extent: &Extent| Vector::repeat(extent.radius);
     let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b));
@@ -37,14 +37,14 @@ pub(in crate::view) fn with_surfaces(mut framed: Vec<Extent>, surfaces: &Surface
     framed
 }
 
-/// Returns the corners of a box, given its lower corner and its edges. Bit `k` of the index selects the side along axis
+/// Returns the corners of a box, given by its lower corner and edges. Bit `k` of an index selects the side along axis
 /// `k`.
 pub(in crate::view) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
     std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
-/// Returns the lower and upper corner of a box around the particles inside the frame's box, and around the surfaces
-/// that do not extend far beyond the frame's box.
+/// Returns the lower and upper corner around the particles in the box, and around the surfaces that do not extend far
+/// beyond the box.
 pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
@@ -59,7 +59,8 @@ pub(in crate::view) fn reach(frame: &Frame, surfaces: &Surfaces) -> [Vector; 2] 
         .fold([Vector::repeat(f64::MAX), Vector::repeat(f64::MIN)], |[a, b], [c, d]| [a.inf(&c), b.sup(&d)])
 }
 
-/// Returns the part of a box that is not empty. Boxes are given by their lower corner and edges.
+/// Crops a box to its content. The box and the result are lower corner and edges; the content is lower and upper
+/// corner.
 pub(in crate::view) fn fitted(
     (lower, size): (Vector, Vector),
     periodic: [bool; 3],
@@ -68,7 +69,7 @@ pub(in crate::view) fn fitted(
 ) -> (Vector, Vector) {
     let (mut first, mut last) = (lower, lower + size);
     if style.has_box && size.iter().any(|edge| *edge == 0.0) {
-        // In a flat scene, a box that is drawn is not cropped.
+        // A visible box of a flat scene is not cropped.
         return (lower, size);
     }
     for axis in (0..3).filter(|&axis| !periodic[axis] && size[axis] > 0.0) {
@@ -77,8 +78,8 @@ pub(in crate::view) fn fitted(
         if high - low < FILLED * size[axis] {
             continue;
         }
-        // Along gravity, only the top is cropped, so a heap is shown with its floor. Along other axes, a box that is
-        // drawn is not cropped.
+        // Along gravity, only the top is cropped, so that a heap has a floor. Along other axes, a visible box is not
+        // cropped.
         if down > 0.0 || down == 0.0 && !style.has_box {
             first[axis] = low;
         }
@@ -89,8 +90,8 @@ pub(in crate::view) fn fitted(
     (first, last - first)
 }
 
-/// Returns the edges of the box that have a length, each once, with the outward normals of the two adjacent sides. A
-/// flat box has no normals.
+/// Returns the edges of the box that have a length, each once, with the outward normals of the adjacent sides. A flat
+/// box has no normals.
 pub(super) fn box_edges(frame: &Frame) -> Vec<([Vector; 2], Vec<Vector>)> {
     let corners = corners(&frame.lower, &frame.size);
     let is_solid = (0..3).all(|axis| !frame.is_flat(axis));

@@ -1,4 +1,4 @@
-//! The ground below the scene. It has the colour of the background, except where shadows fall on it.
+//! The ground below the scene: shadows on the colour of the background.
 
 use super::Style;
 use super::bodies::Bodies;
@@ -9,30 +9,30 @@ use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::view::Surfaces;
 
-/// Fractions of the ground's light that come from the sun and from the sky. The rest of the light casts no shadows.
+/// Shares of the sun and of the sky in the light of the ground. The rest of the light casts no shadows.
 const SUN: f32 = 0.4;
 const SKY: f32 = 0.3;
 
-/// Opacity with which translucent spheres cast shadows, relative to the opacity with which they are drawn.
+/// Opacity of translucent spheres in shadows, relative to their opacity in the image.
 const VEIL: f32 = 1.2;
 
-/// Height above the ground at which spheres cast half a shadow, and height at which they cast no shadow.
-/// Without this limit, high spheres would darken the whole ground.
+/// Heights at which spheres cast half a shadow and no shadow. Without this decrease, high spheres would darken the
+/// whole ground.
 const HALF_HEIGHT: f32 = 0.28;
 const MOST_HEIGHT: f32 = 0.7;
 
 #[derive(Debug)]
 pub(super) struct Ground {
-    /// Upward normal, in camera space.
+    /// Upward normal in camera space.
     normal: Point,
-    /// Coordinate of the plane along its normal, in camera space.
+    /// Coordinate of the plane along its normal in camera space.
     offset: f32,
     lights: GroundLights,
 }
 
 impl Ground {
-    /// Returns the ground below a frame. `None` without gravity, for flat scenes, for boxes that are periodic along
-    /// gravity, and for styles without ground.
+    /// Returns the ground below a frame. `None` without gravity or in a style without ground, for flat scenes, and for
+    /// boxes that are periodic along gravity.
     pub fn of(frame: &Frame, surfaces: &Surfaces, style: &Style, camera: &Camera, bodies: &Bodies) -> Option<Self> {
         let level = level(frame, surfaces, style)?;
         let normal = camera.up();
@@ -55,15 +55,14 @@ impl Ground {
         (slope < 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// Returns the brightness of the ground at a point, relative to a point without shadow.
+    /// Returns the brightness of the ground relative to a point without shadow.
     pub fn brightness(&self, point: &Point) -> f32 {
         let [sun, sky] = self.lights.at(point);
         1.0 - SUN * (1.0 - sun) - SKY * (1.0 - sky)
     }
 }
 
-/// Returns a point of the ground: the lowest corner of the box, or the lowest point of particles and surfaces if there
-/// is no box.
+/// Returns a point of the ground: the lowest corner of the box, or else the lowest point of particles and surfaces.
 fn level(frame: &Frame, surfaces: &Surfaces, style: &Style) -> Option<Vector> {
     let up = -style.gravity.filter(|_| style.has_ground)?.try_normalize(0.0)?;
     let axis = up.iamax();

@@ -1,5 +1,3 @@
-//! Images as pixels, and their PNG files.
-
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -7,7 +5,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 use crate::view::ViewError;
 
-/// A finished image: rows from top to bottom, with red, green, blue and opacity of each pixel in sRGB.
+/// A finished image: rows from the top, with red, green, blue and opacity of each pixel in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -37,18 +35,17 @@ impl Image {
         [self.width as usize, self.height as usize]
     }
 
-    /// The pixels, row by row from the top.
+    /// Pixels, row by row from the top.
     #[must_use]
     pub fn pixels(&self) -> &[[u8; 4]] {
         &self.pixels
     }
 
-    /// Writes a PNG file. The file appears only when it is complete. An existing file with the same bytes is not
-    /// rewritten.
+    /// Writes a PNG file, which appears once it is complete.
     ///
     /// # Errors
-    /// [`ViewError::Exists`] if another file exists and must be kept, [`ViewError::Write`] if the file cannot
-    /// be written.
+    /// [`ViewError::Exists`] if a different file exists and must be kept, [`ViewError::Write`] if the file cannot be
+    /// written.
     pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), ViewError> {
         let written = write_atomically(path, existing, |file| self.encode_png(file));
         written.map_err(ViewError::write(path))?;

@@ -1,7 +1,7 @@
 //! Text in an image: filled outlines of a font.
 //!
-//! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. All its digits have the
-//! same width, so a number does not shift when its digits change.
+//! The font is a part of Inter, under the SIL Open Font License: `letters/OFL.txt`. All digits have the same width, so
+//! a number does not shift when it changes.
 
 use std::sync::LazyLock;
 
@@ -12,14 +12,14 @@ use crate::base::numbers::trunc_to_usize;
 
 static FONT: &[u8] = include_bytes!("letters/letters.ttf");
 
-/// Outlines of all letters, parsed once. The list is empty if the font is damaged, which a test excludes.
+/// Outlines of all letters, parsed once; empty if the font is damaged, which a test excludes.
 static LETTERS: LazyLock<Vec<Letter>> = LazyLock::new(|| letters(FONT));
 
 /// Line segments per curve of an outline, and scan lines per row of pixels.
 const PIECES: u32 = 6;
 const SAMPLES: usize = 5;
 
-/// The font has `COUNT` consecutive Unicode characters, starting at `FIRST`.
+/// The font has `COUNT` consecutive Unicode characters from `FIRST`.
 const FIRST: char = ' ';
 const COUNT: u32 = 95;
 
@@ -27,7 +27,7 @@ const COUNT: u32 = 95;
 #[derive(Debug, Default)]
 struct Letter {
     advance: f32,
-    /// The outline as straight pieces, each with its start and end. `y` points up from the base line.
+    /// Straight pieces of the outline, each with start and end. `y` points up from the base line.
     lines: Vec<[[f32; 2]; 2]>,
 }
 
@@ -35,12 +35,12 @@ pub(super) fn label(number: f64) -> String {
     if number == 0.0 || (1e-3..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
-/// Width of a word whose capitals have a given height.
+/// Returns the width of a text. `size` is the height of capitals.
 pub(super) fn text_width(text: &str, size: f32) -> f32 {
     text.chars().map(|letter| of(letter).map_or(0.0, |letter| letter.advance * size)).sum()
 }
 
-/// Writes text whose capitals have the height `size`. `place` is the middle of the left edge of the text.
+/// Writes a text. `size` is the height of capitals, and `place` the middle of the left edge.
 pub(super) fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
     let (mut x, base) = (place[0], place[1] + 0.5 * size);
     for letter in text.chars().filter_map(of) {
@@ -56,7 +56,7 @@ fn of(letter: char) -> Option<&'static Letter> {
     LETTERS.get(u32::from(letter).checked_sub(u32::from(FIRST))? as usize)
 }
 
-/// Fills the area enclosed by closed outlines, by the nonzero winding rule.
+/// Fills closed outlines by the nonzero winding rule.
 fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colour) {
     let range = |axis: usize| {
         let ends = || lines.iter().flatten().map(|end| end[axis]);
@@ -85,7 +85,7 @@ fn fill(pixels: &mut [Colour], width: usize, lines: &[[[f32; 2]; 2]], ink: Colou
     }
 }
 
-/// Returns the intervals of the horizontal line at height `y` that are inside the outlines.
+/// Returns the parts of the line at height `y` inside the outlines.
 fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
     let mut crossings: Vec<(f32, i32)> = Vec::new();
     for [a, b] in lines {
@@ -108,7 +108,7 @@ fn spans(lines: &[[[f32; 2]; 2]], y: f32) -> Vec<[f32; 2]> {
 fn letters(font: &[u8]) -> Vec<Letter> {
     let Ok(face) = Face::parse(font, 0) else { return Vec::new() };
     let glyph = |letter: char| face.glyph_index(letter);
-    // The font has no table with the height of capitals, so the letter H is measured.
+    // The font does not state the height of capitals, so the letter H is measured.
     let capital =
         glyph('H').and_then(|glyph| face.glyph_bounding_box(glyph)).map_or(1.0, |bounds| f32::from(bounds.y_max));
     let letter = |code: u32| {
@@ -135,7 +135,7 @@ impl Outline {
         self.last = to;
     }
 
-    /// Approximates a curve by straight pieces. The parameter of the curve runs from 0 to 1.
+    /// Approximates a curve with a parameter from 0 to 1 by straight pieces.
     fn follow(&mut self, curve: impl Fn(f32) -> [f32; 2]) {
         (1..=PIECES).for_each(|piece| self.add(curve(piece as f32 / PIECES as f32)));
     }
@@ -197,12 +197,12 @@ mod tests {
         let ink = |pixels: &[Colour]| pixels.iter().map(|pixel| pixel.x).sum::<f32>();
         let bar = ink(&written("I", 30.0));
         assert!((60.0..300.0).contains(&bar), "{bar}");
-        // The centre of the letter O is empty, and there are strokes above and below it.
+        // The letter O has an empty centre and strokes above and below it.
         let ring = written("O", 30.0);
         let place = trunc_to_usize(10.0 + 0.5 * text_width("O", 30.0));
         assert_eq!(ring[30 * 60 + place].x, 0.0);
         assert!(ring[16 * 60 + place].x > 0.9 && ring[44 * 60 + place].x > 0.9);
-        // Letters that are far larger than the image leave no pixel in it.
+        // Letters far larger than the image leave no pixel.
         assert_eq!(ink(&written("mmmm", 1e9)), 0.0);
     }
 

@@ -1,10 +1,9 @@
-//! The light that reaches a point: from the sky, brighter above, and from the sun.
+//! The light at a point: from the sky, brighter above, and from the sun.
 //!
-//! The sun is a disc, so shadows have soft edges, which get softer with the distance from the object. A
-//! sphere that covers a fraction of the disc blocks this fraction of the sun's light. Each nearby sphere dims
-//! the sky in proportion to its form factor, the fraction of the hemisphere above the surface that the sphere
-//! covers. Objects above a point also dim the sky. Everything is computed from the spheres themselves,
-//! without shadow maps and without random numbers.
+//! The sun is a disc, so shadows have soft edges, which widen with the distance from the object. A sphere that covers a
+//! fraction of the disc blocks this fraction of the sun's light. Each nearby sphere dims the sky by its form factor,
+//! the fraction of the hemisphere above the surface that the sphere covers. Objects above a point also dim the sky.
+//! There are no shadow maps and no random numbers.
 
 use super::bodies::Ball;
 use super::camera::{Camera, Point};
@@ -12,48 +11,46 @@ use super::lists::{Lists, numbered};
 use super::raster::NOTHING;
 use crate::base::numbers::single;
 
-/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky. The shadows of
-/// both are computed in the same way.
+/// Tangents of half the angular width of two round lights: the sun, and the overhead part of the sky.
 const SUN_WIDTH: f32 = 0.16;
 const ZENITH_WIDTH: f32 = 0.75;
 
-/// Largest half-width of the soft edge of a shadow, relative to the radius of the sphere that casts it.
+/// Largest half-width of a shadow's soft edge, relative to the radius of the sphere.
 const WIDEST_EDGE: f32 = 1.3;
 
-/// Largest distance at which a sphere dims the sky, and distance at which the dimming starts to fade. Both
-/// are measured from the centre of the sphere, relative to its radius.
+/// Largest distance from the centre of a sphere at which it dims the sky, and distance at which the dimming starts to
+/// fade, relative to the radius.
 const REACH: f32 = 3.2;
 const FADE: f32 = 2.0;
 
-/// Brightness of the sky on a vertical surface. On a surface that faces up, the brightness is larger by `SLOPE`. On a
-/// surface that faces down, it is smaller by `SLOPE`.
+/// Brightness of the sky on a vertical surface, and its increase on a surface that faces up. The decrease on a surface
+/// that faces down is equal.
 const LEVEL: f32 = 0.68;
 const SLOPE: f32 = 0.32;
 
-/// Largest fraction of the sky's light that objects above a point can block.
+/// Largest fraction of the sky's light that objects above a point block.
 const ZENITH_SHARE: f32 = 0.5;
 
-/// Smaller fractions of the light are treated as darkness.
+/// Smaller fractions of light count as darkness.
 const DARK: f32 = 0.004;
 
-/// Cell widths of the grids for finding shadows and nearby spheres, relative to the mean radius of the spheres.
+/// Cell widths of the grids for shadows and for nearby spheres, relative to the mean radius of the spheres.
 const SHADOW_CELL: f32 = 0.7;
 const NEAR_CELL: f32 = 1.6;
 
 pub(super) struct SurfacePoint {
     pub position: Point,
-    /// Outward normal.
     pub normal: Point,
-    /// Index of the body that contains the point. A sphere casts no shadow on itself.
+    /// Index of the body at the point. A sphere casts no shadow on itself.
     pub body: u32,
 }
 
-/// Light that reaches a point. For an unobstructed surface, `sky` is 1 if it faces up, and `sun` is 1 if it faces the
-/// sun.
+/// Light at a point. Without obstacles, `sky` is 1 on a surface that faces up, and `sun` is 1 on a surface that faces
+/// the sun.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
-    /// Visible fraction of the sky: 1 if nothing obstructs it.
+    /// Visible fraction of the sky.
     pub openness: f32,
     pub sun: f32,
 }
@@ -68,7 +65,7 @@ pub(super) struct Lights {
 }
 
 impl Lights {
-    /// Spheres outside the lookup grid around the framed region cast no shadow.
+    /// Sets up the lights. Spheres outside the grid around the framed region cast no shadow.
     pub fn on(balls: &[Ball], camera: &Camera) -> Self {
         let (up, sun_direction) = (camera.up(), camera.sun());
         let occluders: Vec<(Ball, f32)> = balls.iter().map(|ball| (*ball, 1.0)).collect();
@@ -98,7 +95,7 @@ impl Lights {
     }
 }
 
-/// Translucent spheres cast lighter shadows.
+/// Light on the ground. Translucent spheres cast lighter shadows.
 #[derive(Debug)]
 pub(super) struct GroundLights {
     sun: Shadows,
@@ -106,7 +103,7 @@ pub(super) struct GroundLights {
 }
 
 impl GroundLights {
-    /// Sets up the shadows of spheres, each given with its opacity.
+    /// Sets up the shadows of spheres with their opacities.
     pub fn on(occluders: &[(Ball, f32)], camera: &Camera) -> Self {
         Self {
             sun: Shadows::of(occluders, camera.sun(), SUN_WIDTH, camera),
@@ -114,7 +111,7 @@ impl GroundLights {
         }
     }
 
-    /// Returns the fractions of the sun's and of the sky's light that reach a point.
+    /// Returns the fractions of the sun's and the sky's light at a point.
     pub fn at(&self, point: &Point) -> [f32; 2] {
         [self.sun.passing(point, NOTHING), self.zenith.passing(point, NOTHING)]
     }
@@ -132,15 +129,15 @@ struct Disc {
 
 #[derive(Debug)]
 struct Shadows {
-    /// Right and up as seen from the light, and the direction towards the light.
+    /// Directions right, up and towards the light, as seen from the light.
     axes: [Point; 3],
     centre: Point,
     /// Tangent of half the angular width of the light.
     width: f32,
-    /// Half the width of the sharpest shadow edge, which is one pixel wide.
+    /// Half-width of the sharpest shadow edge: half a pixel.
     narrowest: f32,
     discs: Vec<Disc>,
-    /// Spheres by their position in the plane perpendicular to the light. Spheres nearest to the light come first.
+    /// Spheres by their position in the plane normal to the light. Spheres nearest to the light come first.
     lists: Lists<2>,
 }
 
@@ -167,7 +164,7 @@ impl Shadows {
         Self { axes, centre, width, narrowest, discs, lists }
     }
 
-    /// Returns the fraction of the light that reaches a point of a body, 0 to 1.
+    /// Returns the fraction of the light at a point of a body, 0 to 1.
     fn passing(&self, point: &Point, own: u32) -> f32 {
         let arm = point - self.centre;
         let [x, y, height] = self.axes.map(|axis| arm.dot(&axis));
@@ -187,7 +184,7 @@ impl Shadows {
             if square < rim * rim {
                 let part = ((rim - square.sqrt()) / (2.0 * edge)).min(1.0);
                 let smooth = part * part * (3.0 - 2.0 * part);
-                // A sphere that looks smaller than the light covers only a part of it.
+                // A sphere that looks smaller than the light covers only a part of the light.
                 let most = (disc.radius / edge).min(1.0);
                 left *= 1.0 - disc.opacity * smooth * most * most;
                 if left < DARK {
@@ -199,7 +196,7 @@ impl Shadows {
     }
 }
 
-/// Spheres that cover a part of the sky as seen from nearby points.
+/// Spheres that hide a part of the sky from nearby points.
 #[derive(Debug)]
 struct Near {
     centre: Point,
@@ -218,7 +215,6 @@ impl Near {
         Self { centre, balls: balls.iter().map(|ball| (ball.centre, ball.radius)).collect(), lists }
     }
 
-    /// Returns the visible fraction of the sky above a surface.
     fn openness(&self, point: &Point, normal: &Point, own: u32, up: &Point) -> f32 {
         let arm = point - self.centre;
         let mut left = 1.0_f32;
@@ -226,7 +222,7 @@ impl Near {
             let Some((centre, radius)) = self.balls.get(*number as usize).filter(|_| *number != own) else { continue };
             let arm = centre - point;
             let along = normal.dot(&arm);
-            // Spheres below the horizon of the surface hide nothing, and the effect of distant spheres is negligible.
+            // Spheres below the horizon of the surface hide nothing. Distant spheres are negligible.
             if along <= -radius {
                 continue;
             }

@@ -1,30 +1,29 @@
-//! Lists of the bodies near a position. Each cell of a grid has a list of the bodies that extend into it.
+//! Lists of bodies by position: for each cell of a grid, the bodies that extend into the cell.
 
 use crate::base::numbers::{id, index, trunc_to_usize};
 
-/// Largest number of bodies in a cell. If a cell has more, only the first of them in the given order are kept.
+/// Largest number of bodies in a cell. If there are more, the first ones are kept.
 const MOST_PER_CELL: u32 = 128;
 
-/// Largest number of entries in all cells together: `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
+/// Largest number of entries in all cells: `MOST_PER_BODY` for each body, plus `MOST_BESIDES`.
 const MOST_PER_BODY: usize = 160;
 const MOST_BESIDES: usize = 1 << 14;
 
-/// Extent of a body along each axis of a grid: lower and upper end.
+/// Lower and upper end of a body along each axis.
 pub(super) type Reach<const D: usize> = [[f32; 2]; D];
 
-/// Lists for a grid over `[-1, 1]` along each axis, with the same number of cells along each.
+/// Lists for a grid over `[-1, 1]` along each axis, with equal numbers of cells.
 #[derive(Debug, Default)]
 pub(super) struct Lists<const D: usize> {
     /// Number of cells along each axis.
     size: usize,
-    /// Index of the first entry of each cell in `items`. The last value is the number of all entries.
+    /// Index in `items` of the first entry of each cell, then the number of all entries.
     starts: Vec<u32>,
     items: Vec<u32>,
 }
 
 impl<const D: usize> Lists<D> {
-    /// Creates the lists, with cells of about the given width. The cells are wider if there would otherwise be too many
-    /// entries.
+    /// Creates lists with cells of about the given width, or wider if there would be too many entries.
     pub fn of(bodies: &[(u32, Reach<D>)], width: f32) -> Self {
         let most = if D == 3 { 64 } else { 512 };
         let mut size = trunc_to_usize(2.0 / width.max(1e-6)).clamp(1, most);
@@ -56,7 +55,7 @@ impl<const D: usize> Lists<D> {
         Self { size, starts, items }
     }
 
-    /// Returns the bodies that extend into the cell at a position. The list is empty for a position outside the grid.
+    /// Returns the bodies in the cell at a position; none outside the grid.
     pub fn at(&self, place: [f32; D]) -> &[u32] {
         let mut cell = 0;
         for x in place {
@@ -72,7 +71,7 @@ impl<const D: usize> Lists<D> {
         }
     }
 
-    /// Counts the entries of all cells. The count stops when it exceeds `bound`.
+    /// Counts the entries of all cells, up to about `bound`.
     fn entries(bodies: &[(u32, Reach<D>)], size: usize, bound: usize) -> usize {
         let mut sum = 0_usize;
         for (_, reach) in bodies {
@@ -100,10 +99,10 @@ impl<const D: usize> Lists<D> {
     }
 }
 
-/// Returns the cells that overlap a range along an axis: the first cell, and one past the last.
+/// Returns the cells that overlap a range: the first, and one past the last.
 fn cells([from, to]: &[f32; 2], size: usize) -> [usize; 2] {
-    // A range outside the grid, or with a NaN, has no cells. Conversions to integers saturate, so a range that begins
-    // below the grid starts at cell 0.
+    // A range outside the grid, or with a NaN, has no cells. A range that begins below the grid starts at cell 0,
+    // because conversions to integers saturate.
     let place = |x: f32| (x + 1.0) * (0.5 * size as f32);
     if !(place(*to) >= 0.0 && place(*from) < size as f32) {
         return [0, 0];

@@ -1,15 +1,15 @@
-//! Parallel work on independent parts of an image. The image does not depend on the number of cores.
+//! Parallel drawing of parts of an image. The image does not depend on the number of cores.
 
 use std::num::NonZero;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-/// A team of threads that draws one image.
+/// Threads that draw one image together.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::view) struct Team<'a> {
     pub threads: usize,
-    /// A flag that stops all threads when it is set. The image is then unfinished.
+    /// Flag that stops all threads. The image is then unfinished.
     pub is_stopped: Option<&'a AtomicBool>,
 }
 
@@ -27,8 +27,7 @@ pub(in crate::view) fn cores() -> usize {
     thread::available_parallelism().map_or(1, NonZero::get)
 }
 
-/// Returns the number of pixel rows per band. Bands are small enough that their samples fit into the cache and that all
-/// cores have work until the end.
+/// Returns the number of pixel rows per band. Small bands fit into the cache, and keep all cores busy until the end.
 pub(super) fn rows_per_band(rows: usize) -> usize {
     rows.div_ceil(64).clamp(1, 8)
 }
@@ -46,7 +45,7 @@ pub(super) fn for_each<P: Send>(team: &Team, parts: impl Iterator<Item = P> + Se
     };
     thread::scope(|scope| {
         for _ in 1..team.threads {
-            // If no more threads can be started, the existing threads do the work.
+            // If a thread cannot be started, the other threads do its work.
             let _ = thread::Builder::new().spawn_scoped(scope, worker);
         }
         worker();

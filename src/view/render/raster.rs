@@ -1,18 +1,18 @@
-//! A depth buffer: for each sample of the image, the surface that it sees.
+//! A depth buffer: the body that each sample of the image sees.
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
 use crate::base::numbers::trunc_to_usize;
 
-/// Samples per pixel along each axis. Each pixel is the mean of `SAMPLES * SAMPLES` samples.
+/// Samples per pixel along each axis. A pixel is the mean of `SAMPLES * SAMPLES` samples.
 pub(super) const SAMPLES: usize = 3;
 
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The rays through the centres of the samples.
+/// Rays through the centres of the samples.
 #[derive(Debug)]
 pub(super) struct Rays {
-    /// Window coordinate x of each column of samples, and window coordinate y of each row.
+    /// Window coordinate x of each column of samples, and y of each row.
     columns: Vec<f32>,
     rows: Vec<f32>,
     /// The ray through window coordinates `(x, y)` begins at `shift * (x, y, 0)` and has the direction
@@ -21,10 +21,10 @@ pub(super) struct Rays {
     slope: f32,
 }
 
-/// The body seen by each sample in a range of rows, and its depth. Samples are stored row by row.
+/// The bodies seen by the samples in a range of rows, and their depths, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
-    /// Index of the first row of the layer in the image.
+    /// Index of the first row in the image.
     pub first: usize,
     pub width: usize,
     pub depth: Vec<f32>,
@@ -32,11 +32,11 @@ pub(super) struct Layer {
     pub body: Vec<u32>,
 }
 
-/// Which body a layer keeps if a ray hits several.
+/// Which body a layer keeps if a ray hits several bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Keep {
     Nearest,
-    /// The body whose near side is furthest from the camera.
+    /// The body whose near side is farthest from the camera.
     Farthest,
 }
 
@@ -46,7 +46,7 @@ enum Shape<'a> {
     Rod(&'a Rod),
 }
 
-/// A shape with the range of sample columns and rows that it may cover.
+/// A shape with the range of columns and rows of samples that it may cover.
 struct Stamp<'a> {
     shape: Shape<'a>,
     body: u32,
@@ -65,7 +65,7 @@ impl<'a> Stamps<'a> {
 }
 
 impl Layer {
-    /// If `before` is given, only what lies in front of that layer is drawn.
+    /// Draws the shapes, or only the parts in front of the layer `before`.
     pub fn of(stamps: &Stamps, rays: &Rays, rows: [usize; 2], keep: Keep, before: Option<&Layer>) -> Self {
         let (width, first) = (rays.columns.len(), rows[0]);
         let count = width * (rows[1] - rows[0]);
@@ -77,14 +77,14 @@ impl Layer {
         layer
     }
 
-    /// Returns the index of a sample in the layer, given its row and column in the image.
+    /// Returns the index of a sample in the layer.
     pub fn place(&self, row: usize, column: usize) -> usize {
         (row - self.first) * self.width + column
     }
 }
 
 impl<'a> Stamp<'a> {
-    /// `None` if nothing of the shape is visible.
+    /// Returns `None` if the shape is not visible.
     fn of(shape: Shape<'a>, body: u32, camera: &Camera, size: [usize; 2]) -> Option<Self> {
         let bounds = match shape {
             Shape::Ball(ball) => camera.rectangle(&ball.centre, ball.radius)?,
@@ -93,7 +93,7 @@ impl<'a> Stamp<'a> {
                 [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
             }
         };
-        // Conversions to integers saturate, so a shape far outside the image has an empty range.
+        // A shape far outside the image has an empty range, because conversions to integers saturate.
         let range = |low: f32, high: f32, size: usize| {
             let (low, high) = (low * SAMPLES as f32 - 1.0, high * SAMPLES as f32 + 2.0);
             [trunc_to_usize(low).min(size), trunc_to_usize(high).min(size)]
@@ -163,27 +163,27 @@ impl Rays {
         [self.columns[column], self.rows[row]]
     }
 
-    /// Returns the columns whose window coordinate may be in a range: the first column, and one past the last.
+    /// Returns the columns with window coordinates in a range: the first, and one past the last.
     pub fn columns_between(&self, [low, high]: [f64; 2]) -> [usize; 2] {
         let (Some(first), Some(last)) = (self.columns.first(), self.columns.last()) else { return [0, 0] };
         let (first, last) = (f64::from(*first), f64::from(*last));
         let step = (last - first) / (self.columns.len() - 1).max(1) as f64;
         let place = |x: f64| (x - first) / step;
-        // Conversions to integers saturate, so a range far outside the image contains no columns.
+        // A range far outside the image has no columns, because conversions to integers saturate.
         [trunc_to_usize(place(low) - 1.0), trunc_to_usize(place(high) + 2.0).min(self.columns.len())]
     }
 
-    /// Returns the origin and the direction of the ray through a sample. The direction has `z = 1`, so the distance
-    /// along the ray is the depth.
+    /// Returns the origin and direction of the ray through a sample. The direction has `z = 1`, so distances along the
+    /// ray are depths.
     pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
         let (x, y) = (self.columns[column], self.rows[row]);
         (Point::new(self.shift * x, self.shift * y, 0.0), Point::new(self.slope * x, self.slope * y, 1.0))
     }
 }
 
-/// Computes the distances at which the rays of a row enter a sphere, starting with the ray at column `left`. The
-/// distance is NaN for a ray that misses the sphere. Each distance is computed from the point of the ray nearest to the
-/// centre, which avoids cancellation. The loop has no branches, so the compiler can vectorise it.
+/// Computes the distances at which rays of a row, from column `left` on, enter a sphere; NaN for a miss. Distances from
+/// the point of the ray nearest to the centre avoid cancellation. The loop has no branches, so the compiler can
+/// vectorise it.
 fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
     let Rays { columns, rows, shift, slope } = rays;
     let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
@@ -197,8 +197,8 @@ fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [
     }
 }
 
-/// Returns the distance along a ray at which it enters the curved side of a cylinder, or NaN if it misses. The flat
-/// ends need no test, because they are inside spheres.
+/// Returns the distance at which a ray enters the curved side of a cylinder, or NaN for a miss. The flat ends are
+/// inside spheres.
 fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();

@@ -1,7 +1,7 @@
-//! Shading: computes colours from surfaces and lights.
+//! Shading: colours from bodies and lights.
 //!
-//! An image is drawn in bands of a few rows. Each pixel is the mean of its samples. Samples that see the same body
-//! share one colour, so the light is computed once for each body in a pixel.
+//! An image is drawn in bands of a few rows. A pixel is the mean of its samples. Samples of a pixel that see the same
+//! body share one colour, so the light is computed once for each body in a pixel.
 
 mod memory;
 
@@ -18,7 +18,7 @@ use super::sheets::{Fragment, Fragments};
 use super::stroke::{Edge, draw_edges, draw_outline};
 use memory::{Memory, Seen};
 
-/// Brightness of the light from the sky and of the light from the sun.
+/// Brightness of the light from the sky and from the sun.
 const SKY: f32 = 0.62;
 const SUN: f32 = 0.62;
 
@@ -26,17 +26,16 @@ const SUN: f32 = 0.62;
 const SHINE: f32 = 0.13;
 const SHININESS: i32 = 32;
 
-/// The opacity of static spheres is multiplied by this factor where only the background is behind them.
+/// Factor for the opacity of static spheres in front of the background.
 const LAST_SIDE: f32 = 2.2;
 
 /// Largest additional opacity of a translucent surface, at its rim.
 const RIM: f32 = 0.35;
 
-/// Opacity of the haze at the far end of the scene. The haze has the colour of the background.
+/// Opacity of the haze at the far end of the scene, in the colour of the background.
 const HAZE: f32 = 0.2;
 
-/// Order of the samples of a pixel, from its centre outwards. The first sample that sees a body determines the colour
-/// of the body.
+/// Order of the samples of a pixel, from the centre outwards. The first sample that sees a body determines its colour.
 const ORDER: [usize; SAMPLES * SAMPLES] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
 
 pub(super) struct Scenery<'a> {
@@ -48,21 +47,21 @@ pub(super) struct Scenery<'a> {
     pub background: Colour,
     /// Opacity of static spheres seen straight on.
     pub opacity: f32,
-    /// Edges of surfaces (`outline`) and of the box (`edges`).
+    /// Edges of surfaces, and edges of the box.
     pub outline: Vec<Edge>,
     pub edges: Vec<Edge>,
 }
 
 struct Band<'a> {
-    /// Opaque surfaces.
+    /// Opaque bodies.
     solid: Layer,
-    /// The nearest and the furthest static sphere in front of the opaque surfaces.
+    /// The nearest and the farthest static sphere in front of the opaque bodies.
     veil: Option<[Layer; 2]>,
     sheets: Option<Fragments>,
     scenery: &'a Scenery<'a>,
 }
 
-/// One side of a static surface on the ray of a sample. The surface consists of static spheres.
+/// One side of a surface of static spheres, on the ray of a sample.
 #[derive(Debug, Clone, Copy)]
 struct Film<'a> {
     depth: f32,
@@ -71,8 +70,7 @@ struct Film<'a> {
     opacity: f32,
 }
 
-/// Returns the additional opacity of a translucent surface due to the angle at which it is seen. It is largest at the
-/// rim, as in glass.
+/// Returns the additional opacity of a translucent surface by the angle of view. It is largest at the rim, as in glass.
 fn density(normal: &Point, view: &Point) -> f32 {
     let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
     RIM * rim * rim * rim
@@ -117,7 +115,7 @@ impl Scenery<'_> {
         draw_edges(pixels, &band.solid, &rows, &self.edges, is_perspective);
     }
 
-    /// Returns the outward normal and the colour of an opaque body at a point of its surface.
+    /// Returns the outward normal and the colour of an opaque body at a point.
     fn solid_surface(&self, body: usize, point: &Point) -> (Point, Colour) {
         if let Some(ball) = self.bodies.balls.get(body) {
             return ((point - ball.centre) / ball.radius, ball.colour);
@@ -130,7 +128,7 @@ impl Scenery<'_> {
 
     fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, received: Received) -> Colour {
         let Received { sky, openness, sun } = received;
-        // Light is reflected repeatedly in a crevice and takes the colour of its walls.
+        // Repeated reflection gives a crevice the colour of its walls.
         let bounced = own.map(|albedo| 1.0 / (1.0 - 0.35 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
         if sun > 0.0 {
@@ -146,7 +144,7 @@ impl Scenery<'_> {
         colour
     }
 
-    /// Returns the colour of the ground or the background for a ray that hits no body.
+    /// Returns the colour of the ground or the background.
     fn behind(&self, ray: (Point, Point)) -> Colour {
         let Some(ground) = &self.ground else { return self.background };
         match ground.depth(ray) {
@@ -198,8 +196,8 @@ impl Band<'_> {
         } else {
             memory.recall(Seen::Solid(body), || (self.solid(body, ray, place), 1.0)).0
         };
-        // Blend from the furthest to the nearest: the sides of a static surface, and the translucent triangles behind,
-        // between and in front of them.
+        // Blends from back to front: both sides of a static surface, and the translucent triangles behind, between and
+        // in front of them.
         let mut left = sheets;
         for side in veil.map(|veil| self.sides(veil, place)).into_iter().flatten().flatten() {
             let farther = left.partition_point(|sheet| sheet.depth > side.depth);
@@ -220,13 +218,12 @@ impl Band<'_> {
         self.scenery.shade(&surface, &-ray.1.normalize(), &own, self.scenery.lights.at(&surface))
     }
 
-    /// Returns the far and the near side of a static surface. Only the near side is returned if both sides belong to
-    /// the same wall.
+    /// Returns the far and the near side of a static surface, or only the near side if both belong to the same wall.
     fn sides(&self, [near, far]: &[Layer; 2], place: usize) -> [Option<Film<'_>>; 2] {
         let scenery = self.scenery;
         let ball_of = |layer: &Layer| scenery.bodies.veil.get(layer.body[place] as usize);
         let (Some(nearest), Some(farthest)) = (ball_of(near), ball_of(far)) else { return [None; 2] };
-        // Neighbouring spheres of one wall overlap and count as one side.
+        // Overlapping spheres of one wall count as one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
         let last = scenery.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let film =

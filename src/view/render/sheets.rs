@@ -1,4 +1,4 @@
-//! Translucent triangles of surfaces, in camera space.
+//! Translucent triangles of surfaces in camera space.
 
 #[cfg(test)]
 mod tests;
@@ -10,12 +10,12 @@ use super::raster::{Layer, Rays, SAMPLES};
 use crate::base::numbers::{single, trunc_to_usize};
 use crate::view::Surfaces;
 
-/// Largest number of triangles drawn per sample. Nearer triangles take precedence. At the default opacity, this many
-/// triangles transmit about a thousandth of the light.
+/// Largest number of triangles drawn per sample; the nearest are drawn. At the default opacity, this many triangles
+/// transmit about a thousandth of the light.
 const MOST_SHEETS: usize = 16;
 
-/// A triangle, given by the indices of its corners, with the rows and columns of samples around it: the first, and one
-/// past the last.
+/// A triangle: the indices of its corners, and the rows and columns of samples around it (the first, and one past the
+/// last).
 #[derive(Debug, Clone)]
 struct Triangle {
     corners: [u32; 3],
@@ -34,21 +34,21 @@ pub(super) struct Sheets {
     is_perspective: bool,
 }
 
-/// The point at which the ray of a sample hits a translucent triangle.
+/// Point at which the ray of a sample hits a translucent triangle.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fragment {
     pub depth: f32,
     pub triangle: u32,
 }
 
-/// A triangle, prepared for intersections with rays. A ray has window coordinates `w = (x, y, 1)`. It hits the triangle
-/// if the three products `edges[k] . w` are not negative. These products are also the weights of the corners. The depth
-/// of the hit is `(depth . w) / (total . w)`.
+/// A triangle, prepared for intersections with rays. A ray with window coordinates `w = (x, y, 1)` hits the triangle if
+/// the three products `edges[k] . w` are not negative. These products are the weights of the corners. The depth of the
+/// hit is `(depth . w) / (total . w)`.
 ///
 /// In perspective, the ray `t w` meets the plane of a triangle with corners `a, b, c` where
 /// `t = a . (b x c) / (e_a + e_b + e_c)`. Here `e_a = w . (b x c)`, and `e_b` and `e_c` follow by cyclic permutation
-/// (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997). No corner needs to be in front
-/// of the camera.
+/// (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997). Corners may be behind the
+/// camera.
 struct Plane {
     edges: [[f64; 3]; 3],
     depth: [f64; 3],
@@ -107,7 +107,7 @@ impl Sheets {
     }
 }
 
-/// Returns the rows and columns of samples around a triangle. `None` if it is not visible.
+/// Returns the rows and columns of samples around a triangle; `None` if it is not visible.
 fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Option<[[usize; 2]; 2]> {
     if points.iter().all(|point| point.z <= NEAREST) || !points.iter().all(|point| point.iter().all(|x| x.is_finite()))
     {
@@ -124,20 +124,19 @@ fn surroundings(points: &[Point; 3], camera: &Camera, size: [usize; 2]) -> Optio
     (rows[0] < rows[1] && columns[0] < columns[1]).then_some([rows, columns])
 }
 
-/// Evaluates a linear function of the window coordinates.
 fn value(form: &[f64; 3], x: f64, y: f64) -> f64 {
     form[0] * x + form[1] * y + form[2]
 }
 
 impl Plane {
-    /// Prepares a triangle. `None` if it is seen edge-on.
+    /// Prepares a triangle; `None` if it is seen edge-on.
     fn of(points: &[Point; 3], is_perspective: bool) -> Option<Self> {
         let points = points.map(|point| point.cast::<f64>());
         let flat =
             points.map(|point| if is_perspective { point } else { nalgebra::Vector3::new(point.x, point.y, 1.0) });
         let [a, b, c] = flat;
-        // Triangles that share an edge compute the same numbers for it, with opposite signs. So no ray passes between
-        // them.
+        // Triangles with a common edge compute the same numbers for the edge, with opposite signs, so no ray passes
+        // between them.
         let edges = [b.cross(&c), c.cross(&a), a.cross(&b)];
         let volume = a.dot(&edges[0]);
         let edges = edges.map(|edge| edge * volume.signum());
@@ -151,12 +150,12 @@ impl Plane {
         is_seen.then(|| Self { edges: edges.map(Into::into), depth: depth.into(), total: total.into() })
     }
 
-    /// Returns the depth at which the ray through a window position hits the triangle. `None` if the ray misses it, or
-    /// hits it behind the camera.
+    /// Returns the depth at which the ray through a window position hits the triangle; `None` if the ray misses, or
+    /// hits behind the camera.
     fn depth(&self, x: f64, y: f64) -> Option<f32> {
         let is_within = |edge: &[f64; 3]| {
             let side = value(edge, x, y);
-            // A ray through a shared edge belongs to exactly one of the two triangles.
+            // A ray through a common edge of two triangles belongs to exactly one of them.
             side > 0.0 || side == 0.0 && (edge[0] > 0.0 || edge[0] == 0.0 && edge[1] > 0.0)
         };
         if !self.edges.iter().all(is_within) {
@@ -167,7 +166,7 @@ impl Plane {
         (total > 0.0 && depth > NEAREST && depth.is_finite()).then_some(depth)
     }
 
-    /// Returns the range of the window coordinate x in which the row at `y` may hit the triangle.
+    /// Returns the window coordinates x at which the row at `y` may hit the triangle.
     fn range(&self, y: f64) -> [f64; 2] {
         let mut range = [f64::NEG_INFINITY, f64::INFINITY];
         for [a, b, c] in self.edges {
@@ -184,9 +183,9 @@ impl Plane {
     }
 }
 
-/// Translucent triangles seen by each sample of some rows, from furthest to nearest.
+/// Translucent triangles seen by each sample of some rows, from farthest to nearest.
 pub(super) struct Fragments {
-    /// Index of the first fragment of each sample. The last entry is the number of all fragments.
+    /// Index of the first fragment of each sample, then the number of all fragments.
     starts: Vec<usize>,
     all: Vec<Fragment>,
 }
@@ -209,7 +208,7 @@ impl Fragments {
         for_each_hit(sheets, rays, solid, rows, |place, fragment| {
             let ends = (starts.get(place), starts.get(place + 1));
             let (Some(start), Some(end)) = ends else { return };
-            // Keep the fragments sorted. If there are too many, the furthest is dropped.
+            // The fragments stay sorted. If there are too many, the farthest one is dropped.
             let Some(own) = all.get_mut(*start..*end) else { return };
             let nearer = own.partition_point(|other| other.depth > fragment.depth);
             if nearer > 0 {
@@ -227,8 +226,7 @@ impl Fragments {
     }
 }
 
-/// Calls `visit` for each sample of some rows whose ray hits a triangle in front of the opaque bodies. The arguments
-/// are the index of the sample and the fragment.
+/// Calls `visit` with the index of a sample and the fragment, for each hit of a triangle in front of the opaque bodies.
 fn for_each_hit(sheets: &Sheets, rays: &Rays, solid: &Layer, rows: [usize; 2], mut visit: impl FnMut(usize, Fragment)) {
     for (number, triangle) in (0..u32::MAX).zip(&sheets.triangles) {
         if triangle.rows[0] >= rows[1] || triangle.rows[1] <= rows[0] {

@@ -1,4 +1,4 @@
-//! A view that is the same for all frames of a movie.
+//! Settings common to all frames of a movie.
 
 use super::camera::{Camera, Extent};
 use super::caption::Caption;
@@ -33,11 +33,10 @@ impl SpeedScale {
     }
 }
 
-/// Camera, colour scale and captions for the frames of a movie.
 #[derive(Debug, Clone)]
 pub(in crate::view) struct Shot {
     style: Style,
-    /// A frame with the box and its flat axes, but without particles.
+    /// Box and flat axes of the frames, without particles.
     stage: Frame,
     surfaces: Surfaces,
     camera: Camera,
@@ -46,7 +45,7 @@ pub(in crate::view) struct Shot {
 }
 
 impl Shot {
-    /// Chooses a camera that keeps everything in `framed` visible while the camera moves around it by `turn` degrees.
+    /// Chooses a camera that keeps everything in `framed` in sight while it moves around by `turn` degrees.
     ///
     /// # Errors
     /// [`ViewError::Size`], [`ViewError::Option`] or [`ViewError::NoColour`] if the style is invalid,
@@ -66,11 +65,8 @@ impl Shot {
         Ok(Self { style: style.clone(), stage, surfaces, camera, scale, caption })
     }
 
-    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. If the team is
-    /// stopped, the image is unfinished.
-    ///
-    /// # Errors
-    /// [`ViewError::Particle`] or [`ViewError::Box`] if the frame cannot be drawn.
+    /// Draws a frame with `time` below it. The camera is at `azimuth` `[degrees]` and looks at `focus`. The image is
+    /// unfinished if the team has been stopped.
     pub fn draw(
         &self,
         frame: &Frame,

@@ -1,4 +1,4 @@
-//! Thin lines over an image: the edges of the box and of surfaces, and scale bars.
+//! Thin lines: edges of the box and of surfaces, and scale bars.
 
 use std::ops::Range;
 
@@ -25,8 +25,8 @@ impl Stroke {
         });
     }
 
-    /// Calls `visit` for each pixel that the line covers. The arguments are the column, the row, the position along the
-    /// line from 0 to 1, and the opacity there.
+    /// Calls `visit` for each pixel of the line, with the column, the row, the position along the line from 0 to 1, and
+    /// the opacity.
     fn cover(&self, width: usize, rows: Range<usize>, mut visit: impl FnMut(usize, usize, f32, f32)) {
         let [a, b] = self.ends;
         if width == 0 || !a.iter().chain(&b).all(|x| x.is_finite()) {
@@ -50,7 +50,7 @@ impl Stroke {
         }
     }
 
-    /// Returns the columns (for axis 0) or rows (for axis 1) around the line: the first, and one past the last.
+    /// Returns the columns (axis 0) or rows (axis 1) around the line: the first, and one past the last.
     fn reach(&self, axis: usize) -> [usize; 2] {
         let ([a, b], reach) = (self.ends, 0.5 * self.width + 1.0);
         let (low, high) = (a[axis].min(b[axis]) - reach, a[axis].max(b[axis]) + reach);
@@ -68,7 +68,7 @@ pub(super) struct Pen {
     pub is_behind: bool,
 }
 
-/// An edge in space, with the line that represents it in the image.
+/// An edge in space, and its line in the image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     stroke: Stroke,
@@ -77,7 +77,7 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// `None` if the edge is behind the camera.
+    /// Returns `None` if the edge is behind the camera.
     pub fn of(camera: &Camera, ends: [Point; 2], pen: Pen) -> Option<Self> {
         let [a, b] = in_front(ends)?;
         let Pen { width, colour, opacity, is_behind } = pen;
@@ -85,8 +85,8 @@ impl Edge {
         Some(Self { stroke, depths: [a.z, b.z], is_behind })
     }
 
-    /// Calls `visit` for each pixel that the edge covers in some rows. The arguments are the index of the pixel,
-    /// counted from the first of these rows, and the opacity there.
+    /// Calls `visit` for each pixel of the edge in some rows, with the index of the pixel in these rows and the
+    /// opacity.
     fn cover(&self, solid: &Layer, rows: &Range<usize>, is_perspective: bool, mut visit: impl FnMut(usize, f32)) {
         let width = solid.width / SAMPLES;
         let [near, far] = self.depths;
@@ -122,7 +122,7 @@ pub(super) fn draw_edges(
     }
 }
 
-/// The image is not darker where edges meet.
+/// Draws edges. The image is not darker where edges meet.
 pub(super) fn draw_outline(
     pixels: &mut [Colour],
     solid: &Layer,

@@ -1,5 +1,3 @@
-//! Style of an image: size, colours, view, framing.
-
 use std::path::Path;
 
 use super::colour;
@@ -21,17 +19,16 @@ pub enum ColourBy {
     Speed,
 }
 
-/// Region that the image shows. Particles outside the region are drawn too if they are visible.
+/// Region that the image shows. Visible particles outside the region are drawn too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
-    /// The box without some of its empty parts. An axis is cropped only if it is not periodic and the particles and
-    /// surfaces extend over at least a third of it. Along gravity, only the top of the box is cropped. Along other
-    /// axes, a box that is drawn is not cropped, and a box that is not drawn is cropped at both ends. A flat box that
-    /// is drawn is not cropped along any axis.
+    /// The box without some of its empty parts. An axis is cropped only if it is not periodic, and if the particles and
+    /// surfaces extend over at least a third of it. Along gravity, only the top is cropped. Along other axes, a visible
+    /// box is not cropped, and a hidden box is cropped at both ends. A flat box is not cropped if it is visible.
     #[default]
     Fitted,
-    /// The box, and the spheres with centres in it.
+    /// The box, and the spheres with centres in the box.
     Box,
     /// All particles, wherever they are.
     Particles,
@@ -44,15 +41,15 @@ pub struct Style {
     pub width: u32,
     /// Rows of pixels.
     pub height: u32,
-    /// Whether the image is cropped to the framed region, so that it has no more columns or rows than needed.
+    /// Whether the image is cropped to the framed region.
     pub is_cut: bool,
     /// What the colours of particles show.
     pub colour_by: ColourBy,
-    /// Colours of moving species in sRGB, in the order of the species. The colours repeat if there are more species.
+    /// Colours of moving species in sRGB. If there are more species, the colours repeat.
     pub palette: Vec<[u8; 3]>,
-    /// The speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
+    /// Speed at the upper end of the scale `[length / time]`; `None` derives it from the particles.
     pub top_speed: Option<f64>,
-    /// Opacity of static particles, 0 to 1. Static particles with a bond are always opaque.
+    /// Opacity of static particles, 0 to 1. Static particles with a bond are opaque.
     pub static_opacity: f64,
     /// Opacity of surfaces seen straight on, 0 to 1. At 0, surfaces are not drawn.
     pub surface_opacity: f64,
@@ -60,22 +57,22 @@ pub struct Style {
     pub framing: Framing,
     /// Whether to draw the edges of the box.
     pub has_box: bool,
-    /// Direction that points up in the image. `None` means the direction against gravity. Without gravity, up is z, or
-    /// y if z is flat.
+    /// Direction that points up in the image; `None` for the direction against gravity. Without gravity, z is up, or y
+    /// if z is flat.
     pub up: Option<Vector>,
     /// Angle by which the camera has moved around the scene to the right `[degrees]`.
     pub azimuth: f64,
     /// Elevation of the camera above the horizon `[degrees]`.
     pub elevation: f64,
-    /// Direction from the middle of the scene to the camera. If it is set, the elevation is ignored, and the azimuth is
-    /// measured from this direction. Flat and one-dimensional scenes are seen from the front.
+    /// Direction from the middle of the scene to the camera, at azimuth 0. It replaces the elevation. Flat and
+    /// one-dimensional scenes are seen from the front.
     pub from: Option<Vector>,
     /// Magnification about the middle of the image, 0.01 to 100.
     pub zoom: f64,
-    /// The direction of gravity; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it
-    /// from the scene beside the trajectory.
+    /// Direction of gravity; `None` without gravity. [`of_trajectory`](super::of_trajectory) takes it from the scene
+    /// beside the trajectory.
     pub gravity: Option<Vector>,
-    /// Whether shadows fall on the ground. This needs gravity and a box with a floor.
+    /// Whether shadows fall on the ground. They need gravity and a box with a floor.
     pub has_ground: bool,
 }
 

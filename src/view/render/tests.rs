@@ -7,8 +7,8 @@ use crate::model::{ParticleId, SpeciesId};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
-/// Returns a frame with a box of the given edge lengths (0 along flat axes) and with balls, given by species, position
-/// and radius. Species 0 and 1 move, species 2 is static.
+/// Returns a frame with a box of these edges (0 along flat axes) and balls, given by species, position and radius.
+/// Species 0 and 1 move; species 2 is static.
 pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     let species = [("a", false), ("b", false), ("static", true)];
     Frame {
@@ -37,7 +37,7 @@ pub(in crate::view) fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> 
     }
 }
 
-/// Style for red and green balls, seen horizontally from the front: x to the right, y into the image, z up.
+/// Style for red and green balls, seen from the front: x to the right, y into the image, z up.
 pub(super) fn level() -> Style {
     Style {
         width: 240,
@@ -71,7 +71,7 @@ fn area(image: &Image) -> f64 {
     image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
 }
 
-/// Checks that an area is the area of a disc. The tolerance is the circumference of the disc in pixels.
+/// Checks that an area is the area of a disc. The tolerance is the circumference in pixels.
 fn assert_disc(area: f64, radius: f64) {
     let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
     assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
@@ -237,11 +237,11 @@ fn camera_looks_from_the_given_direction() {
         pixel(&draw(&frame([10.0; 3], &balls), &style).unwrap(), 0.5, 0.5)
     };
     assert!(is_red(seen_from(Vector::x())) && is_green(seen_from(-2.0 * Vector::x())));
-    // Seen from above, x is to the right and y is up.
+    // From above, x points right and y points up.
     let above = Style { from: Some(Vector::z()), ..level() };
     let image = draw(&frame([10.0; 3], &[(0, [8.0, 8.0, 5.0], 1.0), (1, [2.0, 2.0, 5.0], 1.0)]), &above).unwrap();
     assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)));
-    // The azimuth is measured from this direction.
+    // The azimuth starts at the direction `from`.
     let turned = Style { from: Some(-Vector::y()), azimuth: 90.0, ..level() };
     assert!(is_red(pixel(&draw(&frame([10.0; 3], &balls), &turned).unwrap(), 0.5, 0.5)));
 }
@@ -265,12 +265,11 @@ fn shadows_fall_on_the_ground_where_there_is_gravity() {
     let without = drawn(&Style { has_ground: false, ..raised.clone() }, &scene);
     assert!(area(&with) > 1.4 * area(&without), "{} {}", area(&with), area(&without));
     assert_eq!(without, drawn(&Style { gravity: None, ..raised.clone() }, &scene));
-    // The shadow is soft: there are many shades between the background and the darkest pixel.
+    // The soft shadow has many shades between the background and the darkest pixel.
     let shades: std::collections::BTreeSet<u8> =
         with.pixels().iter().zip(without.pixels()).filter(|(a, b)| a != b).map(|(a, _)| a[1]).collect();
     assert!(shades.len() > 20, "{shades:?}");
-    // There is hardly a shadow if the ball is far above the ground, and none if the scene is periodic along the
-    // vertical.
+    // The shadow almost vanishes if the ball is far above the ground, and is missing if the vertical is periodic.
     scene.particles[0].position.z = 9.0;
     let above = [&raised, &Style { has_ground: false, ..raised.clone() }].map(|style| area(&drawn(style, &scene)));
     assert!(above[0] < 1.2 * above[1], "{above:?}");
@@ -294,8 +293,8 @@ fn sphere_shades_what_is_below_but_not_beside() {
     let alone = brightness(&[lower]);
     let shaded = brightness(&[lower, (0, [3.6, 4.0, 5.2], 1.0)]);
     assert!(shaded < alone * 95 / 100, "{shaded} {alone}");
-    // The red ball is straight above, too far to be a neighbour and not in front of the sun. It still blocks light from
-    // the sky.
+    // The red ball is straight above, too far to be a neighbour and not in front of the sun, but it still blocks the
+    // sky.
     let below = brightness(&[lower, (0, [5.0, 5.0, 8.5], 1.0)]);
     assert!(below < alone * 98 / 100, "{below} {alone}");
     let beside = brightness(&[lower, (0, [9.5, 5.0, 3.0], 0.5)]);
@@ -304,12 +303,12 @@ fn sphere_shades_what_is_below_but_not_beside() {
 
 #[test]
 fn box_edges_do_not_cover_particles() {
-    // Seen from a corner, some edges of the box run in front of the ball.
+    // From a corner, some edges of the box run in front of the ball.
     let scene = frame([10.0; 3], &[(0, [5.0; 3], 4.9)]);
     let style = Style { azimuth: 45.0, elevation: 35.0, ..level() };
     let [without, with] = [false, true].map(|has_box| draw(&scene, &Style { has_box, ..style.clone() }).unwrap());
     assert!(area(&with) > area(&without));
-    // A pixel at the rim of the ball contains some background, so a small change is allowed.
+    // A pixel at the rim of the ball contains some background, so it may change slightly.
     let is_like = |before: &[u8; 4], after: &[u8; 4]| (0..3).all(|k| before[k].abs_diff(after[k]) < 24);
     let is_kept = |(before, after): (&[u8; 4], &[u8; 4])| !is_red(*before) || is_like(before, after);
     assert!(without.pixels().iter().zip(with.pixels()).all(is_kept));
@@ -327,7 +326,7 @@ fn image_is_cropped_to_the_particles_under_gravity() {
     assert_eq!(size(&scene, &falls), size(&scene, &boxed), "periodic");
     scene.periodic = [false; 3];
     assert!(size(&scene, &falls).1 < size(&scene, &boxed).1 * 6 / 10);
-    // A single ball fills too little of the box, so the image is not cropped.
+    // A single ball fills too little of the box for cropping.
     scene.particles.truncate(1);
     assert_eq!(size(&scene, &falls), size(&scene, &boxed));
 }

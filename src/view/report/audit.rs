@@ -24,7 +24,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     format!("{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n{table}</details>\n")
 }
 
-/// Says whether the measurement was in equilibrium. The audit cannot tell, because it only checks individual events.
+/// Describes whether the measurement was in equilibrium. The audit checks only individual events.
 fn state(equilibrium: &Equilibrium) -> String {
     let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
     let reasons = reasons.join(", ");

@@ -17,7 +17,7 @@ pub(in crate::view) fn encode(bytes: &[u8], text: &mut String) {
 mod tests {
     #[test]
     fn encoding_matches_rfc_4648() {
-        // The test vectors of RFC 4648, section 10, and three bytes with all bits set.
+        // Test vectors of RFC 4648, section 10, and three bytes with all bits set.
         for (bytes, expected) in [
             (&b""[..], ""),
             (b"f", "Zg=="),

@@ -1,5 +1,5 @@
-//! The page of a replica exchange. It shows the averages and the acceptance by temperature or window, energies,
-//! populations, the potential of mean force, and the replica paths.
+//! The page of a replica exchange: averages and acceptances by temperature or window, energies, populations, the
+//! potential of mean force, and replica paths.
 
 mod mean_force;
 mod paths;
@@ -28,10 +28,10 @@ const MOST_CURVES: usize = 24;
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Name and unit of the heat capacity. It follows from fluctuations and is listed with the observables.
+/// Name and unit of the heat capacity, which follows from fluctuations. Tables list it with the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// Caption of a plot with a curve that also covers the temperatures between the simulated ones.
+/// Caption of a plot with a curve between the simulated temperatures.
 const TOGETHER: &str = "Curve: from the energies of all replicas together (MBAR), in <code>curves.csv</code>. Error bars and band: standard errors.";
 
 /// Quantities that come first in tables and plots.
@@ -85,8 +85,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &above, &sections), notes })
 }
 
-/// Whether replicas are swapped between temperatures or windows. In a multicanonical ensemble, each replica visits all
-/// energies instead.
+/// Whether replicas swap temperatures or windows. In a multicanonical ensemble, each replica visits all energies.
 fn is_swapped(summary: &ExchangeSummary) -> bool {
     summary.results.ensemble != ExchangeEnsemble::Multicanonical
 }
@@ -111,7 +110,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// Returns all quantities that have a mean at some temperature, with their units. Quantities of instruments come last.
+/// Returns the quantities with a mean at some temperature, and their units. Quantities of instruments come last.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES
@@ -163,7 +162,7 @@ fn named(at: &TemperatureResult) -> String {
     at.window.map_or_else(|| given(at.temperature), |[lower, upper]| format!("{} to {}", given(lower), given(upper)))
 }
 
-/// Formats a number that has no error.
+/// Formats a number without error.
 fn given(number: f64) -> String {
     escape(&html::number(&digits(number)))
 }
@@ -273,8 +272,7 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
 
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
-    // A value that is equal at all temperatures, such as the energy of hard spheres, is not plotted. The table shows
-    // it.
+    // A quantity that is equal at all temperatures, such as the energy of hard spheres, is only in the table.
     let mut all = means().flatten().map(|it| it.mean);
     let first = all.next()?;
     if all.all(|mean| mean == first) {
@@ -294,8 +292,7 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     curves_figure(&curves.label, &curves, TOGETHER)
 }
 
-/// Returns the points of the curve that also covers the temperatures between the simulated ones. Empty if the quantity
-/// has no such curve.
+/// Returns the points of the curve between the simulated temperatures; none if the quantity has no such curve.
 fn between(summary: &ExchangeSummary, name: &str) -> Vec<Option<Dot>> {
     let point = |point: &ThermalPoint| {
         let (_, it) = point.quantities().into_iter().find(|(own, _)| *own == name)?;

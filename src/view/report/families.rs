@@ -1,5 +1,4 @@
-//! Families of curves. A family is a function measured by several runs or stages, with one curve for each value of a
-//! parameter.
+//! Families of curves: a function measured by several runs or stages, with one curve per value of a parameter.
 
 use super::figures::curves_figure;
 use super::html::{escape, quantity, symbols};
@@ -7,7 +6,7 @@ use super::plot::{Curves, Key, Line, Point, extent};
 use crate::analysis::instruments::{Curve, Series};
 use crate::base::text::digits;
 
-/// Largest number of curves with distinguishable colours. Of a larger family, only every n-th curve is drawn.
+/// Largest number of curves with distinct colours. In a larger family, only every n-th curve is drawn.
 const MOST_CURVES: usize = 24;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -21,14 +20,13 @@ pub(super) struct Parameter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Member {
     pub value: f64,
-    /// Name shown when the pointer is on a curve of this member, such as the name of a stage. If the name is empty,
-    /// only the value is shown.
+    /// Name shown at the pointer, such as the name of a stage; empty to show only the value.
     pub name: String,
     pub curves: Vec<Curve>,
 }
 
-/// Returns one figure for each function of one variable that at least two members of the family have measured. `files`
-/// completes the sentence that says where the numbers are, for example "in the folder of each temperature".
+/// Returns a figure for each function of one variable that at least two members have measured. `files` tells where the
+/// numbers are, such as "in the folder of each temperature".
 pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) -> Vec<String> {
     let mut members: Vec<&Member> = members.iter().filter(|member| member.value.is_finite()).collect();
     members.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -38,7 +36,7 @@ pub(super) fn figures(parameter: &Parameter, members: &[Member], files: &str) ->
             names.push(&curve.name);
         }
     }
-    // A function that is also measured at logarithmic times spans too many decades for a linear axis. Its version at
+    // A function that is also measured at logarithmic times spans too many decades for a linear axis. The version at
     // linear times is left out.
     let all = names.clone();
     names.retain(|name| !all.contains(&format!("{name}_logarithmic").as_str()));
@@ -109,8 +107,8 @@ fn line(key: &Key, member: &Member, curve: &Curve, series: &Series) -> Line {
     }
 }
 
-/// Averages the curves of several runs with equal weights. A curve that does not have the same points in all runs is
-/// taken from the first run.
+/// Averages the curves of several runs with equal weights. A curve with different points in some runs is taken from the
+/// first run.
 pub(super) fn mean(runs: &[Vec<Curve>]) -> Vec<Curve> {
     let Some((first, others)) = runs.split_first() else { return Vec::new() };
     let mean = |curve: &Curve| {
@@ -135,8 +133,8 @@ fn is_like(one: &Curve, other: &Curve) -> bool {
         && one.series.iter().zip(&other.series).all(|(a, b)| a.name == b.name && a.values.len() == b.values.len())
 }
 
-/// Replaces a series by the mean of this series and others. If one of the series has no value at a point, the mean has
-/// no value there.
+/// Replaces a series by the mean of this and other series. If one of the series has no value at a point, the mean has
+/// none.
 fn pool(series: &mut Series, others: &[&Series]) {
     let count = (others.len() + 1) as f64;
     for row in 0..series.values.len() {
@@ -171,7 +169,7 @@ mod tests {
         let pooled = &mean(&runs)[0].series[0];
         assert_eq!(pooled.values, [Some(2.0), Some(3.0)]);
         assert!(pooled.standard_errors.iter().all(|error| (error.unwrap() - 0.25).abs() < 1e-15));
-        // A curve with different points is not averaged with the others.
+        // A curve with different points is not averaged.
         let other = Curve::new("g", "", "").variable("r", "length", vec![1.0, 3.0]).series("g(r)", "1", &[None, None]);
         assert_eq!(mean(&[vec![curve([1.0, 2.0], 0.3)], vec![other]])[0].series[0].values, [Some(1.0), Some(2.0)]);
     }

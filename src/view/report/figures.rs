@@ -1,5 +1,3 @@
-//! The plots of a page with their captions.
-
 use super::html::{brackets, escape, escape_json, quantity, symbols, unit};
 use super::inputs::Results;
 use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point, deviations, extent, mark};
@@ -12,7 +10,7 @@ const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dis
 /// Prefix of the columns of `thermo.csv` that count the particles in a region.
 const IN: &str = "in_";
 
-/// Largest relative variation of a time series that counts as constant.
+/// Largest relative variation of a constant time series.
 const SAME: f64 = 1e-9;
 
 pub(super) fn section(results: &Results<'_>) -> String {
@@ -34,12 +32,12 @@ pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
-/// Appends the numbers of a plot to its SVG. The script of the page reads them.
+/// Appends the numbers of a plot to its SVG, for the script of the page.
 fn with_values(svg: &str, values: &str) -> String {
     format!("{svg}\n<script type=\"application/json\" class=\"values\">{}</script>", escape_json(values))
 }
 
-/// `None` if there are no points to draw.
+/// Returns `None` if there are no points to draw.
 pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
     let entry = |(number, class, line): &(usize, String, &Line)| {
         let mark = if line.style == LineStyle::Published { String::new() } else { mark(*number, [13.0, 5.0]) };
@@ -56,7 +54,7 @@ pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<
     Some(figure(title, &plot, &format!("{}{text}", strip(curves))))
 }
 
-/// Returns a sentence about the strip of deviations below a plot. Empty if the plot has no strip.
+/// Describes the strip of deviations below a plot; empty without a strip.
 fn strip(curves: &Curves) -> String {
     let compared = curves.lines.iter().filter(|line| line.deviations.iter().any(Option::is_some)).count();
     let published: Vec<&Line> = curves.lines.iter().filter(|line| line.style == LineStyle::Published).collect();
@@ -69,7 +67,7 @@ fn strip(curves: &Curves) -> String {
     format!("Below: Δ / σ, the measured minus the published value{which} over its standard error; shaded: ±2. ")
 }
 
-/// Returns the figures of a measured function: one figure for all series with the same unit, or a map for each series.
+/// Returns the figures of a measured function: one for all series with the same unit, or a map for each series.
 fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
@@ -95,7 +93,7 @@ fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
     }
 }
 
-/// Splits a curve by the units of its series, so that a density and a temperature do not share an axis.
+/// Splits a curve by units, because a density and a temperature cannot share an axis.
 fn by_unit(curve: &Curve) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for series in &curve.series {
@@ -133,8 +131,8 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         lines.push(Line { style, label, points: points.collect(), ..Line::default() });
         sources.push_str(&format!("{}: {} ", escape(&published.label), escape(&published.source)));
     }
-    // If there are as many published curves as series, each series is compared with its own published curve. Otherwise,
-    // all series are compared with the first published curve.
+    // If there are as many published curves as series, each series is compared with its own curve. Otherwise, all
+    // series are compared with the first published curve.
     let (lines, published) = lines.split_at_mut(measured);
     for (number, line) in lines.iter_mut().enumerate() {
         let own = published.get(if published.len() == measured { number } else { 0 });
@@ -200,7 +198,7 @@ fn courses(results: &Results<'_>) -> Vec<String> {
     figures
 }
 
-/// Whether a time series is constant within round-off. A plot in which all series are constant is left out.
+/// Whether a time series is constant within round-off. A plot with constant series only is left out.
 fn is_constant(trace: &Trace) -> bool {
     let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
     extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))

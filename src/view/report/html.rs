@@ -2,8 +2,8 @@
 
 use std::fmt::Display;
 
-/// Escapes text from a file, for use as content or as an attribute value in quotes. Markup is shown as text. Control
-/// characters, which are not allowed in a page, become replacement characters.
+/// Escapes text for the content or the quoted attributes of a page. Markup is shown as text. Control characters, which
+/// pages cannot contain, become replacement characters.
 pub(in crate::view) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -22,8 +22,7 @@ pub(in crate::view) fn escape(text: &str) -> String {
     safe
 }
 
-/// Returns a table cell with its content, which must already be escaped. On a narrow page, the head of the column is
-/// shown before the content, unless the cell is empty.
+/// Returns a table cell. `content` must be escaped. On a narrow page, the head of the column precedes the content.
 pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
     let scope = if element == "th" { " scope=\"row\"" } else { "" };
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
@@ -31,11 +30,11 @@ pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> Str
     format!("<{element}{scope}{class}{head}>{content}</{element}>")
 }
 
-/// Largest number of columns of a table that fits on paper. Longer rows are printed as lists.
+/// Largest number of columns of a table on paper. Longer rows are printed as lists.
 const MOST_PRINTED: usize = 6;
 
-/// Returns a table that scrolls if it is wider than the page. Each element of `heads` is the class and the title of a
-/// column. Titles and rows must already be escaped.
+/// Returns a table that scrolls if it is too wide. `heads` are the class and title of each column. Titles and rows must
+/// be escaped.
 pub(super) fn table<'c, N: Display>(
     class: &str,
     caption: &str,
@@ -56,7 +55,7 @@ pub(super) fn table<'c, N: Display>(
     )
 }
 
-/// The body must already be escaped.
+/// Returns an HTML document. `body` must be escaped.
 pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -68,7 +67,7 @@ pub(in crate::view) fn document(title: &str, policy: &str, style: &str, body: &s
     )
 }
 
-/// Escapes JSON for a script element, so that nothing in the JSON ends the element.
+/// Escapes JSON so that nothing in it ends the script element.
 pub(in crate::view) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026").replace('\'', "\\u0027")
 }
@@ -88,7 +87,7 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
-/// Names of Greek letters. They are replaced only where they stand as separate words.
+/// Greek letters, which replace their names if these are separate words.
 const GREEK: [(&str, char); 14] = [
     ("alpha", 'α'),
     ("beta", 'β'),
@@ -106,8 +105,7 @@ const GREEK: [(&str, char); 14] = [
     ("sigma", 'σ'),
 ];
 
-/// Replaces plain text by printed symbols: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. The result is not escaped for
-/// HTML.
+/// Replaces plain text by symbols: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. The result is not escaped for HTML.
 pub(super) fn symbols(text: &str) -> String {
     let mut symbols = String::with_capacity(text.len());
     let mut rest = text;
@@ -120,7 +118,7 @@ pub(super) fn symbols(text: &str) -> String {
                 Some((_, letter)) => symbols.push(*letter),
                 None => symbols.push_str(word),
             },
-            // `<` and `>` with spaces around them are comparisons, not averages.
+            // Between spaces, `<` and `>` are comparisons and not averages.
             '<' if !after.is_whitespace() && after != '=' => symbols.push('⟨'),
             '>' if !before.is_whitespace() && after != '=' => symbols.push('⟩'),
             c => symbols.push(c),
@@ -130,13 +128,13 @@ pub(super) fn symbols(text: &str) -> String {
     unit(&symbols)
 }
 
-/// Returns a unit in brackets, after a space. Empty for a pure number. The result is not escaped for HTML.
+/// Returns a unit in brackets after a space; empty for a pure number. The result is not escaped for HTML.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
 }
 
-/// Returns the name of a quantity with its unit in brackets. The unit is left out if the name says it, as in `time`.
-/// The result is not escaped for HTML.
+/// Returns the name of a quantity with its unit in brackets, unless the name contains the unit, as in `time`. The
+/// result is not escaped for HTML.
 pub(super) fn quantity(name: &str, unit: &str) -> String {
     let is_told = name.split(|c: char| !c.is_alphanumeric()).any(|word| word.eq_ignore_ascii_case(unit));
     if is_told { symbols(name) } else { format!("{}{}", symbols(name), brackets(unit)) }

@@ -1,5 +1,4 @@
-//! Reads the files of a run. Missing or damaged files are noted and left out, except for `summary.json`, which is
-//! required.
+//! Reads the files of a run. Missing or damaged files are noted and left out; only `summary.json` is required.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -33,17 +32,17 @@ pub(super) struct Inputs {
     pub notes: Vec<String>,
 }
 
-/// Results of a measured stage that are not in `summary.json`.
+/// Results of a measured stage that `summary.json` does not contain.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,
     pub measured: Measured,
 }
 
-/// Results of one measurement: the last measurement of a run, or the measurement of a stage.
+/// Results of a measured stage, or of the last measurement of a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
-    /// Name of the stage. `None` for the last measurement.
+    /// Name of the stage; `None` for the last measurement.
     pub stage: Option<&'a str>,
     pub events: u64,
     pub equilibrated: &'a Equilibrium,
@@ -52,7 +51,6 @@ pub(super) struct Results<'a> {
     pub rates: &'a [Rate],
     pub measured: &'a Measured,
     pub thermo: &'a [Trace],
-    /// Number of dimensions, if the scene could be read.
     pub dimensions: Option<usize>,
 }
 
@@ -106,7 +104,7 @@ pub(super) fn read(run: &Path, most_bytes: u64) -> Result<Inputs, ViewError> {
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
-            // Errors in this file were noted when it was first read.
+            // Errors in the table were noted when it was first read.
             thermo: thermo
                 .as_ref()
                 .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))
@@ -192,7 +190,7 @@ fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) ->
     })
 }
 
-/// Reads the results of instruments. Runs without instruments have no such file.
+/// Reads the results of instruments. Runs without instruments have none.
 fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
     let mut measurements = read.flatten().unwrap_or_default();
@@ -209,7 +207,6 @@ fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     measurements
 }
 
-/// Whether all columns of a curve have the same length.
 fn is_even(curve: &Curve) -> bool {
     let Some(length) = curve.variables.first().map(|variable| variable.values.len()) else { return false };
     curve.variables.iter().all(|variable| variable.values.len() == length)

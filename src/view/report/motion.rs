@@ -1,11 +1,10 @@
-//! The player of the trajectory: its controls, its scripts and its data as text.
+//! The player of the trajectory: its controls, scripts and data.
 
 use super::base64;
 use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
-/// Scripts that draw particles and surfaces, in the order of loading. The player uses them, and so do pages that run a
-/// scene in the browser.
+/// Scripts that draw particles and surfaces, in the order of loading, for the player and for pages that run a scene.
 pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/matrix.js"),
     include_str!("player/colours.js"),
@@ -18,7 +17,7 @@ pub(in crate::view) const RENDERER: [&str; 9] = [
     include_str!("player/pointer.js"),
 ];
 
-/// The other scripts of the player, which are loaded after `RENDERER`.
+/// The other scripts of the player, loaded after `RENDERER`.
 const PROGRAM: [&str; 4] = [
     include_str!("player/recording.js"),
     include_str!("player/poses.js"),
@@ -40,11 +39,10 @@ pub(in crate::view) const SHADERS: [(&str, &str); 11] = [
     ("edge.frag", include_str!("player/edge.frag")),
 ];
 
-/// The script of the player adds the parts that depend on the data.
+/// Controls of the player. Its script adds controls that depend on the data.
 const CONTROLS: &str = include_str!("player/controls.html");
 
-/// Frames are collected into text elements of about this size `[bytes]`. A few large elements open faster than many
-/// small ones.
+/// Size of a text element with frames `[bytes]`. A few large elements open faster than many small ones.
 const CHUNK: usize = 1 << 18;
 
 pub(super) fn section(recording: Option<&Recording>) -> String {

@@ -1,6 +1,6 @@
 //! Plots as SVG: curves with error bars or bands, and maps.
 //!
-//! Colours and fonts come from the style sheet of the page, so a plot follows its light or dark scheme.
+//! The style sheet of the page sets colours and fonts, so a plot follows the light or dark scheme of the page.
 
 mod axis;
 mod curve;
@@ -21,15 +21,15 @@ pub(super) use mark::mark;
 
 use super::html::escape;
 
-/// Width of a plot at which text has its normal size `[pixels]`.
+/// Width of a plot with text of normal size `[pixels]`.
 const WIDTH: f64 = 480.0;
-/// Sides of the plot area `[pixels]`. Labels of nine letters fit between the vertical axis and its title.
+/// Sides of the plot area `[pixels]`. Labels of nine letters fit beside the vertical axis.
 const LEFT: f64 = 90.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
-/// Top and bottom of the strip of deviations below the plot `[pixels]`.
+/// Top and bottom of the strip of deviations below a plot `[pixels]`.
 const STRIP: [f64; 2] = [284.0, 348.0];
-/// Height below the plot for the labels and the title of the horizontal axis `[pixels]`.
+/// Height below a plot for the labels and the title of the horizontal axis `[pixels]`.
 const FOOT: f64 = 52.0;
 
 /// Formats a coordinate to a tenth of a pixel. Short numbers keep pages small.
@@ -38,7 +38,7 @@ fn px(x: f64) -> String {
     text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
-/// `foot` is the lower end of the plot area or of the strip below it. `label` is for screen readers.
+/// Opens a plot. `foot` is the lower end of the plot area or of its strip. `label` is for screen readers.
 fn open(label: &str, foot: f64) -> String {
     format!(
         "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">",
@@ -47,7 +47,7 @@ fn open(label: &str, foot: f64) -> String {
     )
 }
 
-/// The plot area ends at `right`. The labels of the horizontal axis are below `foot`.
+/// Draws the axes of a plot area that ends at `right`. The labels of the horizontal axis are below `foot`.
 fn frame(svg: &mut String, [x, y]: [&Axis; 2], titles: [&str; 2], right: f64, foot: f64) {
     for (place, is_labelled) in x.marks() {
         let at = px(x.place(place));
@@ -79,7 +79,8 @@ fn ticks_of_upright(svg: &mut String, y: &Axis, right: f64) {
     }
 }
 
-/// The vertical axis is in standard errors and has three labels: zero and plus or minus `labelled`.
+/// Draws the axes of a strip. The vertical axis is in standard errors, with labels at zero and plus or minus
+/// `labelled`.
 fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f64) {
     let [top, bottom] = STRIP;
     for (place, is_labelled) in x.marks() {
@@ -102,12 +103,12 @@ fn frame_of_strip(svg: &mut String, x: &Axis, y: &Axis, right: f64, labelled: f6
     name(svg, [14.0, 0.5 * (top + bottom)], "Δ / σ", bottom - top, true);
 }
 
-/// Writes the title of an axis around its middle. A title that is longer than `room` pixels is compressed, and the
-/// title of a vertical axis is rotated.
+/// Writes the title of an axis around its middle. A title longer than `room` pixels is compressed. The title of a
+/// vertical axis is rotated.
 fn name(svg: &mut String, middle: [f64; 2], title: &str, room: f64, is_upright: bool) {
     let [x, y] = middle.map(px);
     let turn = if is_upright { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
-    // A letter of the title is about 7 pixels wide.
+    // A letter is about 7 pixels wide.
     let is_long = 7.0 * title.chars().count() as f64 > room;
     let squeeze =
         if is_long { format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", px(room)) } else { String::new() };

@@ -1,14 +1,14 @@
-//! A trajectory in the form that the player of the page reads.
+//! A trajectory for the player of the page.
 //!
-//! Constants (radii, species, static particles, bonds) are stored once. For every moving particle, each frame stores
-//! three coordinates of 16 bits and one byte for each scalar. Coordinates are wrapped into the box along periodic axes.
-//! They are rounded to the nearest of 65,534 steps of the *field* of the frame. The field is the box plus anything
-//! outside of it along open axes, up to three edge lengths on each side. Particles outside the field are left out. A
-//! coordinate has an error of at most 1/131,068 of the field. Scalars are rounded to the nearest of 255 steps between
-//! the smallest and the largest value of their frame. Counts up to 255 are exact.
+//! Constants (radii, species, static particles, bonds) are stored once. A frame stores three coordinates of 16 bits and
+//! one byte per scalar for each moving particle. Coordinates are wrapped into the box along periodic axes, and rounded
+//! to the nearest of 65,534 steps of the *field*: the box plus particles outside along open axes, up to three edge
+//! lengths on each side. Particles outside the field are left out. The error of a coordinate is at most 1/131,068 of
+//! the field. Scalars are rounded to the nearest of 255 steps between the smallest and the largest value in the frame.
+//! Counts up to 255 are exact.
 //!
-//! Each frame ends with one bit for each particle: whether the particle flies freely until the next frame. Frames are
-//! read one at a time. When the frames become too large for the page, every second frame is dropped.
+//! Each frame ends with one bit per particle: whether the particle flies freely until the next frame. Frames are read
+//! one at a time. If all frames become too large for the page, every second frame is dropped.
 
 mod channel;
 mod flight;
@@ -34,30 +34,30 @@ use flight::{FlightFinder, Flights};
 use frame::Encoded;
 pub(in crate::view) use surface::{MOST_TRIANGLES, SurfaceData, SurfaceHead};
 
-/// Largest total size of all frames `[bytes]`. In base64 this is about 39 MB.
+/// Largest total size of all frames `[bytes]`. Base64 makes this about 39 MB.
 const MOST_BYTES: usize = 29_000_000;
 
 const MOST_FRAMES: usize = 2_000;
 
-/// Radius of a bond, relative to the radius of the smaller of the two bonded particles.
+/// Radius of a bond relative to its smaller end.
 const BOND_RADIUS: f64 = 0.36;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
     pub head: Head,
-    /// Data shared by all frames, in little-endian order: radii (f32, moving particles first), positions of static
-    /// particles (f32), indices of bonded particles (u32), radii of bonds (f32) and species (u8).
+    /// Data of all frames, little-endian: radii (f32, moving particles first), positions of static particles (f32),
+    /// indices of bonded particles (u32), radii of bonds (f32) and species (u8).
     pub constants: Vec<u8>,
-    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, then each scalar (u8), then one bit
-    /// per particle for free flights, lowest bit first.
+    /// Bytes of each frame: coordinates (u16), padded to a multiple of four bytes, each scalar (u8), then one bit per
+    /// particle for free flights, lowest bit first.
     pub frames: Vec<Vec<u8>>,
     /// Bytes of the surfaces in the layout of [`SurfaceData`].
     pub surfaces: Option<Vec<u8>>,
-    /// Notes on everything in the file that the player does not show.
+    /// Notes on parts of the file that the player does not show.
     pub notes: Vec<String>,
 }
 
-/// Description of the numbers in a recording. The player reads it as JSON.
+/// Description of the numbers in a recording, as JSON for the player.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Head {
@@ -66,21 +66,21 @@ pub(super) struct Head {
     pub bonds: usize,
     pub species: Vec<SpeciesHead>,
     pub channels: Vec<ChannelHead>,
-    /// Lower and upper corner of the region that the camera frames.
+    /// Lower and upper corner of the first view.
     pub view: [[f64; 3]; 2],
-    /// Index of the axis that is vertical in the picture. It points down if `is_upside_down` is set.
+    /// Index of the vertical axis of the picture, which points down if `is_upside_down` is set.
     pub up: usize,
     pub is_upside_down: bool,
-    /// Azimuth and elevation of the first view `[degrees]`, if the scene sets them.
+    /// Azimuth and elevation of the first view, if the scene sets them `[degrees]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look: Option<[f64; 2]>,
-    /// Colouring of the first picture, if the scene sets it: the index of a channel, or -1 for species.
+    /// Colours of the first picture, if the scene sets them: the index of a channel, or -1 for species.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour: Option<i64>,
     pub flat: [bool; 3],
     pub periodic: [bool; 3],
-    /// Possible accelerations between frames `[length / time^2]`. The first list is for the scene, and the others are
-    /// for stages with their own gravity. Each list has one entry for each species.
+    /// Possible accelerations of each species between frames `[length / time^2]`: of the scene, then of stages with
+    /// their own gravity.
     pub falls: Vec<Vec<[f64; 3]>>,
     /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y
     /// `[length / time]`.
@@ -98,7 +98,7 @@ pub(super) struct SpeciesHead {
     pub is_static: bool,
 }
 
-/// Description of a scalar of the moving particles.
+/// A scalar of the moving particles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct ChannelHead {
@@ -115,21 +115,21 @@ pub(super) struct ChannelHead {
 #[serde(rename_all = "camelCase")]
 pub(super) struct FrameHead {
     pub time: f64,
-    /// Lower corner and edge lengths of the box.
+    /// Lower corner and edges of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
     /// Displacement along x of the periodic image of the box one period up along y.
     pub displacement: f64,
-    /// Lower corner and edge lengths of the field.
+    /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],
-    /// For each channel, the values that the bytes 0 and 255 stand for.
+    /// For each channel, the values of the bytes 0 and 255.
     pub ranges: Vec<[f64; 2]>,
     /// Number of particles outside the field.
     pub beyond: usize,
     /// Index in [`Head::falls`] of the accelerations until the next frame.
     pub fall: usize,
-    /// Pose of each surface: the columns of the rotation `R` and the displacement `d`, which move a vertex `x` to
-    /// `R x + d`. `None` if the surface is absent. The list is empty if all surfaces are present and at rest.
+    /// Pose of each surface: the columns of the rotation `R`, and the displacement `d`, for vertices at `R x + d`.
+    /// `None` for an absent surface. The list is empty if all surfaces are present and at rest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<Option<[f64; 12]>>,
     /// Whether each surface of the scene is present.
@@ -138,7 +138,7 @@ pub(super) struct FrameHead {
 }
 
 impl Recording {
-    /// The camera frames each surface, unless it is much larger than the rest of the scene.
+    /// Adds surfaces to the recording and, unless they are far too large, to the view.
     pub fn add_surfaces(&mut self, surfaces: &Surfaces) {
         let Some(SurfaceData { head, bytes }) = SurfaceData::of(surfaces) else { return };
         for frame in &mut self.head.frames {
@@ -154,8 +154,8 @@ impl Recording {
     }
 }
 
-/// Reads a trajectory for the player. The scene provides gravity and the ranges of wells. The error text says why there
-/// is nothing to play.
+/// Reads a trajectory for the player. The scene provides gravity and the ranges of wells. The error is the reason why
+/// there is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;
@@ -187,9 +187,9 @@ struct Recorder {
     channels: Channels,
     flight_finder: FlightFinder,
     up: (usize, bool),
-    /// Frames of the recording, each with the free flights until the next recorded frame.
+    /// Frames of the recording, with the free flights until the next recorded frame.
     kept: Vec<(Encoded, Option<Flights>)>,
-    /// The last frame that was read, if thinning left it out.
+    /// Last frame that was read, if thinning left it out.
     last: Option<Encoded>,
     stride: usize,
     seen: usize,
@@ -237,7 +237,7 @@ impl Recorder {
             self.last = Some(encoded);
         }
         self.seen += 1;
-        // One of the allowed frames is reserved for the last frame of the file.
+        // One frame is reserved for the last frame of the file.
         if self.kept.len() >= self.most_frames && self.most_frames > 2 {
             self.thin();
         }
@@ -296,7 +296,7 @@ impl Recorder {
     }
 }
 
-/// `None` stands for an empty interval.
+/// Joins flights. `None` stands for an empty interval.
 fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     match (first, second) {
         (Some(first), Some(second)) => Some(first.then(&second)),
@@ -304,8 +304,8 @@ fn joined(first: Option<Flights>, second: Option<Flights>) -> Option<Flights> {
     }
 }
 
-/// Returns the index of the vertical axis, and whether up is its negative direction. Up is against gravity. Without
-/// gravity, up is z, or y if z is flat.
+/// Returns the index of the vertical axis, and whether up is its negative direction. Up is against gravity; without
+/// gravity, z, or y if z is flat.
 pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize, bool) {
     let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     match scene.and_then(falls) {
@@ -315,8 +315,7 @@ pub(in crate::view) fn upwards(flat: [bool; 3], scene: Option<&Scene>) -> (usize
     }
 }
 
-/// Returns the lower and the upper corner of the box of the first frame. An unbounded box is replaced by the region
-/// around the particles of all frames.
+/// Returns the lower and upper corner of the first frame's box or, without a box, of all particles in all frames.
 fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     if first.size.iter().any(|edge| *edge > 0.0) {
         return [first.lower.into(), (first.lower + first.size).into()];
@@ -330,7 +329,7 @@ fn axes(value: impl Fn(usize) -> f64) -> [f64; 3] {
     [0, 1, 2].map(value)
 }
 
-/// Returns the data shared by all frames as bytes, and the number of bonds.
+/// Returns the data of all frames as bytes, and the number of bonds.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));
@@ -349,7 +348,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     for [(_, a), (_, b)] in &bonds {
         bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
-    // The recorder rejects frames with more than 255 species, so every index fits into a byte.
+    // The recorder rejects more than 255 species, so every index fits into a byte.
     bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
     (bytes, bonds.len())
 }

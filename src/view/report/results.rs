@@ -1,5 +1,3 @@
-//! The numbers of a run, with their standard errors.
-
 use super::html::{brackets, escape, number, symbols, table};
 use super::inputs::Results;
 use crate::analysis::observables::OBSERVABLES;
@@ -11,7 +9,7 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// Empty for an unknown observable, which a later version may have added.
+/// Describes how an observable is computed; empty for the observables of later versions.
 fn method_of(observable: &str) -> &'static str {
     match observable {
         "temperature" => "2 (K - P^2 / 2 M) / (D N - c), where the momentum P has c conserved components",
@@ -46,7 +44,7 @@ struct Row<'a> {
     mean: Option<f64>,
     standard_error: Option<f64>,
     published: Vec<&'a PublishedValue>,
-    /// Text that replaces the number, for example if the observable is conserved.
+    /// Text instead of the number, for example for a conserved observable.
     words: Option<String>,
     method: &'a str,
 }
@@ -86,7 +84,7 @@ fn sources(results: &Results<'_>) -> String {
     }
 }
 
-/// Returns a table of event rates by kind and species. Empty if only core events of a single species occurred.
+/// Returns a table of event rates by kind and species; empty for core events of a single species.
 fn rates(results: &Results<'_>) -> String {
     let rates = told_apart(results.rates);
     if rates.is_empty() {
@@ -111,14 +109,14 @@ fn rates(results: &Results<'_>) -> String {
 
 fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
     let numbers = &results.measured.numbers;
-    // The pressure tensor reports the collision rate under the name `core_rate`.
+    // The pressure tensor reports the collision rate as `core_rate`.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
     };
     let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
-    // Known observables come first, in their usual order. Observables that a later version may have added follow.
+    // Known observables come first, in their usual order. Observables of later versions follow.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
     let others = results
         .observables
@@ -153,7 +151,7 @@ fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = S
     rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
-/// The cell of the method spans `span` rows; 0 means that the cell of an earlier row covers it.
+/// The cell of the method spans `span` rows; 0 if an earlier cell covers this row.
 fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
@@ -179,7 +177,7 @@ fn line(row: &Row, span: usize, has_published: bool) -> String {
     )
 }
 
-/// The error determines the number of digits.
+/// Formats a mean. The error determines the number of digits.
 pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     const NONE: &str = "<em>insufficient data</em>";
     let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -200,8 +198,8 @@ pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String 
     words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
 }
 
-/// Returns the text for a conserved observable, a pressure without events, or a wall that was not touched. `None` if
-/// the mean is shown as an ordinary number.
+/// Returns the text for a conserved observable, a pressure without events, or an untouched wall; `None` for any other
+/// observable.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;
     let plain = Estimate { mean, standard_error };

@@ -1,4 +1,4 @@
-/** Saves a text as a file of the reader's. */
+/** Saves a text as a file. */
 function saveFile(name, type, text) {
   const address = URL.createObjectURL(new Blob([text], { type }));
   const link = document.createElement("a");

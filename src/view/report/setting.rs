@@ -1,4 +1,4 @@
-//! The section of a page that describes the simulated system in words.
+//! The section of a page on the simulated system.
 
 use super::html::{brackets, escape, numbers};
 use super::inputs::Inputs;
@@ -9,7 +9,7 @@ use crate::model::{Scene, Species};
 use crate::view::describe;
 use crate::view::final_table::kinds;
 
-/// Subtitle of the page in one line: `1372 hard spheres, φ = 0.3`.
+/// Subtitle of the page, such as `1372 hard spheres, φ = 0.3`.
 pub(super) fn subtitle(inputs: &Inputs) -> String {
     let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
     let counts = describe::counts(scene);
@@ -73,7 +73,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// Adds the volume and the densities, if the box has a volume. `when` is appended to their labels.
+/// Adds the volume and the densities, if the box has them. `when` is appended to their labels.
 fn of_system(list: &mut Pairs, system: &System, when: &str) {
     let dimensions = system.dimensions;
     let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
@@ -108,7 +108,7 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     }
 }
 
-/// Groups the digits of a number by three, with narrow spaces: `12 345`. Numbers of up to four digits are not grouped.
+/// Groups the digits of a number of more than four digits by three, with narrow spaces: `12 345`.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! The measured stages of a run. A table compares their means, and each stage has a section with its numbers and plots.
+//! Measured stages of a run: a table of their means, and a section for each stage.
 
 mod plots;
 
@@ -10,7 +10,7 @@ use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
 use crate::base::text;
 
-/// `None` if the run has no measured stages before its last measurement.
+/// Returns `None` if the run has no earlier measured stages.
 pub(super) fn section(inputs: &Inputs) -> Option<String> {
     let stages: Vec<Results<'_>> = inputs.of_stages().collect();
     if stages.is_empty() {

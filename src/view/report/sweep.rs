@@ -1,5 +1,4 @@
-//! The page of a sweep. It shows all quantities against the varied value, compared with published values, and the state
-//! of all runs.
+//! The page of a sweep: all quantities against the varied value, published values, and the state of all runs.
 
 mod curves;
 mod pages;
@@ -16,7 +15,7 @@ use crate::sweep::{Group, MeasuredQuantity, Point, Results, StageMeans, Standing
 
 pub use pages::{run_page_in, write_run_pages};
 
-/// Largest number of rows in a table. The files contain all rows.
+/// Largest number of rows in a table. Files contain all rows.
 const MOST_ROWS: usize = 500;
 
 /// Makes the page of a sweep from its results.
@@ -58,7 +57,7 @@ fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
     sweep.state_point_names().into_iter().zip(values).collect()
 }
 
-/// Style class and text of the head of a column.
+/// Style class and text of a column's head.
 type Head = (&'static str, String);
 
 fn table(caption: &str, heads: &[Head], rows: &[String]) -> String {
@@ -120,7 +119,7 @@ fn runs(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> String {
                 Standing::Missing => "not begun".to_owned(),
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
-            // If the run has no page, link to its folder.
+            // A run without a page gets a link to its folder.
             let page = if run_page_in(&folder.of(point)).is_file() { SMALL_PAGE } else { "" };
             let folder = escape(point.folder());
             let keys = heads.iter().skip(1).zip(point.settings());

@@ -1,15 +1,13 @@
-//! The rows of one stage of `thermo.csv`. They are thinned while they are read, so that any number of rows fits into a
-//! plot.
+//! Rows of a stage of `thermo.csv`, thinned while they are read, so that any number of rows fits into a plot.
 
 use std::io::{self, BufRead};
 
 use crate::io::summary::Column;
 
-/// When a trace has this number of spans, its spans are merged in pairs. The number is about two spans per pixel of a
-/// plot.
+/// Number of spans in a trace at which they are merged in pairs: about two spans per pixel of a plot.
 const MOST_SPANS: usize = 1024;
 
-/// A time series: a column of `thermo.csv` against the time in the first column.
+/// A column of `thermo.csv` as a time series.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Trace {
     pub name: String,
@@ -19,7 +17,7 @@ pub(super) struct Trace {
     open: Span,
 }
 
-/// The lowest and the highest point of several neighbouring rows.
+/// Lowest and highest point of neighbouring rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Span {
     rows: usize,
@@ -60,7 +58,7 @@ impl Trace {
         }
     }
 
-    /// `None` is a gap.
+    /// Returns the points; `None` for a gap.
     pub fn points(&self) -> Vec<Option<[f64; 2]>> {
         let mut points = Vec::new();
         for span in self.spans.iter().chain((self.open.rows > 0).then_some(&self.open)) {
@@ -79,8 +77,8 @@ impl Trace {
     }
 }
 
-/// Reads the rows of a stage from a table with named columns. Units are in brackets after the names, or else in
-/// `units`. Each column except the time and the stage becomes a trace.
+/// Reads the rows of a stage from a table. Each column except the time and the stage becomes a trace. Units are in
+/// brackets after the names, or else in `units`.
 pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, String> {
     let unreadable = |error: io::Error| format!("cannot read it: {error}");
     let mut line = String::new();
@@ -94,7 +92,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
         None => Trace::new(head, units.iter().find(|column| column.name == **head).map_or("1", |column| &column.unit)),
     };
     let columns = heads.len();
-    // The column `stage`, if present, is the last column. It contains words instead of numbers.
+    // The last column may be `stage`, with words instead of numbers.
     let has_stage = heads.last() == Some(&"stage");
     let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
     for number in 2.. {
@@ -111,7 +109,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Re
 
 fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), String> {
     let has_stage = columns > traces.len() + 1;
-    // The stage is the last cell, because its name may contain commas.
+    // The last cell is the stage, whose name may contain commas.
     let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
     if cells.len() != columns {
         return Err(format!("line {line}: expected {columns} cells, found {}", cells.len()));

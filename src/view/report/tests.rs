@@ -76,7 +76,7 @@ fn folder_of(text: &str) -> tempfile::TempDir {
 
 const HOSTILE: &str = "</script><script>alert('\"&')</script>";
 
-/// Numbers and curves with all kinds of contents, including missing values, extreme values and markup.
+/// Numbers and curves with missing values, extreme values and markup.
 fn measured() -> Measured {
     let number = |mean, standard_error| Number {
         name: format!("number {mean:?}"),
@@ -130,7 +130,7 @@ fn keep_measured(run: &Path) {
     fs::write(run.join("measurements.json"), serde_json::to_string(&measured()).unwrap()).unwrap();
 }
 
-/// Checks that all elements of an XML text are closed in order, that attributes are in quotes, and that entities are
+/// Checks that the elements of an XML text are closed in order, that attributes are quoted, and that entities are
 /// known.
 fn well_formed(xml: &str) -> Result<(), String> {
     let mut open: Vec<&str> = Vec::new();
@@ -221,7 +221,7 @@ fn page_describes_the_scene_and_its_results() {
 fn page_shows_diameters_after_growth() {
     let run = folder_of(GROWN);
     let html = page(run.path()).unwrap().html;
-    // Growth from a packing fraction of 0.2 to 0.4 multiplies the diameters by the cube root of 2.
+    // Growth from a packing fraction of 0.2 to 0.4 multiplies diameters by the cube root of 2.
     for expected in ["of diameter 1.25992", "contact distance 1.25992", "packing fraction of 0.4"] {
         assert!(html.contains(expected), "{expected}");
     }
@@ -245,7 +245,7 @@ fn the_page_tells_whether_the_run_was_in_equilibrium() {
     assert!(html.contains("✓ Sound."), "the audit is another question");
     let html = with(serde_json::json!({ "verdict": "yes", "reasons": [] }));
     assert!(html.contains("✓ equilibrated") && html.contains("Equilibrated: yes."));
-    // Summaries of earlier versions have no verdict.
+    // Earlier versions wrote no verdict.
     summary.as_object_mut().unwrap().remove("equilibrated");
     fs::write(&path, summary.to_string()).unwrap();
     assert!(page(run.path()).unwrap().html.contains("Equilibrated: unknown"));
@@ -262,7 +262,7 @@ fn energies_that_are_plotted_add_up() {
     let mut rows = 0;
     for line in lines.filter(|line| line.ends_with(",measurement")) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
-        // For hard spheres without dissipation, the kinetic energy minus the supplied energy equals the column
+        // For hard spheres without dissipation, kinetic minus supplied energy equals the column
         // `energy_and_dissipated`. The bound allows for the round-off of a thousand terms.
         assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
         assert!(cells[supplied] != 0.0);
@@ -306,9 +306,9 @@ fn plots_are_well_formed_and_finite() {
     keep_measured(run.path());
     let html = page(run.path()).unwrap().html;
     let plots = plots(&html);
-    // Of the six functions, three are drawn as curves. One has no data, and one has three variables. The sixth has two
-    // variables and two series: one is drawn as a map, and the other has no data. The other five plots show the
-    // energies, three columns of `thermo.csv`, and the region.
+    // Six functions give four plots: three curves, and one map for a function with two series, of which one has no
+    // data. Two functions, without data or with three variables, have no plot. The other five plots show the energies,
+    // three columns of `thermo.csv`, and the region.
     assert_eq!(plots.len(), 4 + 5);
     for plot in plots {
         let svg = format!("<svg{plot}");
@@ -365,7 +365,7 @@ fn missing_or_damaged_optional_files_give_one_note() {
         }
         fs::remove_file(&path).unwrap();
         let page_without = page(run.path()).unwrap();
-        // Only runs with instruments have `measurements.json`, so its absence is not noted.
+        // Only runs with instruments have `measurements.json`, so no note reports its absence.
         assert_eq!(page_without.notes.len(), usize::from(file != "measurements.json"), "{file}");
         assert_ne!(page_without, sound);
         fs::write(&path, whole).unwrap();

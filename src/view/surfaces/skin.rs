@@ -7,41 +7,40 @@ use crate::model::surface_motion::Timeline;
 use crate::model::triangle_mesh::{EdgeUse, twice_area};
 use crate::view::render::corners;
 
-/// Cosine of 35 degrees, the largest angle between neighbouring triangles of a smooth surface.
+/// Cosine of 35 degrees, the largest angle between adjacent triangles of a smooth surface.
 const SMOOTH: f64 = 0.819;
 
-/// Largest number of edges that are drawn. A mesh with more sharp edges has no outline, because the edges would cover
-/// the surface.
+/// Largest number of edges that are drawn. With more sharp edges, the outline is left out, because it would cover the
+/// surface.
 const MOST_EDGES: usize = 20_000;
 
-/// A mesh with a normal at each corner of each triangle. The normals vary smoothly where triangles meet at small
-/// angles. Elsewhere the surface has an edge.
+/// A mesh with a normal at each corner of each triangle. Normals vary smoothly where triangles meet at small angles.
+/// Elsewhere, the surface has an edge.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view) struct Skin {
-    /// Positions of the vertices `[length]`, one for each normal.
+    /// Positions of the vertices, one per normal `[length]`.
     pub vertices: Vec<Vector>,
-    /// Unit normals.
     pub normals: Vec<Vector>,
     pub triangles: Vec<[u32; 3]>,
-    /// End points of the edges at which the mesh ends or two triangles meet at a sharp angle.
+    /// Ends of the edges at a rim or between triangles at a sharp angle.
     pub edges: Vec<[Vector; 2]>,
     /// Lower and upper corner of the bounding box.
     pub bounds: [Vector; 2],
     /// Index of the surface in the scene, if known.
     pub number: Option<usize>,
-    /// Motion of the surface, if any. All other fields describe the surface before it moves.
+    /// Motion of the surface, if any. All other fields apply before the motion.
     pub timeline: Option<Timeline>,
 }
 
 impl Skin {
-    /// Triangles without area are left out.
+    /// Makes a skin of the triangles that have an area.
     pub fn of(mesh: &TriangleMesh) -> Self {
         let normal =
             |corners: &[Vector; 3]| twice_area(corners).try_normalize(0.0).filter(|n| n.iter().all(|x| x.is_finite()));
         let normals: Vec<Option<Vector>> = mesh.all_corners().map(|corners| normal(&corners)).collect();
         let around = corners_around(mesh, &normals);
         let mut skin = Self { bounds: mesh.bounds(), edges: sharp_edges(mesh, &normals), ..Self::default() };
-        // For each vertex of the mesh, its copies with different normals.
+        // Copies of each vertex of the mesh, one for each of its normals.
         let mut copies: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
         for (triangle, own) in mesh.triangles.iter().zip(&normals) {
             let Some(own) = own else { continue };
@@ -78,7 +77,7 @@ impl Skin {
         self.number.and_then(|number| surfaces.get(number)).copied().unwrap_or(true)
     }
 
-    /// A box that contains the surface at a time. It surrounds the moved bounding box.
+    /// Returns a box around the moved bounding box at a time.
     pub fn bounds_at(&self, time: f64) -> [Vector; 2] {
         let Some(timeline) = &self.timeline else { return self.bounds };
         let (pose, [lower, upper]) = (timeline.at(time).pose, self.bounds);
@@ -110,8 +109,8 @@ impl Skin {
     }
 }
 
-/// Returns, for each vertex, the normals of the triangles around it. Each normal is weighted by the angle of its
-/// triangle at the vertex.
+/// Returns the normals of the triangles around each vertex. A normal is weighted by the angle of its triangle at the
+/// vertex.
 fn corners_around(mesh: &TriangleMesh, normals: &[Option<Vector>]) -> Vec<Vec<(Vector, f64)>> {
     let mut around = vec![Vec::new(); mesh.vertices.len()];
     for ((triangle, corners), normal) in mesh.triangles.iter().zip(mesh.all_corners()).zip(normals) {
@@ -159,7 +158,7 @@ mod tests {
         for (vertex, normal) in skin.vertices.iter().zip(&skin.normals) {
             assert!((normal - Vector::new(vertex.x, vertex.y, 0.0) / 2.0).norm() < 1e-6);
         }
-        // The rims.
+        // Only the rims of the tube are edges.
         assert_eq!(skin.edges.len(), tube.vertices.len());
         let cube = Skin::of(&TriangleMesh::cuboid(&Vector::zeros(), &Vector::repeat(1.0)));
         assert_eq!((cube.vertices.len(), cube.edges.len()), (24, 12));

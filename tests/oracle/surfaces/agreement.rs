@@ -9,11 +9,11 @@ use super::rule::{Kind, Verdict};
 use crate::per_family;
 use crate::random::Random;
 
-/// Number of states of each family and kind of feature. With 20 families this gives 5,000.
+/// Number of states of each family and kind of feature. In total, 20 families give 5,000 states of each kind.
 const PER_FAMILY: usize = 250;
 
-/// Number of wrong answers that are printed. The search stops at `ENOUGH` wrong answers, because confirming each of
-/// them takes a second.
+/// Number of printed wrong answers. The search stops at `ENOUGH` wrong answers, because confirming a wrong answer takes
+/// a second.
 const SHOWN: usize = 3;
 const ENOUGH: usize = 10;
 
@@ -28,8 +28,7 @@ struct Tally {
     within_rounding: usize,
     wrong: Vec<(&'static str, State, Comparison)>,
     wrong_count: usize,
-    /// The largest error of a time, divided by the error that rounding allows. The next field is the largest shift of a
-    /// coefficient of a witness, divided by its error bound.
+    /// Largest error of a time, divided by the error that rounding allows.
     worst_ratio: f64,
     worst_witness: f64,
     /// Number of witnesses with a coefficient shifted by more than half of its error bound.

@@ -1,11 +1,10 @@
-//! Motions that are defined at the time of contact, in the frame of the feature, and traced back to their start.
+//! Motions that are chosen at the time of contact, in the frame of the feature, and traced back to their start.
 
 use super::feature::{Feature, State};
 use crate::random::Random;
 use carom::Vector;
 use carom::physics::overlap::Side;
 
-/// Kind of the feature with which the sphere has the contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     Point,
@@ -15,15 +14,14 @@ pub enum Target {
     Plane,
 }
 
-/// A contact of a sphere with a feature. Vectors have a component perpendicular to the feature, one along it, and one
-/// perpendicular to both. For a face, the last two are in its plane.
+/// A contact of a sphere with a feature. The components of a vector are perpendicular to the feature, along the
+/// feature, and perpendicular to both directions. For a face, the last two components are in its plane.
 #[derive(Debug, Clone)]
 pub struct Approach {
     pub target: Target,
     pub side: Side,
     pub frame: [Vector; 3],
-    /// Whether all numbers are small binary fractions and the directions are coordinate axes, so that nothing is
-    /// rounded.
+    /// Whether nothing is rounded: all numbers are small binary fractions, and the directions are coordinate axes.
     pub is_exact: bool,
     pub length: f64,
     /// Corners of the face, as coordinates in its plane.
@@ -147,7 +145,7 @@ impl Approach {
 
     pub fn state(&self, random: &mut Random) -> State {
         let (velocity, acceleration, t) = (self.vector(self.velocity), self.vector(self.acceleration), self.time);
-        // On a point, the foot of the perpendicular cannot move; on a line, it has one coordinate.
+        // The foot of the perpendicular has no coordinate on a point and one coordinate on a line.
         let foot = match self.target {
             Target::Point => [0.0; 2],
             Target::Line | Target::Segment => [self.foot[0], 0.0],

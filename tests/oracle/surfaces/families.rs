@@ -60,8 +60,8 @@ fn beside(random: &mut Random, approach: &mut Approach) {
     approach.nudge(random, 1.0);
 }
 
-/// The sphere grazes the feature: its smallest distance differs from the contact distance by at most a few ulps or, in
-/// a fifth of the cases, by 10^4 times as much.
+/// The sphere grazes the feature. Its smallest distance differs from the contact distance by at most a few ulps, or in
+/// a fifth of the cases by 10^4 times as much.
 fn grazing(random: &mut Random, approach: &mut Approach) {
     approach.velocity[0] = 0.0;
     if random.chance(0.3) {
@@ -184,7 +184,6 @@ fn tiny(random: &mut Random, approach: &mut Approach) {
     }
     shrink(approach, [1e-6; 2]);
     if random.chance(0.5) {
-        // A small shift moves the foot of the perpendicular past the end of such a short feature.
         approach.nudge(random, 1e-6);
     }
     if random.chance(0.3) {

@@ -1,10 +1,10 @@
 //! A sphere and a feature: the call of Carom, and the exact polynomials by which its answer is judged.
 //!
 //! Positions, velocities, accelerations, directions and distances are floating-point numbers and taken as exact.
-//! Positions are relative to a point of the feature. The exact polynomials are the expressions of the code without
-//! rounding: `across(d, x) = x - d (d . x)` in the overlap function of a line, the height `n . x` above a plane or a
-//! face, the extents `d . x` and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a contact
-//! with a face if `|h| <= s` and `|h|` falls.
+//! Positions are relative to a point of the feature. The exact polynomials follow from expressions of the code, without
+//! rounding: `across(d, x) = x - d (d . x)` for a line, the height `n . x` above a plane or face, the extents `d . x`
+//! and `L - d . x` of a segment, and `w . x` for each side of a face. A sphere has a contact with a face if `|h| <= s`
+//! and `|h|` falls.
 
 use super::question::{Form, Question, Shape};
 use super::rounded::{Rounded, across, dot, triple};
@@ -33,19 +33,17 @@ pub struct State {
     pub position: Vector,
     pub velocity: Vector,
     pub acceleration: Vector,
-    /// Distance of contact.
     pub contact: f64,
 }
 
-/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3. They come from the two products in
-/// `D = B^2 - V2 R2`.
+/// Roundings of each coefficient in the closed forms of Algorithms 2 and 3: the two products in `D = B^2 - V2 R2`.
 const OF_QUADRATIC: [u32; 3] = [1, 1, 1];
 
 /// Roundings of each coefficient in Horner's rule for a quartic, with the factor of its derivative.
 const OF_QUARTIC: [u32; 5] = [1, 3, 5, 8, 8];
 
-/// Roundings of each coefficient for a plane. They come from the two products in `D = v^2 - 2 a h`. The last number is
-/// for the distance that is subtracted from the height.
+/// Roundings of each coefficient for a plane: the two products in `D = v^2 - 2 a h`. The last number belongs to the
+/// distance that is subtracted from the height.
 const OF_PLANE: [u32; 4] = [1, 1, 1, 0];
 
 /// Roundings of each coefficient of an extent. Horner's rule adds 1, 3 and 4 to the coefficients of degree 0, 1 and 2.
@@ -164,8 +162,7 @@ impl State {
     }
 
     /// The overlap function without acceleration, if Carom may drop the acceleration. Carom drops an acceleration
-    /// across a line if it is below 4 epsilon times the whole acceleration, because it may be round-off. Rounding
-    /// itself adds less than 3 epsilon.
+    /// across a line below 4 epsilon of the whole acceleration, because rounding alone can add nearly 3 epsilon.
     fn without_acceleration(&self, direction: &Vector) -> Option<Form> {
         let size = self.acceleration.norm();
         let beside = across(&triple(direction), &triple(&self.acceleration));

@@ -44,7 +44,7 @@ const BELOW: Kind = Kind::Root { is_below: true };
 
 #[test]
 fn signs_at_roots_and_their_order_are_exact() {
-    // The root is sqrt(2). The parabolas have a zero exactly there, or about 2^-200 away from it.
+    // The root is sqrt(2). Each parabola has a zero at sqrt(2), or about 2^-200 away from it.
     let root = &falls(&polynomial(&[2.0, 0.0, -1.0]))[0];
     let beside = |shift: &Dyadic| Polynomial::new(&[&Dyadic::from(-2.0) + shift, Dyadic::zero(), Dyadic::from(1.0)]);
     let tiny = Dyadic::power_of_two(-200);
@@ -72,8 +72,8 @@ fn an_event_is_the_first_root_with_its_foot_on_the_feature() {
     expect_later(&value(&twice, &[[-3.0, 1.0, 0.0]]), ROOT, 3.0);
     expect_none(&value(&twice, &[[-4.0, 1.0, 0.0]]));
     expect_none(&value(&twice, &[[-1.0, 0.0, 0.0]]));
-    // Between the times 3 and 3.62 the overlap function is negative and decreases. From then on it increases. A foot that
-    // reaches the feature at time 3.75 therefore causes no event.
+    // Between the times 3 and 3.62 the overlap function is negative and falls; afterwards it rises. A foot that reaches
+    // the feature at time 3.75 therefore causes no event.
     expect_later(&value(&twice, &[[-3.25, 1.0, 0.0]]), Kind::Entry(0), 3.25);
     expect_none(&value(&twice, &[[-3.75, 1.0, 0.0]]));
 }
@@ -164,7 +164,7 @@ fn wrong_answers_are_recognised() {
         assert_eq!(witness(&question, answer), None, "{answer:?}");
     }
     // If the foot of the perpendicular is on the end, rounding allows both verdicts. If it is slightly past the end,
-    // rounding allows only the verdict that there is no event.
+    // rounding allows no event.
     let position = Vector::new(1.0, 3.0, 0.0);
     let on_end = State { position, velocity: Vector::new(-0.5, -1.0, 0.0), ..state };
     assert!(witness(&on_end.question(), None).is_some_and(|part| part < 1.0));

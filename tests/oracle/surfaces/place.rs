@@ -1,4 +1,4 @@
-//! Times that are roots of polynomials: the sign of another polynomial at such a time, and the order of two such times.
+//! Decides the sign of a polynomial at a root of another polynomial, and the order of two roots.
 
 use crate::crossing::{Crossing, first_fall};
 use crate::dyadic::Dyadic;
@@ -33,15 +33,15 @@ impl Place<'_> {
     }
 }
 
-/// Number of bisections before the search for a common root. Common roots are rare, and the search is expensive.
+/// Number of bisections before the expensive search for a common root. Common roots are rare.
 const HALVINGS: usize = 40;
 
-/// Number of attempts with Budan's theorem before Sturm's theorem is used. At a turning point of the polynomial,
-/// Budan's theorem never excludes a root.
+/// Number of attempts with Budan's theorem before Sturm's theorem is used. Budan's theorem never excludes a root at a
+/// turning point of the polynomial.
 const CHEAP: usize = 4;
 
-/// The sign of a polynomial at a crossing of another one. The bracket is narrowed until it contains no root of the
-/// polynomial, or a common root of both.
+/// The sign of a polynomial `g` at a crossing of another polynomial. Narrows the bracket until it contains no root of
+/// `g`, or a common root of both.
 fn sign_at(g: &Polynomial, crossing: &Crossing) -> i32 {
     if g.degree() == 0 {
         return g.sign_far_away();
@@ -77,7 +77,7 @@ fn is_common_root(a: &Polynomial, b: &Polynomial, from: &Dyadic, to: &Dyadic) ->
     common.degree() > 0 && Chain::new(&common).count(from, to) > 0
 }
 
-/// The order of two crossings. Their brackets are narrowed until they are disjoint or contain a common root.
+/// The order of two crossings. Narrows their brackets until they are disjoint or contain a common root.
 pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
     for step in 0.. {
         let ((a_lower, a_upper), (b_lower, b_upper)) = (a.bracket(), b.bracket());
@@ -94,7 +94,7 @@ pub fn order(a: &Crossing, b: &Crossing) -> Ordering {
                 return Ordering::Equal;
             }
         }
-        // The wider bracket is narrowed, so that both become narrow at the same pace.
+        // Narrows the wider bracket, so that both become narrow at the same pace.
         let (a_width, b_width) = (&a.bracket().1 - &a.bracket().0, &b.bracket().1 - &b.bracket().0);
         if a_width > b_width { a.narrow() } else { b.narrow() }
     }

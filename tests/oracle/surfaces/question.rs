@@ -1,7 +1,5 @@
-//! Exact polynomials of a motion and a feature, and boxes around their coefficients.
-//!
-//! A box contains every polynomial that a floating-point evaluation may have used instead of the exact one. It includes
-//! the rounding of the coefficients and the rounding of their terms in an evaluation.
+//! Exact polynomials of a motion and a feature, and boxes around their coefficients. A box contains every polynomial
+//! that rounding may have put in place of the exact one. It covers the rounding of the coefficients and of their terms.
 
 use super::rounded::{ROUND_OFF, Rounded};
 use super::rule::{Exact, Kind, Overlap};
@@ -18,8 +16,8 @@ pub struct Form {
 }
 
 impl Form {
-    /// `roundings[k]` is the number of roundings of a term of degree `k` when the polynomial or its roots are
-    /// evaluated.
+    /// `roundings[k]` is the number of roundings of a term of degree `k` in the evaluation of the polynomial or its
+    /// roots.
     pub fn new(terms: &[Rounded], computed: &[f64], roundings: &[u32]) -> Self {
         let error = |(term, n): (&Rounded, &u32)| term.error + f64::from(*n) * ROUND_OFF * (term.size + term.error);
         Self {
@@ -45,20 +43,17 @@ impl Form {
     }
 }
 
-/// How the coefficients of the first polynomial define an overlap function.
+/// Meaning of the coefficients of the first polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// The coefficients describe the height above a plane.
+    /// The height above a plane.
     Linear,
-    /// The coefficients describe a squared distance, multiplied by this sign. The leading coefficient has the same
-    /// sign.
+    /// A squared distance, multiplied by this sign, which is also the sign of the leading coefficient.
     Square(i32),
-    /// The coefficients describe the height above a face, followed by the contact distance. The face is solid on
-    /// both sides.
+    /// The height above a face that is solid on both sides, followed by the contact distance.
     TwoSided,
 }
 
-/// Index of the contact distance among the coefficients for a face.
 pub const DISTANCE: usize = 3;
 
 /// The polynomials that decide the next event: an overlap function, followed by the extents.

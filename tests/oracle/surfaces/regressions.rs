@@ -33,8 +33,8 @@ fn face(normal: [f64; 3], sides: [[[f64; 3]; 2]; 3], motion: [[f64; 3]; 3], cont
 
 #[test]
 fn a_foot_comes_onto_a_face_at_its_corner() {
-    // Due to rounding, each of two extents was negative at the time at which the other one became positive. So the
-    // event was missed.
+    // Two extents become positive at the same time. Due to rounding, each was negative when the other became positive,
+    // and the event was missed.
     is_not_wrong(&face(
         [-0.7142794160655317, 0.603633676388236, 0.35416281639255304],
         [
@@ -62,8 +62,8 @@ fn a_foot_comes_onto_a_face_at_its_corner() {
 
 #[test]
 fn a_face_is_met_where_it_is_thinner_than_an_ulp_of_the_time() {
-    // The sphere is thrown up from the face and falls back at t = 1. The time of contact and the time at height 0 round
-    // to the same floating-point number.
+    // The sphere is thrown up from the face and falls back at t = 1. The times of contact and of height 0 round to the
+    // same floating-point number.
     let sides = [[[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]; 3];
     let motion = [[0.0; 3], [1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]];
     let state = face([1.0, 0.0, 0.0], sides, motion, 1e-18);

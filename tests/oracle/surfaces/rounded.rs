@@ -1,8 +1,6 @@
-//! Exact numbers, each with a bound on its floating-point error.
-//!
-//! Running error analysis (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.3): every operation adds
-//! the unit round-off times the size of its result to the propagated errors of its operands. An expression written with
-//! these numbers therefore computes its own error bound.
+//! Exact numbers, each with a bound on its floating-point error by running error analysis (Higham, *Accuracy and
+//! Stability of Numerical Algorithms*, section 3.3). Every operation adds the unit round-off times the size of its
+//! result to the propagated errors of its operands.
 
 use crate::dyadic::Dyadic;
 use carom::Vector;
@@ -11,7 +9,7 @@ use std::ops::{Add, Mul, Sub};
 /// Unit round-off: half the distance from 1 to the next floating-point number.
 pub const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
 
-/// Error bounds are floating-point numbers too. This factor makes up for rounding them down in each operation.
+/// Factor that makes up for error bounds that are rounded down in an operation.
 const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 #[derive(Debug, Clone)]
@@ -32,12 +30,10 @@ impl Rounded {
         Self { exact, size, error: (error + ROUND_OFF * (size + error)) * SLACK }
     }
 
-    /// Halving is exact.
     pub fn half(&self) -> Self {
         Self { exact: self.exact.half(), size: 0.5 * self.size, error: 0.5 * self.error }
     }
 
-    /// Doubling is exact.
     pub fn double(&self) -> Self {
         Self { exact: &self.exact + &self.exact, size: 2.0 * self.size, error: 2.0 * self.error }
     }
@@ -80,11 +76,8 @@ pub fn dot(a: &Triple, b: &Triple) -> Rounded {
     &(&x + &y) + &z
 }
 
-/// `x - d (d . x)`, as in `carom::physics::detection::feature::across`.
-///
-/// The direction is not normalized, although rounding may have changed its length. The result is the exact value of
-/// this expression. It differs from the projection onto the plane perpendicular to the direction by less than its
-/// rounding error.
+/// `x - d (d . x)`, as in `carom::physics::detection::feature::across`. The direction is not normalized again, although
+/// rounding may have changed its length. The effect on the result is below the rounding error.
 pub fn across(direction: &Triple, vector: &Triple) -> Triple {
     let along = dot(direction, vector);
     [0, 1, 2].map(|k| &vector[k] - &(&direction[k] * &along))

@@ -1,11 +1,11 @@
-//! Exact evaluation of the rule for a contact with a feature that has ends.
+//! The rule for a contact with a feature that has ends, evaluated exactly:
 //!
 //! > The first time `t >= 0` at which `f(t) <= 0`, `f` falls just after `t`, and no extent `b_k(t) < 0`.
 //!
 //! An extent is the distance of the foot of the perpendicular from an end of the feature, positive on the feature. The
-//! times at which `f <= 0` and `f` falls form intervals, each of which includes its start. The set of times at which no
-//! extent is negative is closed. So if there is such a time, there is a first one: now, the start of an interval, or a
-//! time at which an extent stops being negative.
+//! times at which `f <= 0` and `f` falls form intervals, each of which includes its start. The times at which no extent
+//! is negative form a closed set. So the first time of contact is now, the start of an interval, or a time at which an
+//! extent stops being negative.
 
 use super::place::{Place, falls, order};
 use crate::crossing::Crossing;
@@ -54,7 +54,6 @@ impl Overlap {
         [1, -1].map(|side| shifted(height, side, distance))
     }
 
-    /// Whether the overlap function is not positive at a time and falls just after it.
     fn asks_at(&self, place: &Place<'_>) -> bool {
         match self {
             Self::Value(f) => place.sign(f) <= 0 && place.sign_after(&f.derivative()) < 0,
@@ -67,7 +66,7 @@ impl Overlap {
         }
     }
 
-    /// Times after now at which the overlap function may begin to meet both conditions: not positive, and falling.
+    /// Times after now at which both conditions may begin to hold: the overlap function is not positive, and it falls.
     fn beginnings(&self) -> Vec<(Kind, Crossing)> {
         let mut found = Vec::new();
         let mut add = |kind: Kind, f: &Polynomial| found.extend(falls(f).into_iter().map(|crossing| (kind, crossing)));
@@ -76,7 +75,7 @@ impl Overlap {
                 add(ROOT, f);
                 add(Kind::TurningPoint, &f.derivative());
             }
-            // If round-off has made the contact distance negative, no contact is possible.
+            // A contact distance that round-off has made negative allows no contact.
             Self::Height(_, distance) if distance.sign() <= 0 => {}
             Self::Height(height, distance) => {
                 let [above, below] = Self::gaps(height, distance);
@@ -111,13 +110,13 @@ pub fn next_event(exact: &Exact) -> Verdict {
     if exact.overlap.asks_at(&Place::Now) && exact.is_on(&Place::Now, None) {
         return Verdict::Now;
     }
-    // If several events are at the same time, take the first of them in the list. Events at which an extent becomes
-    // zero are last in the list.
+    // Of several events at the same time, takes the first one in the list. Events at which an extent becomes zero are
+    // last.
     let first = possible_events(exact).reduce(|a, b| if order(&a.1, &b.1).is_gt() { b } else { a });
     first.map_or(Verdict::None, |(kind, crossing)| Verdict::Later(kind, crossing))
 }
 
-/// All times after now at which the conditions of the rule begin to hold, each with the kind of event.
+/// All later times at which the conditions of the rule begin to hold, each with the kind of event.
 pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> {
     let Exact { overlap, extents } = exact;
     let mut candidates = overlap.beginnings();
@@ -137,7 +136,6 @@ pub fn possible_events(exact: &Exact) -> impl Iterator<Item = (Kind, Crossing)> 
 }
 
 impl Exact {
-    /// Whether no extent is negative. The extent `zero` is known to be exactly zero and is not evaluated.
     fn is_on(&self, place: &Place<'_>, zero: Option<usize>) -> bool {
         let mut extents = self.extents.iter().enumerate();
         extents.all(|(k, extent)| zero == Some(k) || place.sign(extent) >= 0)

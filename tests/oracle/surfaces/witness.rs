@@ -6,13 +6,12 @@ use crate::crossing::Crossing;
 use crate::dyadic::Dyadic;
 use crate::measure::last_place;
 
-/// Shifts that are tried in the search for witnesses, as fractions of the boxes around the coefficients, smallest
-/// first.
+/// Shifts to try in the search for witnesses, as fractions of the boxes around the coefficients, smallest first.
 const PARTS: [f64; 4] = [0.0625, 0.25, 0.5, 1.0];
 
-/// Searches for a witness. Returns the shift of the first one found, as a fraction of the boxes. The search begins at
-/// the centres of the boxes and at Carom's own coefficients. Then it shifts overlap functions and extents as a whole,
-/// and after that it tilts extents. Last, it tries all corners, edges and faces of the boxes, and pairs of witnesses.
+/// Searches for a witness. Returns the shift of the first one found, as a fraction of the boxes. Starts at the centres
+/// of the boxes and at Carom's own coefficients, shifts overlap functions and extents as a whole, and tilts extents.
+/// Then tries all corners, edges and faces of the boxes, and at last pairs of witnesses.
 pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     let computed: Vec<_> = question.forms.iter().map(Form::place_of_computed).collect();
     let middle: Vec<_> = computed.iter().map(|parts| vec![0.0; parts.len()]).collect();
@@ -34,9 +33,9 @@ pub fn witness(question: &Question, answer: Option<f64>) -> Option<f64> {
     found.or_else(|| pair_of_witnesses(question, answer?))
 }
 
-/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Two are
-/// needed because each evaluation has its own rounding error. A line that is grazed twice may be missed the first time
-/// and hit the second time.
+/// Searches for two witnesses: one without an event before the answer, and one with an event at the answer. Each
+/// evaluation has its own rounding error, so a line that is grazed twice may be missed the first time and hit the
+/// second time.
 fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
     let tried = || PARTS.into_iter().flat_map(|part| directions(question, part, UNIFORM));
     let before = &Dyadic::from(t) - &Dyadic::power_of_two(last_place(t) + SLACK);
@@ -56,7 +55,7 @@ fn pair_of_witnesses(question: &Question, t: f64) -> Option<f64> {
 /// The first `UNIFORM` shifts of `directions` leave the overlap function unchanged or shift it as a whole.
 const UNIFORM: usize = 3;
 
-/// Treatment of the extents that do not cause the event of a witness.
+/// Treatment of the extents that are not involved in the event of a witness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ends {
     Free,
@@ -104,8 +103,7 @@ fn squared(question: &Question, mut coefficients: Vec<Vec<Dyadic>>) -> Vec<Vec<D
 const SLACK: i64 = 2;
 
 /// Shifts polynomials within their boxes so that one of them has a root, or a turning point, at `t`. Returns the size
-/// of the shift if this is the next event of the shifted polynomials. With `AfterOthers`, it may be any of their
-/// events.
+/// of the shift if this is the first event of the shifted polynomials, or, with `AfterOthers`, any of their events.
 fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), ends: Ends) -> Option<f64> {
     let functional = question.functional(kind, t);
     let mut coefficients: Vec<_> = question.forms.iter().zip(parts).map(|(form, parts)| form.moved(parts)).collect();
@@ -133,12 +131,12 @@ fn event_near(question: &Question, parts: &[Vec<f64>], (t, kind): (f64, Kind), e
     is_found.then_some(size)
 }
 
-/// Value of an extent that is shifted to be just positive, in units of its error bound. The value is so small that no
-/// event becomes earlier.
+/// Value of an extent that is shifted to be just positive, in units of its error bound. It is too small to make an
+/// event earlier.
 const JUST_POSITIVE: f64 = 1e-12;
 
-/// Shifts the coefficients of a polynomial within their box until `functional` has the value `to`, in units of its
-/// error. The search begins at the shift `parts`. Also returns the largest shift as a fraction of the box.
+/// Shifts coefficients within their box until `functional` has the value `to`, in units of its error. Starts at the
+/// shift `parts`. Also returns the largest shift as a fraction of the box.
 fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> Option<(Vec<Dyadic>, f64)> {
     let form = &question.forms[functional.form];
     let error = question.error_of(functional);
@@ -154,8 +152,7 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     let parts = moved_within(&parts, &effects, -missing(&form.moved(&parts)))?;
     let size = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
     let mut coefficients = form.moved(&parts);
-    // Because the fractions are rounded, a small remainder is left. It is subtracted from the term with the largest
-    // effect.
+    // The fractions are rounded and leave a small remainder. It is subtracted from the term with the largest effect.
     let term = (0..weights.len()).max_by(|a, b| effects[*a].abs().total_cmp(&effects[*b].abs()))?;
     for _ in 0..CORRECTIONS {
         let rest = missing(&coefficients) / weights[term];
@@ -167,8 +164,8 @@ fn set(question: &Question, functional: &Functional, parts: &[f64], to: f64) -> 
     Some((coefficients, size))
 }
 
-/// Moves all fractions by steps of the same size, until the sum of their effects has grown by `growth`. A fraction
-/// stops at the edge of its box.
+/// Changes all fractions by equal steps until the sum of their effects has grown by `growth`. A fraction stops at the
+/// edge of its box.
 fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>> {
     let moved = |step: f64| -> Vec<_> {
         let moved = |(part, effect): (&f64, &f64)| match effect {
@@ -201,16 +198,15 @@ fn moved_within(parts: &[f64], effects: &[f64], growth: f64) -> Option<Vec<f64>>
 /// Number of bisections that reduce an interval of width 4 to half the spacing of floating-point numbers at 1.
 const BISECTIONS: usize = 55;
 
-/// Number of corrections. Each one leaves one part in 10^16 of the remainder. Several are needed, because a value at
-/// `t` can be smaller than its rounding error by many orders of magnitude.
+/// Number of corrections. Each one leaves one part in 10^16 of the remainder. One is not enough, because a value at `t`
+/// can be smaller than its rounding error by many orders of magnitude.
 const CORRECTIONS: usize = 4;
 
-/// Largest remainder that is still corrected, as a fraction of the box. The rounding of the fractions leaves this
-/// remainder.
+/// Largest remainder that is left uncorrected, as a fraction of the box. It comes from the rounding of the fractions.
 const REST: f64 = 1e-9;
 
-/// Shifts to the corners of the boxes and to the midpoints of their edges and faces. Each extent is shifted as a whole.
-/// The overlap function is shifted as a whole in the first three shifts, and coefficient by coefficient in all others.
+/// Shifts to the corners of the boxes and to the midpoints of their edges and faces. Extents are shifted as a whole.
+/// The overlap function is shifted as a whole in the first three shifts, then coefficient by coefficient.
 fn directions(question: &Question, part: f64, most: usize) -> impl Iterator<Item = Vec<Vec<f64>>> {
     let sizes: Vec<_> = question.forms.iter().map(|form| form.coefficients.len()).collect();
     let extents: Vec<Vec<Vec<f64>>> = (0..power_of_three(sizes.len() - 1))

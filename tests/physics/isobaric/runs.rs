@@ -1,5 +1,4 @@
-//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages pass on their
-//! volume.
+//! Runs at constant pressure: chains keep their bonds, pauses change nothing, and stages pass on their volume.
 
 use std::ops::ControlFlow;
 
@@ -63,8 +62,7 @@ fn chains_longer_than_the_box_keep_their_bonds() {
     assert!(least < 0.8 * most, "{least} {most}");
 }
 
-/// Returns the last state and the results of a run on `threads` threads. With `pause`, the run pauses every `pause`
-/// events.
+/// Returns the last state and the results of a run. With `pause`, the run pauses after every `pause` events.
 fn end(scene: &Scene, threads: usize, pause: Option<u64>) -> (Snapshot, String) {
     let mut run = Run::new(scene.clone()).threads(threads);
     let mut events = 0;

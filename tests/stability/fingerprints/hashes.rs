@@ -1,5 +1,3 @@
-//! Hashes of the states, events and counts of a run, bit by bit.
-
 use std::convert::Infallible;
 
 use carom::analysis::instruments::Scalar;
@@ -37,7 +35,7 @@ pub fn fingerprint(now: &Snapshot) -> u64 {
     hash.0
 }
 
-/// Hashes of a run. As long as `state` is unchanged, all trajectories are unchanged.
+/// Hashes of a run. If `state` is unchanged, all trajectories are unchanged.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Bits {
     /// Last positions, velocities and time.

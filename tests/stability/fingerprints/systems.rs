@@ -47,8 +47,7 @@ count = 70
 temperature = 1.3
 "#;
 
-/// Chains hanging from a static sphere above a mesh, and a bonded pair whose interaction does not hold it
-/// together.
+/// Chains hanging from a static sphere above a mesh, and a bonded pair whose interaction does not keep it together.
 const BONDED: &str = r#"
 space.size = [6.3, 6.4, 9.0]
 run.until_events = 4000

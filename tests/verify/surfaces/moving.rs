@@ -45,8 +45,8 @@ pub fn moving(scene: SceneBuilder, shapes: Vec<SurfaceShape>, motions: &[Surface
     shapes.into_iter().enumerate().map(draft).fold(scene, SceneBuilder::surface).build().unwrap()
 }
 
-/// Asserts that the verifier proves a number of events of a scene, or all events if there are fewer. Also accepts a run
-/// that stops because the particles would need infinitely many events to come to rest.
+/// Asserts that the verifier proves `events` events of a scene, or all events if there are fewer. Also accepts a run
+/// that stops because particles would need infinitely many events to come to rest.
 fn assert_moving(name: &str, scene: Scene, events: u64) -> Certificate {
     let certificate = prove(scene, 0, events);
     match certificate.end {
@@ -136,7 +136,6 @@ fn surfaces_that_move_in_periodic_boxes_are_proven_in_all_images() {
         let found = assert_moving("plates", moving(gas, shapes, motions, 1.0), 1500);
         assert!(found.counts.surface > 200, "{count}: {:?}", found.counts);
     }
-    // A paddle turns in a pipe about the periodic axis of the box.
     let space = Space { boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(7.0) };
     let turn = MotionKind::Rotation { point: Vector::new(3.5, 3.4, 0.0), axis: Vector::z(), frequency: 0.15 };
     let paddle = TriangleMesh::cuboid(&Vector::new(1.5, 3.2, 1.0), &Vector::new(5.5, 3.5, 5.0));
@@ -175,7 +174,7 @@ fn scenes_of_configs_with_surfaces_that_move_are_proven() {
     let certificate = prove(config("vibrated_box"), 50_000, 1000);
     assert_proven("vibrated box", &certificate, 1000);
     assert!(certificate.counts.surface > 10, "{:?}", certificate.counts);
-    // The piston starts early, so that the proof includes contacts with the moving piston.
+    // The piston starts early, so that the proof includes contacts with it in motion.
     let mut parts = config("piston").into_parts();
     parts.surfaces[0].motions[0].from = 0.2;
     let certificate = prove(Scene::new(parts).unwrap(), 0, 2500);
@@ -195,7 +194,7 @@ fn gravity_that_turns_is_proven() {
         let certificate = prove(shorter(1.0), 0, 2500);
         assert_proven(name, &certificate, 2500);
         assert!(certificate.duration > 1.2, "{name}: {certificate:?}");
-        // Start the proof in a later stage, and let stages end after a number of events.
+        // Starts the proof in a later stage, and lets stages end after a number of events.
         let certificate = prove(shorter(0.7), 2500, 1000);
         assert_proven(name, &certificate, 1000);
         let mut parts = shorter(1.0).into_parts();
@@ -204,7 +203,7 @@ fn gravity_that_turns_is_proven() {
     }
 }
 
-/// Returns a recording in which gravity changes once, and the number of events before this change.
+/// A recording in which gravity changes once, and the number of events before this change.
 fn turning() -> (Recording, usize) {
     let down = grains(2, 18).gravity(Vector::new(0.0, 0.0, -1.0));
     let aside = Vector::new(0.8, -0.3, 0.4);
@@ -239,7 +238,7 @@ fn verifier_with_outdated_gravity_finds_a_fault() {
         let fault = later.iter().find_map(|(event, states)| verifier.witness(event, states).err());
         assert_eq!(fault.is_none(), is_right, "{gravity:?}: {fault:?}");
     }
-    // The verifier rejects a change of gravity if the given positions differ from the particles at this time.
+    // At a change of gravity, the verifier rejects positions that differ from the actual ones.
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     let mut elsewhere = states.clone();

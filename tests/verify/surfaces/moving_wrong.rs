@@ -1,4 +1,4 @@
-//! Contacts with moving surfaces that contain one error, and engines that use a wrong motion.
+//! Contacts with moving surfaces, recorded with one error, and engines with a wrong motion.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};
@@ -12,8 +12,7 @@ use crate::Recording;
 
 const EVENTS: usize = 120;
 const RESTITUTION: f64 = 0.9;
-/// Kinds of surfaces whose contacts are changed: planes, a hollow sphere, a pipe, a box, and obstacles in a hollow
-/// sphere.
+/// Kinds of surfaces with changed contacts: planes, a hollow sphere, a pipe, a box, and obstacles in a hollow sphere.
 const OF_KINDS: [usize; 5] = [0, 1, 2, 3, 4];
 
 /// Returns the normal speed at which a particle arrived at the surface, relative to the surface.
@@ -25,7 +24,6 @@ fn closing(event: &Event) -> f64 {
 fn recording(number: usize, kind: usize) -> Option<(Recording, usize)> {
     let gas = grains(1, 18).gravity(Vector::new(0.1, -0.2, -0.5));
     let recording = Recording::of(moving(gas, around(kind), &motions(number), RESTITUTION), EVENTS);
-    // A surface that does work on a particle is moving.
     let is_one = |at: &usize| {
         let event = &recording.events[*at].0;
         event.kind == EventKind::Surface && event.energy_step.abs() > 1e-2 && closing(event) > 0.05
@@ -164,7 +162,7 @@ fn fault_of(kind: usize, right: &[SurfaceMotion], wrong: &[SurfaceMotion]) -> Fa
     recording.fault_for(&mut verifier).map_or_else(|| verifier.witness_end().unwrap_err(), |(_, fault)| fault)
 }
 
-/// Returns variants of a motion that differ slightly from it.
+/// Variants of a motion, each with a small change.
 fn changed(motion: &SurfaceMotion) -> Vec<SurfaceMotion> {
     let kinds = match motion.kind {
         MotionKind::Translation { velocity, acceleration } => vec![
@@ -260,8 +258,7 @@ fn end_is_proven_only_if_no_moving_surface_can_be_met() {
     ));
     assert!(is_early(ball(0.2, &[by(0.0, f64::INFINITY, 0.3, 0.0)]), 17.5));
     assert_eq!(end_of(&ball(0.3, &[by(0.0, f64::INFINITY, 0.2, 0.0)])), Ok(()));
-    // The verifier searches a finite motion for contacts. For an endless motion, or one that lasts too long, it proves
-    // nothing.
+    // The verifier searches a finite motion for contacts. For an endless or very long motion, it proves nothing.
     assert_eq!(end_of(&ball(0.0, &[shakes(20.0)])), Ok(()));
     assert!(matches!(end_of(&ball(0.0, &[shakes(f64::INFINITY)])), Err(Fault::EndNotShown { .. })));
     assert!(matches!(end_of(&ball(0.0, &[shakes(1e9)])), Err(Fault::EndNotShown { .. })));

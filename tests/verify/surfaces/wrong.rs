@@ -1,4 +1,4 @@
-//! Contacts with surfaces that contain one error, and engines that use a wrong surface.
+//! Contacts with surfaces, recorded with one error, and engines with a wrong surface.
 
 use carom::Vector;
 use carom::check::verify::{Contact, Fault, Quantity, Verifier};

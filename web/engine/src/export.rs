@@ -10,7 +10,7 @@ const START: [&str; 5] = ["particle", "file", "chain", "fill", "bond"];
 const EQUILIBRATION: [&str; 3] = ["equilibration", "equilibration_time", "equilibration_events"];
 
 /// Returns the text of a scene that starts with the positions and velocities of a simulation. If the measurement has
-/// begun, stages and equilibration are left out. Static meshes are kept as written.
+/// begun, leaves out stages and equilibration. Keeps static meshes as written.
 pub fn scene(text: &str, simulation: &Simulation, is_measuring: bool) -> Result<String, String> {
     if simulation.scale() != 1.0 {
         return Err("the diameters have grown, so the state cannot be exported as a scene: export it before they grow"

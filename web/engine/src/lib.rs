@@ -1,4 +1,4 @@
-//! Carom's engine as WebAssembly. It takes the text of a scene and returns positions and velocities that are
+//! Carom's engine as WebAssembly. From the text of a scene, it calculates positions and velocities that are
 //! bit-identical to the results of the native program.
 //!
 //! The module has no imports. A page writes a request in JSON into the buffer from [`room`], calls a function, and
@@ -84,7 +84,7 @@ pub extern "C" fn poses() -> u32 {
 }
 
 /// Runs for a number of physical events, or until a simulated time. Returns the reason for the end: 0 number of events,
-/// 1 time, 2 no further events, 3 an error, which is in the message, 4 end of the planned run. After 4, the next call
+/// 1 time, 2 no further events, 3 an error, described in the message, 4 end of the planned run. After 4, the next call
 /// continues without a plan.
 #[unsafe(no_mangle)]
 pub extern "C" fn advance(events: f64, time: f64) -> u32 {

@@ -1,5 +1,3 @@
-//! The functions of the module, and the state between calls.
-
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -40,7 +38,7 @@ pub struct Page {
     pub message: String,
     /// Values written by [`Page::look`]: a header, then positions and velocities.
     pub numbers: Vec<f64>,
-    /// Periods travelled.
+    /// Number of periods travelled along each axis, three numbers for each particle.
     pub images: Vec<i32>,
     run: Option<Run>,
     shown: Option<Shown>,
@@ -65,7 +63,7 @@ impl Page {
 
     pub fn start(&mut self) -> Result<Value, Value> {
         let request = self.request()?;
-        // Free the old simulation first: there is memory for only one.
+        // Frees the old simulation first, because memory suffices for only one.
         (self.run, self.shown) = (None, None);
         self.show(Run::new(scene_of(&request)?))
     }
@@ -85,7 +83,6 @@ impl Page {
         self.show(changed)
     }
 
-    /// Stores a run and returns its description.
     fn show(&mut self, run: Run) -> Result<Value, Value> {
         let shown = Shown::of(run.simulation());
         let head = serde_json::from_str(&shown.head).map_err(|error| failure(&error.to_string()));
@@ -116,7 +113,6 @@ impl Page {
         let mut events = Vec::new();
         let most = count.min(MOST_UPCOMING) as usize;
         let until = Until::events(ahead.event_counts().physical().saturating_add(u64::from(count)));
-        // If the copy cannot continue, fewer events are returned.
         let _ = ahead.advance_with(until, |event| {
             events.push(told(event));
             if events.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }

@@ -1,8 +1,8 @@
 //! Compresses the engine for pages: `carom-pack MODULE.wasm OUT`.
 //!
-//! The output starts with a line `carom engine FINGERPRINT`. The fingerprint identifies the sources that determine the
-//! bits of a run. The module follows in the `.lzma` format, with its uncompressed length in the header. The output is a
-//! third smaller than with gzip, and a page decompresses it in a quarter of a second.
+//! The output starts with a line `carom engine FINGERPRINT`, which identifies the sources that determine the bits of a
+//! run. The module follows in the `.lzma` format, with its uncompressed length in the header. It is a third smaller
+//! than with gzip, and a page decompresses it in a quarter of a second.
 
 use std::error::Error;
 use std::fs;

@@ -31,7 +31,6 @@ const ORDER: [&str; 16] = [
     "glossary",
 ];
 
-/// All documents, by their path in the repository.
 pub struct Library {
     documents: BTreeMap<String, Text>,
     /// Other files and folders that documents link to.
@@ -164,7 +163,7 @@ impl Library {
         sources.into_iter().map(|source| (address_of(source, false), &self.documents[source])).collect()
     }
 
-    /// Returns the list of all documents for the page at `address`, which shows it beside the text.
+    /// The list of all documents, for the page at `address`.
     fn places(&self, address: &str) -> String {
         let links = self.ordered().into_iter().map(|(place, text)| {
             let here = if place == address { " aria-current=\"page\"" } else { "" };
@@ -206,7 +205,7 @@ fn contents(text: &Text) -> String {
     }
 }
 
-/// Returns the first sentence of the first paragraph, as plain text.
+/// The first sentence of the first paragraph, as plain text.
 fn lead(text: &Text) -> String {
     let start = text.body.find("<p>").map_or(0, |at| at + 3);
     let paragraph = text.body[start..].split("</p>").next().unwrap_or_default();

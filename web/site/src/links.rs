@@ -1,6 +1,6 @@
 //! Links between pages. They are relative, so the site works in any folder of any host, and also from disk.
 
-/// Returns the path of a file relative to the folder of another file. Both paths are given relative to the root of the
+/// Returns the path of a file relative to the folder of another file. Both given paths are relative to the root of the
 /// site.
 pub fn relative(from: &str, to: &str) -> String {
     let mut steps: Vec<&str> = from.split('/').collect();
@@ -16,8 +16,8 @@ pub fn relative(from: &str, to: &str) -> String {
     format!("{}{rest}", "../".repeat(steps.len() - start))
 }
 
-/// Resolves the path of a link in the file `from`. Returns the path relative to the root, or `None` if it leads out of
-/// the root.
+/// Resolves the path of a link in the file `from`. The result is relative to the root, or `None` if the path leads out
+/// of it.
 pub fn resolve(from: &str, target: &str) -> Option<String> {
     let mut steps: Vec<&str> = from.split('/').collect();
     steps.pop();

@@ -15,8 +15,7 @@ use crate::layout::{Page, navigation};
 use crate::links::{escaped, relative};
 use crate::scene::ScenePage;
 
-/// A picture is drawn after this number of simulated events, or after a third of the scene's time limit if this is
-/// earlier.
+/// A picture is drawn after this number of simulated events, or earlier, after a third of the scene's time limit.
 const PICTURE_EVENTS: u64 = 40_000;
 
 /// Width and height of a picture, in pixels.
@@ -35,7 +34,7 @@ const BESIDE: &str = "@media (min-width: 62rem) { .live:has(> .live-editor:not([
                       .live > .live-editor { grid-column: 2; grid-row: 2 / span 2; } .live > .live-beside { grid-column: 1; } \
                       #live-view { height: 52vh; } }";
 
-/// Page that runs a scene, with what the site adds to it.
+/// Page that runs a scene, with additions of the site.
 struct Frames<'a> {
     address: &'a str,
     style: &'a str,
@@ -115,8 +114,8 @@ pub fn draw(site: &Site, scene: &Scene, address: &str) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Returns the particles after some events. If the scene does not run that far, or if most particles have left the box
-/// by then, returns the particles at the start.
+/// Returns the particles after some events. If the run fails or most particles have left the box, returns the initial
+/// particles.
 fn later(scene: &Scene) -> Frame {
     let mut frame = Frame::start_of(scene);
     let time = scene.run().limit.time.map_or(f64::INFINITY, |time| time / 3.0);

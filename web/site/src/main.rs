@@ -1,8 +1,7 @@
 //! Carom's web site: a static folder that any host can serve, and that also opens from a file.
 //!
-//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and what they link
-//! to, and a page for each scene in `configs`. `carom-site ROOT OUT` reads another repository or writes
-//! elsewhere.
+//! `cargo run -p carom-site` writes `web/site/out`: a home page, the documents of `docs` and the files that they link
+//! to, and a page for each scene in `configs`. `carom-site ROOT OUT` reads the repository ROOT and writes to OUT.
 
 mod document;
 mod gallery;
@@ -43,7 +42,6 @@ impl Site {
         self.write(to, &bytes)
     }
 
-    /// Returns the sorted names of the files in a folder that have a given extension.
     fn names(&self, folder: &str, ending: &str) -> io::Result<Vec<String>> {
         let mut names = Vec::new();
         for entry in fs::read_dir(self.root.join(folder)).map_err(|error| named(folder, &error))? {

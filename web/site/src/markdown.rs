@@ -25,8 +25,7 @@ pub trait Targets {
     /// Address of a link or picture.
     fn link(&mut self, address: &str) -> String;
 
-    /// Returns the address to which inline code is linked, for example if it is the path of a scene. `None` if it is
-    /// not linked.
+    /// Returns the address to which inline code, such as the path of a scene, is linked. `None` if it is not linked.
     fn code(&mut self, code: &str) -> Option<String>;
 }
 
@@ -117,7 +116,7 @@ fn shown<'a>(event: Event<'a>, is_in_link: bool, targets: &mut dyn Targets) -> E
     }
 }
 
-/// Puts tables into boxes in which they scroll.
+/// Makes tables scroll in boxes of their own.
 fn boxed(event: Event) -> Vec<Event> {
     match event {
         Event::Start(Tag::Table(_)) => vec![Event::Html(CowStr::from("<div class=\"wide\" tabindex=\"0\">")), event],

@@ -46,7 +46,7 @@ fn titled(name: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Returns the first sentence of a text. A colon also ends it.
+/// Returns the first sentence of a text. Colons also end sentences.
 fn sentence(text: &str) -> String {
     let line = text.split("\n\n").next().unwrap_or_default().replace(['\n', '`'], " ");
     let end = [". ", ": "].iter().filter_map(|mark| line.find(mark)).filter(|at| *at > 20).min().unwrap_or(line.len());

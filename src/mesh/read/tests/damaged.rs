@@ -1,5 +1,4 @@
-//! Randomly damaged mesh files yield an error or a mesh, never a panic. The environment variable `CAROM_MUTATIONS` sets
-//! the number of files.
+//! Randomly damaged mesh files yield an error or a mesh, never a panic. `CAROM_MUTATIONS` sets the number of files.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -32,7 +31,7 @@ const PIECES: [&[u8]; 16] = [
     b"v ",
 ];
 
-/// Changes, removes, inserts or duplicates some bytes, or cuts the file off.
+/// Changes, removes, inserts or duplicates bytes, or truncates the file.
 fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     let length = content.len();
     let place = below(random, length);
@@ -55,8 +54,7 @@ fn damage(content: &mut Vec<u8>, random: &mut ChaCha8Rng) {
             content.splice(place..place, piece.iter().copied());
         }
         _ => {
-            // Overwrites a 32-bit number. Half of the time it is the number at offset 80, where a binary STL file has
-            // its number of triangles.
+            // Overwrites a 32-bit number, in half of the cases at offset 80, the number of triangles in binary STL.
             let place = if random.next_u32().is_multiple_of(2) { 80 } else { place };
             if let Some(bytes) = content.get_mut(place..place + 4) {
                 bytes.copy_from_slice(&(random.next_u32() >> (random.next_u32() % 32)).to_le_bytes());

@@ -1,4 +1,4 @@
-//! Compares the intersection test of triangles with a search for separating planes in integer arithmetic.
+//! Compares the intersection test with a search for separating planes in integer arithmetic.
 
 use super::super::crossing::meet;
 use super::super::pairs::self_intersections;
@@ -23,8 +23,7 @@ fn sides(corners: &[Whole]) -> Vec<Whole> {
     (0..corners.len()).map(|k| difference(corners[(k + 1) % corners.len()], corners[k])).collect()
 }
 
-/// Whether a triangle is disjoint from another triangle or from a segment: a plane normal to one of the candidate axes
-/// separates them.
+/// Whether a plane normal to one of the candidate axes separates a triangle from another triangle or a segment.
 fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     let normal = |corners: &[Whole]| {
         corners.get(2).map(|c| cross(difference(corners[1], corners[0]), difference(*c, corners[0])))
@@ -46,9 +45,8 @@ fn are_separate(one: &[Whole], triangle: &[Whole; 3]) -> bool {
     })
 }
 
-/// Whether two triangles intersect outside the corners that they share, computed with integers. If they share one
-/// corner, the second triangle is first enlarged about this corner by a factor of 100,000. The opposite edge of the
-/// first triangle is then tested against it.
+/// Whether two triangles intersect outside their shared corners, in integer arithmetic. If they share one corner, the
+/// opposite edge of the first triangle is tested against the second triangle, enlarged 100,000 times about the corner.
 fn meet_in_whole_numbers(one: &[Whole; 3], two: &[Whole; 3]) -> bool {
     let not_in = |corners: &[Whole; 3], other: &[Whole; 3]| -> Vec<Whole> {
         corners.iter().copied().filter(|corner| !other.contains(corner)).collect()
@@ -86,7 +84,7 @@ fn triangle_intersection_test_is_exact_on_integer_coordinates() {
             (two[2], two[0]) = (one[0], one[1]);
         }
         if case % 11 == 3 {
-            // Moves all corners into one plane that is not parallel to any axis.
+            // Moves all corners into one oblique plane.
             for corner in one.iter_mut().chain(&mut two) {
                 corner[2] = corner[0] + 2 * corner[1];
             }
@@ -97,7 +95,7 @@ fn triangle_intersection_test_is_exact_on_integer_coordinates() {
         }
         let expected = meet_in_whole_numbers(&one, &two);
         let real = |corners: [Whole; 3]| corners.map(|corner| Vector::from(corner.map(|x| x as f64)));
-        // The result does not depend on the position of the triangles or on the order of their corners.
+        // Neither the position of the triangles nor the order of corners changes the result.
         let shift = Vector::repeat(f64::from(random.next_u32() % 1000));
         let (r1, r2) = (real(one).map(|c| c + shift), real(two).map(|c| c + shift));
         let turn = (random.next_u32() % 3) as usize;

@@ -1,5 +1,4 @@
-//! Compares the exact test for points inside meshes with the winding number computed from solid angles, and with
-//! surfaces of known shape.
+//! Compares the exact test for points inside with solid angles and with surfaces of known shape.
 
 use super::*;
 

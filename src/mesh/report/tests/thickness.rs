@@ -14,7 +14,7 @@ fn walls_and_gaps_of_closed_meshes_are_told_apart() {
     assert_eq!(report.thinnest, report.gap);
     let gap = report.gap.unwrap();
     assert!(gap.triangle < 12 && gap.other >= 12);
-    // If the plates are turned inside out, the space outside them is solid.
+    // Turned inside out, the plates are gaps in a solid.
     let report = assert_clean(&inside_out(&mesh));
     assert_eq!((report.wall.unwrap().distance, report.gap.unwrap().distance), (0.25, 0.0625));
     let alone = assert_clean(&plate(0.0, 1.0));
@@ -54,9 +54,8 @@ fn tree_finds_the_same_thinnest_wall_as_brute_force() {
         let mut mesh = icosphere(&Vector::zeros(), 1.0, 2).unwrap();
         mesh.vertices.iter_mut().for_each(|vertex| *vertex *= 0.4 + uniform(&mut random));
         let report = assert_clean(&mesh);
-        // The line along the normal crosses the plane of the other triangle at one point, the foot. The foot forms a
-        // triangle with each side of the other triangle. The foot lies inside the other triangle if these three
-        // triangles have the same total area.
+        // The foot is the point where the line along the normal crosses the plane of the other triangle. It lies inside
+        // the other triangle if the triangles that it forms with the three sides have the same total area.
         let mut shortest = [f64::INFINITY; 2];
         for (i, corners) in mesh.all_corners().enumerate() {
             let normal = crate::model::triangle_mesh::twice_area(&corners).normalize();

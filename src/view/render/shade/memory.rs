@@ -1,8 +1,8 @@
-//! Cache of the colours that a pixel has already computed for its samples.
+//! Cache of the colours of bodies in a pixel.
 
 use super::super::colour::Colour;
 
-/// Largest number of bodies remembered per pixel. The colours of further bodies are computed again for each sample.
+/// Largest number of bodies in the cache. The colours of further bodies are computed for each sample.
 const MOST: usize = 12;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::write_frame;
 use crate::view::ViewError;
 
-/// A square perpendicular to the y axis, made of `columns` columns with two triangles each.
+/// A square normal to the y axis, with `columns` columns of two triangles each.
 fn square(y: f64, columns: u32) -> TriangleMesh {
     let at = |x: u32, z: f64| Vector::new(10.0 * f64::from(x) / f64::from(columns), y, z);
     let quads = (0..columns).map(|k| [at(k, 0.0), at(k + 1, 0.0), at(k + 1, 10.0), at(k, 10.0)]);
@@ -51,7 +51,7 @@ fn adjacent_triangles_join_without_gap_or_overlap() {
     for columns in [2, 3, 7, 64] {
         let parts = image(&square(0.0, columns), 0.5);
         let is_same = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).all(|k| a[k].abs_diff(b[k]) <= 1);
-        // Leave out the rows of pixels at the upper and lower rim, where the lines of two edges overlap.
+        // In the rows at the upper and lower rim, the lines of two edges overlap.
         let inner = 12 * 240..228 * 240;
         assert!(inner.clone().all(|k| is_same((&whole.pixels()[k], &parts.pixels()[k]))), "{columns}");
     }
@@ -65,7 +65,7 @@ fn surface_extending_behind_the_camera_is_drawn_in_front() {
         TriangleMesh::welded([[a, b, c], [a, c, d]].into_iter())
     };
     let near = image(&floor(4e3), 1.0);
-    // The floor is below the horizon, and everything above the horizon is background.
+    // The floor is below the horizon. Above the horizon is background.
     assert!(is_background(pixel(&near, 0.1, 0.2)) && !is_background(pixel(&near, 0.1, 0.95)));
     let far = image(&floor(1e30), 1.0);
     assert_eq!((far.width(), far.height()), (near.width(), near.height()));
@@ -112,7 +112,7 @@ fn moving_surface_is_drawn_at_its_position_if_its_file_exists() {
     let write = |name: &str, mesh: &TriangleMesh| {
         crate::mesh::write_stl(mesh, &mut std::fs::File::create(surfaces.join(name)).unwrap()).unwrap();
     };
-    // The list begins with a surface whose file is missing, and it is not in alphabetical order.
+    // The list is not in alphabetical order, and the file of its first surface is missing.
     write("gate.stl", &square(7.0, 1));
     write("a.stl", &square(1.0, 1));
     let motion = r#"{"from": 0.0, "until": null, "kind": {"Translation": {"velocity": [0.0, -1.0, 0.0], "acceleration": [0.0, 0.0, 0.0]}}}"#;
@@ -157,7 +157,7 @@ fn static_spheres_and_surfaces_are_drawn_in_the_order_of_their_depth() {
         let image = draw_with(&frame([10.0; 3], &balls), &Surfaces::of([&square(y, 1)]), &style).unwrap();
         pixel(&image, 0.5, 0.5)
     };
-    // A surface in front of the nearly opaque sphere changes the pixel. A surface behind the sphere does not.
+    // A surface changes the pixel if it is in front of the nearly opaque sphere, but not behind it.
     let alone = veiled(1e4);
     assert_eq!(veiled(7.0), alone);
     assert_ne!(veiled(2.0), alone);

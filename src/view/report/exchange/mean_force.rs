@@ -1,4 +1,4 @@
-//! The potential of mean force, for the page of an exchange between windows.
+//! The potential of mean force on the page of an exchange between windows.
 
 use super::paths::paths_at;
 use super::{dot, given};
@@ -51,8 +51,7 @@ fn along(
     curve(label, ["distance [length]", title], points, &text)
 }
 
-/// Plots the acceptance of swaps between neighbouring windows. Each value is at the middle of the overlap of the two
-/// windows.
+/// Plots the acceptance of swaps between neighbouring windows, at the middle of their overlap.
 fn acceptance(summary: &ExchangeSummary) -> Option<String> {
     let windows = &summary.results.temperatures;
     let middle = |place: usize| {

@@ -7,13 +7,13 @@ use crate::view::report::plot::{Curves, Line, LineStyle, Point as Dot};
 
 /// Largest number of rows of `exchange.csv` that are plotted.
 const MOST_ROWS: u64 = 120;
-/// Approximate number of round trips in the plot.
+/// Approximate number of plotted round trips.
 const ROUND_TRIPS: u64 = 4;
 
-/// Largest number of replica paths in the plot. More could not be told apart.
+/// Largest number of plotted paths. More paths could not be distinguished.
 const MOST_PATHS: usize = 3;
 
-/// Returns `[n, last]`: every n-th row of `exchange.csv` is plotted, up to row `last`.
+/// Returns `[n, last]`: the plot shows every n-th row of `exchange.csv` up to row `last`.
 pub(super) fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
     let attempts = summary.results.attempts;
     let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
@@ -30,7 +30,7 @@ pub(super) fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_
     paths_at(summary, places, ("temperature [energy]", is_logarithmic), height)
 }
 
-/// `height` returns the vertical position of a temperature or window.
+/// `height` is the vertical position of a temperature or window.
 pub(super) fn paths_at(
     summary: &ExchangeSummary,
     places: &[(f64, Vec<usize>)],

@@ -21,14 +21,14 @@ class Camera {
   }
 
   /**
-   * Returns the azimuth and elevation of the first view in radians. Uses `look` (in degrees) if given;
-   * otherwise views a flat scene from the front and any other scene from a raised corner.
+   * Returns the azimuth and elevation of the first view in radians. A flat scene is seen from the front, and any other
+   * scene from a raised corner. `look` (in degrees) replaces these defaults.
    */
   angles(look) {
     return (look ?? (this.isFlat ? [0, 0] : [28, 18])).map((angle) => (angle * Math.PI) / 180);
   }
 
-  /** Restores the first view, as close as possible with the whole box visible. */
+  /** Restores the first view, as close as possible with the whole box in sight. */
   reset(aspect) {
     [this.azimuth, this.elevation] = this.first;
     this.target = this.centre;
@@ -62,7 +62,7 @@ class Camera {
     this.isMoved = true;
   }
 
-  /** Moves the target by fractions of the height of the picture. */
+  /** Moves the target by fractions of the picture's height. */
   move(across, up) {
     const { right, above } = this.axes();
     const height = 2 * SLOPE * this.distance;
@@ -76,7 +76,7 @@ class Camera {
     this.isMoved = true;
   }
 
-  /** Returns the camera parameters for the shaders. */
+  /** Returns the parameters of the camera for the shaders. */
   look(aspect) {
     const { right, above, back } = this.axes();
     const eye = add(this.target, scaled(back, this.distance));

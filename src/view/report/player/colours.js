@@ -1,6 +1,6 @@
-// Colours, number formats and base64 decoding, shared by the player and other pages.
+// Colours, formats of numbers and base64 decoding.
 
-/** Okabe and Ito's palette for the moving species, distinct for colour-blind readers. */
+/** Palette of Okabe and Ito for the moving species, suited to colour-blind readers. */
 const PALETTE = [
   [86, 180, 233], [230, 159, 0], [0, 158, 115], [213, 94, 0], [0, 114, 178], [204, 121, 167], [240, 228, 66], [120, 120, 120],
 ];
@@ -29,7 +29,7 @@ function speciesColours(species, fixed) {
 /** Formats a number with four digits, without trailing zeros. */
 const short = (x) => String(Number(x.toPrecision(4)));
 
-/** Writes exponents as superscripts, as on the rest of the page. */
+/** Writes exponents as superscripts. */
 const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].map((d) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(d)]).join(""));
 
 function decoded(text) {

@@ -1,18 +1,18 @@
 // Positions of particles between two frames.
 
 /**
- * Returns the displacement along a cubic curve at fraction `s` of the interval. The total displacement is
- * `way`, and the end slopes are `first` and `last`.
+ * Returns the displacement along a cubic curve at fraction `s` of an interval. `way` is the total displacement; `first`
+ * and `last` are the slopes at the ends.
  */
 const cubic = (way, first, last, s) => s * (first + s * (3 * way - 2 * first - last + s * (first + last - 2 * way)));
 
-/** Limits a slope so that the cubic curve stays between its ends. */
+/** Limits a slope so that a cubic curve stays between its ends. */
 const bounded = (slope, way) => (way > 0 ? Math.min(Math.max(slope, 0), 3 * way) : Math.max(Math.min(slope, 0), 3 * way));
 
 /**
- * Computes states between the frames of a recording. Particles in free flight are on their exact line or
- * parabola. For the other particles, only the positions in the frames are known. Each of them moves between
- * its two positions on a smooth curve that does not overshoot.
+ * Computes states between the frames of a recording. Particles in free flight are on their exact line or parabola.
+ * Other particles have known positions only in the frames, and move between them on a smooth curve that does not
+ * overshoot.
  */
 class Between {
   constructor(recording) {
@@ -22,8 +22,8 @@ class Between {
   }
 
   /**
-   * Returns the displacements of all particles from a frame to the next, by nearest images. Returns undefined
-   * if there is no next frame.
+   * Returns the displacements of all particles from a frame to the next, by nearest images; undefined for the last
+   * frame.
    */
   interval(index) {
     const { recording, intervals } = this;
@@ -37,7 +37,7 @@ class Between {
       const ways = this.ways(from, recording.positions(next), next.head);
       found = { from, ways, flights: frame.flights, fall: recording.head.falls[frame.head.fall], time: next.head.time - frame.head.time };
       intervals.set(index, found);
-      // Interpolation needs the previous, the current and the next interval at the same time.
+      // Interpolation uses the previous, the present and the next interval.
       if (intervals.size > 4) {
         intervals.delete(intervals.keys().next().value);
       }
@@ -65,8 +65,8 @@ class Between {
   }
 
   /**
-   * Returns the displacement over an interval at the speed at its boundary with a neighbouring interval.
-   * `side` is -1 for the interval before and 1 for the interval after.
+   * Returns the displacement in an interval at the speed at its boundary with a neighbouring interval. `side` is -1 for
+   * the interval before, and 1 for the interval after.
    */
   speed(interval, neighbour, k, side) {
     if (!neighbour || neighbour.time <= 0 || neighbour.ways[k] !== neighbour.ways[k]) {
@@ -79,7 +79,7 @@ class Between {
     return ((interval.ways[k] + neighbour.ways[k]) / (interval.time + neighbour.time)) * interval.time;
   }
 
-  /** Returns the slopes of all paths at both ends of an interval, as displacements per interval. */
+  /** Returns the slopes of all paths at both ends of an interval, in displacements per interval. */
   slopes(index) {
     if (this.curves.index !== index) {
       const [before, interval, after] = [this.interval(index - 1), this.interval(index), this.interval(index + 1)];
@@ -100,10 +100,7 @@ class Between {
     return this.curves;
   }
 
-  /**
-   * Returns the state at fraction `s` of the time from a frame to the next, with the colours of the first
-   * frame.
-   */
+  /** Returns the state at fraction `s` of the time from a frame to the next, with the colours of the first frame. */
   state(index, s, channel) {
     const { recording } = this;
     const [frame, next] = [recording.head.frames[index], recording.head.frames[index + 1]];
@@ -112,7 +109,7 @@ class Between {
     const displacement = frame.displacement + recording.head.slide * s * time;
     const positions = new Float32Array(from.length);
     for (let k = 0; k < from.length; k += 1) {
-      // A particle that is missing from the next frame has no displacement. It stays at its position in this frame.
+      // A particle that is missing from the next frame stays at its place.
       const way = cubic(ways[k], first[k], last[k], s);
       positions[k] = from[k] + (way === way ? way : 0);
     }

@@ -1,8 +1,8 @@
-// Periodic images of particles that cross a side of the box.
+// Periodic images of particles at the sides of the box.
 
 /**
- * Returns the shifts, in periods along an axis, at which a particle is drawn. A particle that crosses a side
- * is also drawn at the opposite side.
+ * Returns the shifts at which a particle is drawn, in periods along an axis. A particle that crosses a side is drawn at
+ * both sides.
  */
 function sticksOut(place, radius, lower, size) {
   const shifts = [0];
@@ -18,9 +18,8 @@ function sticksOut(place, radius, lower, size) {
 const NO_SHIFT = [0];
 
 /**
- * Returns the periodic images of particles that cross the sides of the box: their owners and positions. A
- * particle has one image at a side, three at an edge and seven at a corner. The image one period up along y
- * is displaced along x.
+ * Returns the periodic images of particles that cross sides of the box: their owners and positions. A particle has one
+ * image at a side, three at an edge and seven at a corner. The image one period up along y is displaced along x.
  */
 function imagesOf({ positions, count, radii }, { lower, size }, periodic, displacement) {
   const [owners, places] = [[], []];
@@ -57,7 +56,7 @@ class Images {
     this.table = renderer.spheres(0);
   }
 
-  /** The renderer must have loaded its own table of the state before. */
+  /** Loads the images of a state that the renderer has already loaded. */
   load({ positions, box, displacement = 0 }) {
     const { renderer, renderer: { moving, particles: { radii, periodic } } } = this;
     const { owners, places } = imagesOf({ positions, radii, count: moving.count }, box, periodic, displacement);

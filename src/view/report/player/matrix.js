@@ -1,4 +1,4 @@
-// Vectors as arrays of three numbers, matrices as arrays of sixteen in column order.
+// Vectors of three numbers, and matrices of sixteen numbers in column order.
 
 const add = (a, b) => a.map((x, k) => x + b[k]);
 const subtract = (a, b) => a.map((x, k) => x - b[k]);
@@ -8,10 +8,7 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const norm = (a) => Math.hypot(a[0], a[1], a[2]);
 const unitVector = (axis, sign) => [0, 1, 2].map((k) => (k === axis ? sign : 0));
 
-/**
- * Returns the view matrix of a camera at `eye` that looks along -back, with `right` and `above` in the
- * picture.
- */
+/** Returns the view matrix of a camera at `eye` that looks along -back, with `right` and `above` in the picture. */
 function viewMatrix(eye, right, above, back) {
   return [
     right[0], above[0], back[0], 0,
@@ -21,7 +18,7 @@ function viewMatrix(eye, right, above, back) {
   ];
 }
 
-/** `slope` is the tangent of half the field-of-view angle. */
+/** `slope` is the tangent of half the field of view. */
 function perspective(slope, aspect, near, far) {
   return [
     1 / (slope * aspect), 0, 0, 0,

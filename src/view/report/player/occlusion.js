@@ -1,13 +1,10 @@
-/** Maximum number of particles in a picture with shadows. */
+/** Largest number of particles in a picture with shadows. */
 const MOST_SHADED = 20000;
 
-/** Distance up to which spheres occlude each other, in radii of the largest sphere. */
+/** Largest distance at which spheres occlude each other, in radii of the largest sphere. */
 const SHADE = 2.2;
 
-/**
- * Applies ambient occlusion to the opaque parts of a picture. Draws these parts a second time for their
- * depths.
- */
+/** Ambient occlusion of the opaque parts of a picture, which are drawn a second time for their depths. */
 class Occlusion {
   constructor(renderer) {
     const { gl } = renderer;
@@ -18,7 +15,7 @@ class Occlusion {
     this.size = [0, 0];
   }
 
-  /** Resizes the depth buffer to the picture. */
+  /** Gives the depth buffer the size of the picture. */
   resize() {
     const { renderer: { gl, canvas }, size } = this;
     if (size[0] === canvas.width && size[1] === canvas.height) {

@@ -1,7 +1,7 @@
-/** Maximum number of particles for which states between frames are drawn by default. */
+/** Largest number of particles for drawing states between frames by default. */
 const MOST_BETWEEN = 100000;
 
-/** Time above which a picture counts as slow `[ms]`. */
+/** Drawing time of a slow picture `[ms]`. */
 const SLOW = 100;
 
 class Player {
@@ -179,7 +179,7 @@ class Player {
     return Number(element("colour").value);
   }
 
-  /** Index of the frame shown, or of the frame before an intermediate state. */
+  /** Index of the visible frame, or of the frame before a state between frames. */
   get index() {
     return Math.floor(this.place);
   }
@@ -233,7 +233,7 @@ class Player {
     const button = element("play");
     button.textContent = this.isPlaying ? "❚❚" : "▶";
     button.setAttribute("aria-label", this.isPlaying ? "Pause" : "Play");
-    // During playback, a screen reader would announce the time continuously.
+    // A screen reader must not announce the time during playback.
     element("time").setAttribute("aria-live", this.isPlaying ? "off" : "polite");
     if (this.isPlaying) {
       if (this.place === this.recording.length - 1) {
@@ -247,8 +247,7 @@ class Player {
   advance(now) {
     const rate = Number(element("speed").value);
     const last = this.recording.length - 1;
-    // If drawing is slow, the playback slows down and does not skip frames. Frames are skipped only at rates above 30
-    // per second.
+    // Slow drawing slows playback down. Frames are skipped only at rates above 30 per second.
     const due = Math.min(((now - this.shownAt) * rate) / 1000, Math.max(1, rate / 30));
     const isSmooth = element("between").checked;
     const number = isSmooth ? due : Math.floor(due + 1e-6);
@@ -273,10 +272,7 @@ class Player {
     }
   }
 
-  /**
-   * Draws the next picture after the last one is complete. Without this wait, slow graphics would fall
-   * behind.
-   */
+  /** Draws the next picture once the last one is complete, so that slow graphics do not fall behind. */
   tick(now) {
     if (this.renderer.isBusy()) {
       this.hasWaited = true;

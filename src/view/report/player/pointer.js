@@ -1,7 +1,6 @@
 /**
- * Turns, moves and zooms a camera by mouse, pen, touch and keyboard, and calls `changed` after each change.
- * One finger scrolls the page, unless the picture fills the screen. Two fingers turn and pinch; three fingers
- * move the target.
+ * Turns, moves and zooms a camera by mouse, pen, touch and keyboard, and calls `changed` after each change. One finger
+ * scrolls the page, unless the picture fills the screen. Two fingers turn and pinch; three fingers move the target.
  */
 function steer(canvas, camera, changed) {
   const pointers = new Map();
@@ -38,7 +37,7 @@ function steer(canvas, camera, changed) {
     }
     changed();
   });
-  // Keep the browser from handling multi-touch gestures.
+  // Keeps the browser from handling gestures with several fingers.
   for (const kind of ["touchstart", "touchmove"]) {
     canvas.addEventListener(kind, (event) => {
       if (event.touches.length > 1 && event.cancelable) {
@@ -50,7 +49,7 @@ function steer(canvas, camera, changed) {
     canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
   }
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  // The wheel zooms only if the picture has the focus or Ctrl is pressed. Otherwise it scrolls the page.
+  // The wheel zooms if the picture has the focus or Ctrl is pressed. Otherwise, it scrolls the page.
   canvas.addEventListener("wheel", (event) => {
     if (document.activeElement === canvas || event.ctrlKey) {
       event.preventDefault();
@@ -61,7 +60,7 @@ function steer(canvas, camera, changed) {
   }, { passive: false });
 }
 
-/** Returns whether the key has a function. */
+/** Turns or zooms by a key. Returns whether the key has a function. */
 function steerByKey(event, camera) {
   const turn = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];
   if (turn && (event.shiftKey || turn[0] === 0)) {

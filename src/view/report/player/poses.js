@@ -1,9 +1,9 @@
 // Positions of moving surfaces between two frames.
 
-/** Returns a vector rotated by a matrix, given by its columns. */
+/** Rotates a vector by a matrix, given by its columns. */
 const turned = (columns, [x, y, z]) => [0, 1, 2].map((k) => columns[k] * x + columns[3 + k] * y + columns[6 + k] * z);
 
-/** Returns the columns of the rotation by an angle about an axis of length 1. */
+/** Returns the columns of the rotation by an angle about a unit vector. */
 function rotation(axis, angle) {
   const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
   return [0, 1, 2].flatMap((k) => {
@@ -19,8 +19,7 @@ function rotationBetween(from, to) {
 }
 
 /**
- * Returns the pose at fraction `s` of the screw motion from one pose to another. For uniform motion, this is
- * the exact motion.
+ * Returns the pose at fraction `s` of the screw motion from one pose to another. Uniform motion is reproduced exactly.
  */
 function poseBetween(from, to, s) {
   const relative = rotationBetween(from, to);
@@ -42,8 +41,8 @@ function poseBetween(from, to, s) {
 }
 
 /**
- * An empty list means that all surfaces are at rest. A surface that is absent from one of the frames keeps
- * its state of the earlier frame.
+ * Returns the poses between two frames. An empty list means that all surfaces are at rest. A surface that is absent
+ * from one of the frames keeps its state of the earlier frame.
  */
 function posesBetween(from, to, s) {
   if (from.length === 0 && to.length === 0) {

@@ -1,19 +1,19 @@
-// Access to the trajectory data in the page.
+// Access to the trajectory in the page.
 
-/** Maximum size of the cache of decoded frames in bytes. */
+/** Largest size of the cache of decoded frames, in bytes. */
 const CACHE = 1 << 26;
 
-/** Values of the colour choice that are not the index of a channel. */
+/** Colour choices that are not the index of a channel. */
 const SPECIES = -1;
 const FLIGHT = -2;
 
-/** Index in the colour scale of a particle that flies freely until the next frame, and of any other particle. */
+/** Colour index of a particle that flies freely until the next frame, and of any other particle. */
 const FREE = 235;
 const HINDERED = 80;
 
 const element = (id) => document.getElementById(`player-${id}`);
 
-/** A trajectory in the form that `src/view/report/recording.rs` describes. */
+/** A trajectory in the format of `src/view/report/recording.rs`. */
 class Recording {
   constructor() {
     this.head = JSON.parse(element("head").textContent);
@@ -35,7 +35,7 @@ class Recording {
     this.coordinateBytes = Math.ceil((6 * moving) / 4) * 4;
     this.flightBytes = Math.ceil(moving / 8);
     this.frameBytes = this.coordinateBytes + channels.length * moving + this.flightBytes;
-    // Number of frames in each text element. It must equal the number that src/view/report/motion.rs writes.
+    // Number of frames per text element, the same as in src/view/report/motion.rs.
     this.framesPerChunk = Math.max(1, Math.ceil((1 << 18) / Math.max(this.frameBytes, 1)));
     this.chunks = new Map();
   }
@@ -45,8 +45,8 @@ class Recording {
   }
 
   /**
-   * Returns a frame: coordinates in steps of the field, the bytes of each channel, and whether each particle
-   * flies freely until the next frame.
+   * Returns a frame: coordinates in steps of the field, bytes of each channel, and whether each particle flies freely
+   * until the next frame.
    */
   frame(index) {
     const number = Math.floor(index / this.framesPerChunk);
@@ -75,7 +75,7 @@ class Recording {
     return bytes;
   }
 
-  /** Returns the positions of the particles of a frame; NaN for particles that were left out of it. */
+  /** Returns the positions of the particles of a frame; NaN for missing particles. */
   positions({ steps, head }) {
     const [lower, size] = head.field;
     const positions = new Float32Array(steps.length);
@@ -85,10 +85,7 @@ class Recording {
     return positions;
   }
 
-  /**
-   * Returns a frame in the form that the renderer draws, coloured by a channel, by free flights (FLIGHT) or
-   * by species (SPECIES).
-   */
+  /** Returns a frame for the renderer, coloured by a channel, by free flights (FLIGHT) or by species (SPECIES). */
   state(frame, channel) {
     const { channels, flights, head } = frame;
     const { low, high } = this.head.channels[channel] ?? { low: 0, high: 1 };

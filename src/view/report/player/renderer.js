@@ -1,6 +1,4 @@
-/**
- * Light and dark colour schemes of the picture, sRGB. A flashing particle takes on the colour of the flash.
- */
+/** Light and dark colour schemes, sRGB. A flashing particle takes the colour of the flash. */
 const SCHEMES = {
   light: {
     background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168], sheet: [156, 174, 198], flash: [0.87, 0.2, 0.08],
@@ -16,7 +14,7 @@ const SMALL = 10;
 /** Number of spheres in a row of a table, as in sphere.vert. */
 const ROW = 2048;
 
-/** Compiles a program. Its inputs have the same locations in all programs, given by their order here. */
+/** Compiles a program. The inputs of all programs have the same locations, by their order here. */
 function program(gl, name, definitions = "") {
   const text = (id) => document.getElementById(`shader-${id}`).textContent.trim();
   const lit = `#version 300 es\nprecision highp float;\n${definitions}\n${text("light")}\n`;
@@ -48,9 +46,9 @@ function program(gl, name, definitions = "") {
 }
 
 /**
- * Draws particles into a canvas. `particles` provides: the numbers of `moving` and `fixed` particles; `radii`
- * and `species` of all particles, the moving ones first; `fixedPositions`; `bonds` with `bondEnds` and
- * `bondRadii`; which axes are `flat` and `periodic`; and `surfaces`, if there are any.
+ * Draws particles into a canvas. `particles` has the numbers of `moving` and `fixed` particles; `radii` and `species`
+ * of all particles, moving ones first; `fixedPositions`; `bonds` with `bondEnds` and `bondRadii`; the axes that are
+ * `flat` and `periodic`; and `surfaces`, if any.
  */
 class Renderer {
   constructor(canvas, particles) {
@@ -83,7 +81,6 @@ class Renderer {
     this.show(particles);
   }
 
-  /** Switches to other particles. */
   show(particles) {
     for (const table of this.particles ? [this.moving, this.pivots, this.mesh] : []) {
       this.gl.deleteTexture(table.places);
@@ -114,8 +111,8 @@ class Renderer {
   }
 
   /**
-   * Creates a shape from its attributes: name, buffer, number and type of components, stride, offset, whether
-   * there is one value per instance, and whether bytes represent fractions.
+   * Creates a shape from its attributes: name, buffer, number and type of components, stride, offset, whether there is
+   * one value per instance, and whether bytes represent fractions.
    */
   shape(used, attributes) {
     const { gl } = this;
@@ -132,7 +129,7 @@ class Renderer {
     return made;
   }
 
-  /** Creates the shape of edges of equal width and colour. */
+  /** Creates the shape of edges with equal width and colour. */
   outline(ends) {
     const { gl } = this;
     return this.shape(this.edges, [
@@ -167,8 +164,8 @@ class Renderer {
   }
 
   /**
-   * Creates the tables of static particles. Static particles at the end of a bond are drawn with the bonded
-   * objects; the others form a mesh.
+   * Creates the tables of static particles. Those with a bond are drawn with the bonded objects; all others form a
+   * mesh.
    */
   makeFixed() {
     const { moving, fixed, radii, species, fixedPositions, bondEnds } = this.particles;
@@ -188,7 +185,7 @@ class Renderer {
     this.mesh = group((k) => !holding.has(k));
   }
 
-  /** Sets the colour texture: a row of species colours and a row of the colour scale. */
+  /** Sets the colour texture: a row of species colours, and a row of the colour scale. */
   setColours(palette, scale) {
     const { gl } = this;
     const pixels = new Uint8Array(2 * 256 * 4).fill(255);
@@ -203,11 +200,11 @@ class Renderer {
   }
 
   /**
-   * Loads a state of the particles: `positions` of the moving ones (NaN for a particle that is not drawn),
-   * their `tones` in 255 steps of a `range` and the `scale` of the colours (without tones, particles have the
-   * colours of their species), the brightness of each particle's flash (`flashes`) in 255 steps, the `growth`
-   * of their radii, the `box` with its `displacement` along x from one image to the next one up along y, and
-   * the `poses` of the surfaces. All parts are optional.
+   * Loads a state of the particles: `positions` of the moving ones (NaN for a hidden particle), their `tones` in 255
+   * steps of a `range` and the `scale` of the colours (without tones, particles have the colours of their species), the
+   * brightness of each particle's flash (`flashes`) in 255 steps, the `growth` of their radii, the `box` with its
+   * `displacement` along x from one image to the next one up along y, and the `poses` of the surfaces. All parts are
+   * optional.
    */
   load(state) {
     const { moving, particles: { radii, species, bonds, flat } } = this;
@@ -233,7 +230,7 @@ class Renderer {
     this.fill(this.edgeEnds, this.boxEdges);
   }
 
-  /** Resizes the canvas to its size on the page. Returns its aspect ratio (width over height). */
+  /** Gives the canvas its size on the page. Returns its aspect ratio (width over height). */
   resize() {
     const { canvas } = this;
     const ratio = Math.min(window.devicePixelRatio || 1, this.sharpest);
@@ -259,7 +256,7 @@ class Renderer {
     return uniforms;
   }
 
-  /** Draws lines of a given width relative to the width of the box edges. */
+  /** Draws lines. `width` is relative to the width of box edges. */
   drawEdges(camera, scheme, { shape, count, width, opacity }) {
     const { gl, canvas } = this;
     const uniforms = this.use(this.edges, camera, scheme);

@@ -1,11 +1,6 @@
-// Geometry of bonds and of the edges of the box.
-
 const SIDES = 14;
 
-/**
- * Returns a triangle strip around a cylinder: for each vertex, the normal perpendicular to the axis, and the
- * end.
- */
+/** Returns a triangle strip around a cylinder. A vertex is a normal perpendicular to the axis, and an end. */
 function tube() {
   const strip = [];
   for (let side = 0; side <= SIDES; side += 1) {
@@ -15,7 +10,7 @@ function tube() {
   return new Float32Array(strip);
 }
 
-/** Returns the edges of a box that have non-zero length, each once. */
+/** Returns the edges of a box that have a length, each once. */
 function boxEdges({ lower, size }, flat) {
   const edges = [];
   const corner = (index) => [0, 1, 2].map((k) => lower[k] + ((index >> k) & 1 ? size[k] : 0));
@@ -30,7 +25,7 @@ function boxEdges({ lower, size }, flat) {
   return new Float32Array(edges);
 }
 
-/** Returns both halves of each bond along the shortest path, which may cross a side of the box. */
+/** Returns the halves of each bond along the shortest path, which may cross a side of the box. */
 function bondRods({ moving, bonds, bondEnds, bondRadii, fixedPositions, periodic }, { positions, box, displacement = 0 }) {
   const rods = new Float32Array(14 * bonds);
   for (let bond = 0; bond < bonds; bond += 1) {

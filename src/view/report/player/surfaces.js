@@ -1,10 +1,10 @@
-/** Opacity of a surface viewed face-on, and opacity of its edges. */
+/** Opacities of a surface seen straight on, and of its edges. */
 const SHEET = 0.35;
 const OUTLINE = 0.45;
 
 /**
- * Returns the surfaces, as described in `src/view/report/recording/surface.rs`, from their bytes: vertices
- * with normals, edges and triangles.
+ * Returns the surfaces from their bytes (see `src/view/report/recording/surface.rs`): vertices with normals, edges,
+ * triangles.
  */
 function surfacesOf(head) {
   const { triangles, edges, vertices, parts, lower, size } = head;
@@ -23,12 +23,11 @@ function surfacesOf(head) {
   return { parts, corners, ends, points };
 }
 
-/** Pose at rest: the columns of the identity rotation, then zero displacement. */
+/** Pose at rest: the columns of the identity matrix, then a displacement of zero. */
 const AT_REST = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
 /**
- * Applies a pose to the vectors in an index range, with the given stride. `move` is 1 for positions and 0 for
- * directions.
+ * Applies a pose to the vectors in a range of indices with a stride. `move` is 1 for positions and 0 for directions.
  */
 function posed(from, to, pose, [first, end, stride], move) {
   for (let k = first; k < end; k += stride) {
@@ -39,7 +38,7 @@ function posed(from, to, pose, [first, end, stride], move) {
   }
 }
 
-/** Draws surfaces into the picture of a renderer, over the opaque objects. */
+/** Draws surfaces over the opaque objects of a picture. */
 class Surfaces {
   constructor(renderer, head) {
     const { gl } = renderer;
@@ -59,7 +58,7 @@ class Surfaces {
     this.place([]);
   }
 
-  /** Surfaces that are absent from the frame are omitted. */
+  /** Places the surfaces. Surfaces that are absent from the frame are left out. */
   place(poses) {
     const key = JSON.stringify(poses);
     if (this.placed === key) {
@@ -110,8 +109,8 @@ class Surfaces {
       least = Math.min(least, depth);
       most = Math.max(most, depth);
     }
-    // Each key has the depth in its upper 16 bits and the index of the triangle in its lower 16 bits. A page has fewer
-    // than 2^16 triangles.
+    // The upper 16 bits of a key are the depth, and the lower 16 bits the index of the triangle. A page has fewer than
+    // 2^16 triangles.
     const scale = most > least ? 65535 / (most - least) : 0;
     for (let k = 0; k < keys.length; k += 1) {
       keys[k] = Math.round((depths[k] - least) * scale) * 65536 + k;

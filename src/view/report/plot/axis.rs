@@ -1,12 +1,12 @@
-//! Axes of plots: their ranges, and the positions of their ticks.
+//! Axes of plots: ranges and ticks.
 
 use crate::base::numbers::trunc_to_i32;
 use crate::view::report::html;
 
-/// Smallest range of a linear axis, relative to its values. A smaller range could not be labelled.
+/// Smallest range of a linear axis, relative to its values. Labels cannot show a smaller range.
 const SMALLEST_SPAN: f64 = 1e-5;
 
-/// Preferred number of labels on a linear axis, and smallest number of labels on any axis.
+/// Preferred number of labels on a linear axis, and smallest number on any axis.
 const ENOUGH: usize = 4;
 const FEWEST: usize = 3;
 
@@ -24,8 +24,8 @@ pub(in crate::view::report) struct Axis {
 }
 
 impl Axis {
-    /// Returns an axis between two finite values, which must be positive on a logarithmic axis. If the values nearly
-    /// coincide, the axis extends a little beyond them.
+    /// Returns an axis between two finite values, which must be positive on a logarithmic axis. If they nearly
+    /// coincide, the axis is a little longer.
     pub fn new([low, high]: [f64; 2], is_logarithmic: bool) -> Self {
         let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
         let (low, high) = match is_logarithmic {
@@ -42,7 +42,7 @@ impl Axis {
         Self { low, high, is_logarithmic, from: 0.0, to: 1.0 }
     }
 
-    /// Extends the axis beyond both ends by a fraction of its length. A lower end at zero stays there.
+    /// Extends both ends of the axis by a fraction of its length. A lower end at zero stays.
     pub fn widened(self, room: f64) -> Self {
         let margin = room * (self.high - self.low);
         let low = if self.low == 0.0 && !self.is_logarithmic { 0.0 } else { self.low - margin };
@@ -57,25 +57,24 @@ impl Axis {
         value.is_finite() && (!self.is_logarithmic || value > 0.0)
     }
 
-    /// Returns the position of a value relative to the axis: 0 at the lower end, 1 at the upper end.
+    /// Returns the position of a value relative to the axis, 0 at the lower and 1 at the upper end.
     pub fn fraction(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(1e-300).log10() } else { value };
         (value - self.low) / (self.high - self.low)
     }
 
-    /// Returns the position of a value `[pixels]`.
     pub fn place(&self, value: f64) -> f64 {
         self.from + self.fraction(value) * (self.to - self.from)
     }
 
-    /// Returns the value of each tick, and whether the tick has a label. At least three ticks have labels.
+    /// Returns the value of each tick, and whether it has a label. At least three ticks have labels.
     pub fn marks(&self) -> Vec<(f64, bool)> {
         let decades = if self.is_logarithmic { self.decades() } else { None };
         decades.unwrap_or_else(|| self.evenly().steps().into_iter().map(|value| (value, true)).collect())
     }
 
-    /// Returns a linear axis with the same ends. A logarithmic axis that covers less than about a factor of two takes
-    /// its ticks from this linear axis.
+    /// Returns a linear axis with the same ends. Its ticks serve a logarithmic axis over less than about a factor of
+    /// two.
     fn evenly(&self) -> Self {
         match self.is_logarithmic {
             true => Self::new([self.low, self.high].map(|end| 10_f64.powf(end)), false).between(self.from, self.to),
@@ -83,7 +82,7 @@ impl Axis {
         }
     }
 
-    /// Returns the two ends of the axis and their positions `[pixels]`. The ends of a logarithmic axis are logarithms.
+    /// Returns the ends of the axis and their positions `[pixels]`. On a logarithmic axis, the ends are logarithms.
     pub fn scale(&self) -> [f64; 4] {
         [self.low, self.high, self.from, self.to]
     }
@@ -96,8 +95,8 @@ impl Axis {
         multiples(self.step(), [self.low, self.high])
     }
 
-    /// Returns the step between ticks: 1, 2 or 5 times a power of ten. It is the largest step with enough
-    /// ticks, or a larger one if the labels of a horizontal axis would touch.
+    /// Returns the step between ticks, 1, 2 or 5 times a power of ten: the largest step with enough ticks, or a larger
+    /// one if the labels of a horizontal axis would touch.
     fn step(&self) -> f64 {
         let power = 10_f64.powf((self.high - self.low).log10().floor());
         let ticks = |step: f64| multiples(step, [self.low, self.high]);
@@ -111,8 +110,8 @@ impl Axis {
     }
 
     /// Returns ticks at powers of ten and at two to nine times each power. The powers have labels. If there are fewer
-    /// than three labels, the ticks at two and five times each power get labels too. If there are still too few, all
-    /// ticks get labels. `None` if there are fewer than three ticks.
+    /// than three labels, two and five times each power get labels too; if there are still too few, all ticks do.
+    /// `None` if there are fewer than three ticks.
     fn decades(&self) -> Option<Vec<(f64, bool)>> {
         let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
@@ -166,7 +165,7 @@ impl Axis {
 
 fn multiples(step: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let first = (low / step - 1e-9).ceil();
-    // An axis never has more than a hundred steps.
+    // No axis has more than a hundred steps.
     let values = (0..=100).map(|k| (first + f64::from(k)) * step);
     values.take_while(|value| *value <= high + 1e-9 * step).collect()
 }

@@ -7,7 +7,7 @@ use super::{Axis, BOTTOM, Key, LEFT, STRIP, TOP, WIDTH, deviations, frame, key, 
 /// Right end of the plot area `[pixels]`.
 const RIGHT: f64 = WIDTH - 14.0;
 
-/// Lines with more points show their errors as a band instead of bars.
+/// Largest number of points with error bars. Longer lines show errors as a band.
 const MOST_BARS: usize = 60;
 
 /// Largest number of markers on a line without error bars. The markers distinguish the lines of a plot.
@@ -16,40 +16,40 @@ const SPARSE: usize = 9;
 /// Largest ratio of values on a linear axis: two and a half decades.
 pub(super) const LARGEST_RATIO: f64 = 316.3;
 
-/// An error band extends the vertical axis on each side by at most this multiple of the range of the values. On a
-/// logarithmic axis, the limit is this number of decades. Error bars are not limited.
+/// Largest extension of the vertical axis by an error band on each side, relative to the range of the values, or in
+/// decades on a logarithmic axis. Error bars have no limit.
 const WIDEST_BAND: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::view::report) struct Point {
     pub x: f64,
     pub y: f64,
-    /// Standard error; 0 if it is not shown.
+    /// Standard error; 0 if unknown or hidden.
     pub error: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::view::report) enum LineStyle {
-    /// Measured values, drawn as points with error bars or as a line with a band.
+    /// Measured values: points with error bars, or a line with a band.
     #[default]
     Measured,
-    /// A time series, drawn as a line.
+    /// A time series: a line.
     TimeSeries,
-    /// Published values, drawn as a dashed line.
+    /// Published values: a dashed line.
     Published,
 }
 
-/// A line of a plot. Its index determines its colour and its marker. Published lines are counted separately.
+/// A line of a plot. Its index determines its colour and its marker; published lines are counted separately.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
     /// Name of the line in the legend.
     pub label: String,
-    /// Points in order. `None` is a gap.
+    /// Points in order; `None` for a gap.
     pub points: Vec<Option<Point>>,
-    /// Deviations of the points from published values, in standard errors. The list may be shorter than `points`.
+    /// Deviations from published values, in standard errors. There may be fewer deviations than points.
     pub deviations: Vec<Option<Point>>,
-    /// Colour index of a line in a family of curves, see [`Key::tone`].
+    /// Colour index in a family of curves, see [`Key::tone`].
     pub tone: Option<usize>,
 }
 
@@ -69,12 +69,12 @@ pub(in crate::view::report) struct Curves {
     pub is_logarithmic: [bool; 2],
     pub lines: Vec<Line>,
     pub level: Option<Level>,
-    /// Colour key, if the lines form a family.
+    /// Colour key of a family of lines.
     pub key: Option<Key>,
 }
 
 impl Curves {
-    /// Returns the plot and its numbers as JSON. `None` if there are no points to draw.
+    /// Returns the plot and its numbers as JSON; `None` if there are no points to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let mut scaled = self.clone();
         scaled.is_logarithmic = [0, 1].map(|k| self.is_logarithmic[k] || self.asks_for_logarithms(k));
@@ -89,7 +89,7 @@ impl Curves {
         let foot = if has_strip { STRIP[1] } else { BOTTOM };
         let mut svg = open(&self.label, foot);
         frame(&mut svg, [x, y], [&self.titles[0], &self.titles[1]], right, foot);
-        // A nested `svg` element clips everything outside the plot area.
+        // A nested `svg` element clips at the plot area.
         let (width, height) = (right - LEFT, BOTTOM - TOP);
         let view = format!("{LEFT} {TOP} {width} {height}");
         let _ = write!(svg, "<svg x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\" viewBox=\"{view}\">");
@@ -140,9 +140,9 @@ impl Curves {
         self.lines.iter().map(class).collect()
     }
 
-    /// Whether a logarithmic axis would show more than a linear axis. The values must be positive and cover a large
-    /// range. On the horizontal axis, the median must be below a tenth of the largest value, and no line may be a time
-    /// series. On the vertical axis, all values must be larger than their errors.
+    /// Whether a logarithmic axis shows more than a linear axis. All values must be positive, and their range must be
+    /// large. On the horizontal axis, the median must be below a tenth of the largest value, and no line may be a time
+    /// series. On the vertical axis, all values must exceed their errors.
     fn asks_for_logarithms(&self, k: usize) -> bool {
         let lines = || self.lines.iter().filter(|line| line.style != LineStyle::Published);
         let points = || lines().flat_map(|line| line.points.iter().flatten());
@@ -174,8 +174,8 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// Returns the range of the vertical axis. It covers the measured values with their errors, and the published
-    /// values. Published values extend it on each side by at most the range of the measured values, or by one decade.
+    /// Returns the range of the vertical axis: the measured values with their errors, and the published values.
+    /// Published values extend it on each side by at most the range of the measured values, or by one decade.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let level =
@@ -196,7 +196,7 @@ impl Curves {
             points.flat_map(|point| [point.y - point.error, point.y + point.error]).map(move |y| y.clamp(least, most))
         });
         let [least, most] = within(1.0);
-        // On a logarithmic axis, an error bar extends the axis by at most two decades below the smallest value.
+        // On a logarithmic axis, error bars reach at most two decades below the smallest value.
         let lowest = if self.is_logarithmic[1] { low / 100.0 } else { f64::NEG_INFINITY };
         let ends = ends.filter(can).map(|y| y.max(lowest));
         extent(ends.chain(published.map(|point| point.y.clamp(least, most))).chain([low, high]))
@@ -217,7 +217,7 @@ pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Opti
     })
 }
 
-/// `number` selects its marker, or is `None` if lines need no markers to be told apart.
+/// Draws a line. `number` selects the marker; `None` for lines without markers.
 fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let has_bars = has_bars(line);
@@ -246,14 +246,14 @@ fn draw(svg: &mut String, line: &Line, number: Option<usize>, x: &Axis, y: &Axis
     if let Some(number) = number.filter(|_| !has_bars && line.style != LineStyle::Published) {
         let points: Vec<&Point> = runs.iter().flatten().collect();
         let stride = points.len().div_ceil(SPARSE).max(1);
-        // Shift the markers from line to line, so that markers of nearly coinciding lines do not overlap.
+        // Markers are shifted from line to line, so that markers of nearly equal lines do not overlap.
         for point in points.iter().skip((number * stride / 4) % stride).step_by(stride) {
             svg.push_str(&mark(number, place(point)));
         }
     }
 }
 
-/// A bar that extends below the plot area ends at the lower side of the area, without a cap.
+/// Draws an error bar. Below the plot area, it ends at the lower side without a cap.
 fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     if point.error > 0.0 {
         let [low, high] = [point.y - point.error, point.y + point.error];
@@ -265,7 +265,6 @@ fn bar(svg: &mut String, point: &Point, x: &Axis, y: &Axis) {
     }
 }
 
-/// Splits a line at its gaps.
 fn runs(line: &Line, x: &Axis, y: &Axis) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
     for point in &line.points {
@@ -300,7 +299,7 @@ mod tests {
         let axes = ends(&curves(&[(0.0, 1.0, 0.1), (1.0, 2.0, 30.0), (2.0, 1.5, 0.1)]));
         let ends: Vec<f64> = axes[1]["ends"].as_array().unwrap().iter().map(|it| it.as_f64().unwrap()).collect();
         assert!(ends[0] < -28.0 && ends[1] > 32.0, "{ends:?}");
-        // A band does not extend the axis so far that the curve becomes invisible.
+        // A wide band leaves the curve visible.
         let many: Vec<(f64, f64, f64)> = (0..100).map(|k| (f64::from(k), f64::from(k), 1e4)).collect();
         let axes = self::ends(&curves(&many));
         assert!(axes[1]["ends"][1].as_f64().unwrap() < 400.0, "{axes}");
@@ -312,11 +311,11 @@ mod tests {
             |points: &[(f64, f64, f64)]| [0, 1].map(|k| ends(&curves(points))[k]["isLogarithmic"] == true);
         let decades: Vec<(f64, f64, f64)> = (-4..3).map(|k| (10_f64.powi(k), 10_f64.powi(2 * k), 0.0)).collect();
         assert_eq!(is_logarithmic(&decades), [true, true]);
-        // Evenly spaced values get a linear axis, however many there are. So do values that include zero.
+        // Many evenly spaced values, or values that include zero, get a linear axis.
         let even: Vec<(f64, f64, f64)> = (1..2000).map(|k| (f64::from(k), 1.0 + f64::from(k) / 100.0, 0.0)).collect();
         assert_eq!(is_logarithmic(&even), [false, false]);
         assert_eq!(is_logarithmic(&[(1.0, 0.0, 0.0), (2.0, 1.0, 0.0), (3.0, 1e4, 0.0)]), [false, false]);
-        // A value that is zero within its error does not get a logarithmic axis.
+        // A value that is zero within its error gets a linear axis.
         assert_eq!(is_logarithmic(&[(1.0, 1e-4, 0.1), (2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]), [false, false]);
     }
 

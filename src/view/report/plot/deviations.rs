@@ -10,8 +10,8 @@ use super::{Axis, LEFT, STRIP, frame_of_strip, px};
 /// its edge.
 const ENDS: [f64; 2] = [3.0, 8.0];
 
-/// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. The published value
-/// is interpolated between two points if necessary. `None` for a point outside the published curve.
+/// Returns `(measured - published) / sigma` for each measured point with a standard error `sigma`. Published values are
+/// interpolated. `None` outside the published curve.
 pub(in crate::view::report) fn deviations(
     measured: &[Option<Point>],
     published: &[Option<Point>],
@@ -35,7 +35,7 @@ pub(in crate::view::report) fn deviations(
     measured.iter().map(|point| point.as_ref().and_then(deviation)).collect()
 }
 
-/// The range of two standard errors is shaded.
+/// Draws the strip. The range of two standard errors is shaded.
 pub(super) fn draw(svg: &mut String, curves: &Curves, x: &Axis, right: f64) {
     let points = |line: &Line| -> Vec<Point> {
         line.deviations.iter().flatten().copied().filter(|point| x.has_place(point.x)).collect()

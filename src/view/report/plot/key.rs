@@ -1,19 +1,19 @@
-//! The colour key beside a plot of a family of curves. The family has one curve for each value of a parameter.
+//! Colour key beside a family of curves, which has one curve for each value of a parameter.
 
 use std::fmt::Write;
 
 use super::{Axis, BOTTOM, TOP, WIDTH, name, px};
 
-/// Number of colours that the style sheet defines for a family, from dark to light.
+/// Number of colours of a family in the style sheet, from dark to light.
 const TONES: usize = 16;
 
-/// Right end of the plot area if a colour key is drawn, and left and right end of the key `[pixels]`.
+/// Right end of the plot area beside a colour key, and left and right end of the key `[pixels]`.
 pub(super) const RIGHT: f64 = WIDTH - 108.0;
 const SCALE: [f64; 2] = [WIDTH - 92.0, WIDTH - 76.0];
 
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Key {
-    /// The quantity that varies from curve to curve, with its unit.
+    /// Title of the parameter, with its unit.
     pub title: String,
     /// Smallest and largest value of the parameter.
     pub ends: [f64; 2],
@@ -25,7 +25,6 @@ impl Key {
         Axis::new(self.ends, self.is_logarithmic).between(BOTTOM, TOP)
     }
 
-    /// Returns the colour index of a value.
     pub fn tone(&self, value: f64) -> usize {
         let tone = (self.axis().fraction(value) * (TONES - 1) as f64).round();
         crate::base::numbers::trunc_to_usize(tone.max(0.0)).min(TONES - 1)

@@ -19,8 +19,7 @@ pub(in crate::view::report) const LEVELS: usize = 32;
 /// Largest number of cells of a map. With more cells, a table is easier to read.
 pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 
-/// Largest number of cells for which the page contains values to show at the pointer. More cells would make the page
-/// large.
+/// Largest number of cells whose values the page shows at the pointer. More values would make the page large.
 const MOST_SHOWN: usize = 5_000;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -30,15 +29,14 @@ pub(in crate::view::report) struct Map {
     /// Titles of both axes and of the colour scale, with units.
     pub titles: [String; 3],
     pub is_logarithmic: bool,
-    /// Coordinates `x` and `y` of each cell, and its value. `None` for a cell without a value.
+    /// Coordinates `x` and `y` of each cell, and its value, if any.
     pub cells: Vec<(f64, f64, Option<f64>)>,
     /// Standard error of each cell, if known.
     pub errors: Vec<Option<f64>>,
 }
 
 impl Map {
-    /// Returns the plot and its numbers as JSON. `None` if there is nothing to draw. The numbers are left out if there
-    /// are too many cells.
+    /// Returns the plot, and its numbers as JSON unless there are too many cells; `None` if there is nothing to draw.
     pub fn drawing(&self) -> Option<[String; 2]> {
         let columns = edges(self.cells.iter().map(|cell| cell.0))?;
         let rows = edges(self.cells.iter().map(|cell| cell.1))?;
@@ -107,8 +105,7 @@ impl Map {
     }
 }
 
-/// Returns the coordinates of a grid in ascending order, each with the two edges of its cell. The edges are half-way to
-/// the neighbours.
+/// Returns the coordinates of a grid in ascending order, each with the edges of its cell, half-way to its neighbours.
 fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
     let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);

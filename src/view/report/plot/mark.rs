@@ -1,9 +1,8 @@
-//! Markers of the points of a line. Lines have different markers, so that they can be told apart without colour.
+//! Markers, which distinguish lines without colour.
 
 use super::px;
 
-/// Markers as SVG paths around the origin, all with about the same area. The circle, which is marker 0, is not in this
-/// list.
+/// Markers 1 to 7 as SVG paths around the origin, all with about the same area. Marker 0 is a circle.
 const SHAPES: [&str; 7] = [
     "m-2.6 -2.6h5.2v5.2h-5.2z",
     "m0 -3.7l3.7 3.7l-3.7 3.7l-3.7 -3.7z",
@@ -14,10 +13,10 @@ const SHAPES: [&str; 7] = [
     "m-3.4 0h6.8",
 ];
 
-/// Index of the first marker that cannot be filled, because it consists of lines only.
+/// Index of the first marker that consists of lines only and cannot be filled.
 const FIRST_OPEN: usize = 5;
 
-/// Returns the marker of a line, by its index, at a position `[pixels]`.
+/// Returns the marker of a line, given its index, at a position `[pixels]`.
 pub(in crate::view::report) fn mark(line: usize, [x, y]: [f64; 2]) -> String {
     let (x, y) = (px(x), px(y));
     match (line % (SHAPES.len() + 1)).checked_sub(1) {

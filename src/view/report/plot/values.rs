@@ -1,4 +1,4 @@
-//! The numbers of a plot as JSON. A script uses them to show the value under the pointer.
+//! The numbers of a plot as JSON, for a script that shows the value at the pointer.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use super::curve::{Curves, LineStyle, Point};
 
 #[derive(Debug, Serialize)]
 struct Values<'c> {
-    /// The axes of a plot. For a map, the third axis is the colour scale.
+    /// Axes of a plot. The third axis of a map is its colour scale.
     axes: Vec<Scale>,
     lines: Vec<Column<'c>>,
 }
@@ -17,8 +17,7 @@ struct Values<'c> {
 struct Scale {
     title: String,
     is_logarithmic: bool,
-    /// Lower and upper end of the axis, and the positions of both ends `[pixels]`. On a logarithmic axis, the ends are
-    /// given by their logarithms.
+    /// Lower and upper end of the axis (logarithms on a logarithmic axis), and their positions `[pixels]`.
     ends: [f64; 4],
 }
 
@@ -29,18 +28,18 @@ struct Column<'c> {
     class: String,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Values of the cells of a map. Empty for a curve.
+    /// Values of the cells of a map; empty for a curve.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cells: Vec<f64>,
-    /// Standard errors of the values. Empty if there are none.
+    /// Standard errors of the values; empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     errors: Vec<f64>,
-    /// Deviations from published values, in standard errors. Empty if there are none.
+    /// Deviations from published values, in standard errors; empty if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     deviations: Vec<Option<f64>>,
 }
 
-/// Returns the numbers of a plot as JSON, with five digits, so that a plot with many points stays small.
+/// Returns the numbers of a plot as JSON. Five digits keep large plots small.
 pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     let lines = curves.lines.iter().zip(curves.classes()).map(|(line, class)| {
         let none = [];
@@ -67,7 +66,7 @@ pub(super) fn json(curves: &Curves, [x, y]: [&Axis; 2]) -> String {
     text(&curves.titles, &[x, y], lines.collect())
 }
 
-/// The fourth number of a cell is its error, or 0 if the error is unknown.
+/// Returns the numbers of a map. The fourth number of a cell is its error; 0 if unknown.
 pub(super) fn json_of_map(titles: &[String; 3], axes: &[&Axis; 3], cells: &[[f64; 4]]) -> String {
     let of = |k: usize| cells.iter().map(|cell| short(cell[k])).collect::<Vec<_>>();
     let has_errors = cells.iter().any(|cell| cell[3] > 0.0);
@@ -83,7 +82,7 @@ fn text(titles: &[String], axes: &[&Axis], lines: Vec<Column<'_>>) -> String {
         Scale { title, is_logarithmic, ends: axis.scale().map(short) }
     };
     let values = Values { axes: axes.iter().zip(titles).map(axis).collect(), lines };
-    // Numbers and text can always be written as JSON.
+    // JSON can represent all numbers and text.
     serde_json::to_string(&values).unwrap_or_default()
 }
 

@@ -1,4 +1,4 @@
-//! Scalars of the particles, for their colours.
+//! Scalars of particles for their colours.
 
 use super::ChannelHead;
 use super::neighbours::WellNeighbours;
@@ -9,27 +9,27 @@ use crate::trajectory::Frame;
 use crate::trajectory::frame::FrameParticle;
 use crate::view::render::legend;
 
-/// Largest number of scalars that the player takes from the trajectory. Each scalar makes the page larger.
+/// Largest number of scalars from the trajectory. Each makes the page larger.
 const MOST_GIVEN: usize = 4;
 
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
     Speed,
-    /// Height: the coordinate along the given axis, times the given sign.
+    /// Height: the coordinate along an axis, times a sign.
     Height(usize, f64),
     /// Number of neighbours within the range of a potential with finite steps.
     Captured(WellNeighbours),
-    /// A scalar of the trajectory, by name.
+    /// A scalar of the trajectory, by its name.
     Given(String),
 }
 
-/// The scalars of a trajectory. Each has a description and the highest value so far.
+/// Scalars of a trajectory, with their descriptions and highest values so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Chooses the scalars: the speed, a height if something falls, numbers of neighbours if there are finite steps,
-    /// and the scalars in the trajectory.
+    /// Chooses the scalars: the speed, a height if particles fall, numbers of neighbours if there are finite steps, and
+    /// the scalars of the trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -60,12 +60,11 @@ impl Channels {
 
     /// Returns the approximate size of a frame on the page `[bytes]`.
     pub fn bytes(&self, moving: usize) -> usize {
-        // In order: coordinates, scalars, one bit per particle for free flights, and about 300 bytes for the JSON
-        // description of the frame.
+        // Coordinates, scalars, one bit per particle for free flights, and about 300 bytes of JSON for the frame.
         (6 * moving).next_multiple_of(4) + self.0.len() * moving + moving.div_ceil(8) + 300
     }
 
-    /// Returns the values that the bytes 0 and 255 stand for, for each scalar.
+    /// Returns the values of the bytes 0 and 255 for each scalar.
     pub fn encode(
         &mut self,
         frame: &Frame,
@@ -98,7 +97,7 @@ impl Channels {
 
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
-            // Without moving particles, both ends of a scale may be infinite.
+            // Without moving particles, a scale may have infinite ends.
             let low = if head.low.is_finite() { head.low } else { 0.0 };
             let high = if head.high > low { head.high } else { low + 1.0 };
             ChannelHead { low, high, is_exceeded: highest > high, ..head }
@@ -107,7 +106,7 @@ impl Channels {
     }
 }
 
-/// Returns the values of a scalar for the moving particles. They are zero if the frame lacks the scalar.
+/// Returns a scalar of the moving particles, or zeros if the frame lacks it.
 fn given(frame: &Frame, name: &str) -> Vec<f64> {
     let scalar = frame.scalars.iter().find(|scalar| scalar.name == name);
     let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
@@ -115,7 +114,7 @@ fn given(frame: &Frame, name: &str) -> Vec<f64> {
     moving.map(|(place, _)| value(place)).collect()
 }
 
-/// Returns the values that the bytes 0 and 255 stand for. Counts up to 255 are exact.
+/// Returns the values of the bytes 0 and 255. Counts up to 255 are exact.
 fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));

@@ -1,21 +1,20 @@
-//! Free flight between two frames: which particles had no event in between.
+//! Free flight: which particles had no event between two frames.
 //!
-//! For a particle in free flight, the position and the velocity in the later frame follow from the earlier frame and
-//! the acceleration. The player then knows the path in between. It computes the path from the two positions alone, by
-//! nearest images along periodic axes. For all other particles, only the ends of the path are known.
+//! The later position and velocity of a free particle follow from the earlier frame and the acceleration. The player
+//! computes the path from the two positions, by nearest images along periodic axes. All other particles have known
+//! positions only in the frames.
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_u8;
 use crate::model::Scene;
 use crate::trajectory::Frame;
 
-/// Relative deviation allowed for a free flight. Each time a particle is moved, its position gets a relative round-off
-/// of `2^-53`, so this allows millions of moves. A collision is not noticed if it changes position and velocity by less
-/// than this.
+/// Largest relative deviation of a free flight. Each move of a particle has a relative round-off of `2^-53`, so
+/// millions of moves are possible. A collision with a smaller effect is not noticed.
 const ROUNDING: f64 = 1e-9;
 
-/// Longest displacement along a periodic axis, in units of 1/500 of a period. It is slightly less than half a period,
-/// so that the nearest image is certainly the right one. `PERIOD` is the number of these units in a period.
+/// Longest displacement along a periodic axis, in units of 1/500 of a period. Below half a period, the nearest image is
+/// certainly the right one. `PERIOD` is the number of units in a period.
 const FARTHEST: f64 = 240.0;
 const PERIOD: f64 = 500.0;
 
@@ -36,16 +35,15 @@ impl Moment {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flights {
-    /// Index in [`FlightFinder::falls`] of the accelerations during the flights.
+    /// Index in [`FlightFinder::falls`] of the accelerations.
     pub fall: usize,
-    /// For each particle, an upper bound of its displacement along any periodic axis, in units of 1/500 of a period. It
-    /// is 0 if the particle had an event or if the displacement is too long.
+    /// Upper bound of each particle's displacement along any periodic axis, in units of 1/500 of a period; 0 if the
+    /// particle had an event or moved too far.
     ways: Vec<u8>,
 }
 
 impl Flights {
-    /// Returns the flights over this interval and the next one together. A flight continues only under the same
-    /// acceleration.
+    /// Joins the flights over this interval and the next one. A flight continues only under the same acceleration.
     pub fn then(mut self, next: &Self) -> Self {
         let joined = |(first, second): (&mut u8, &u8)| {
             let is_flight = *first > 0 && *second > 0 && self.fall == next.fall;
@@ -60,7 +58,7 @@ impl Flights {
         self.ways.iter().filter(|way| **way > 0).count()
     }
 
-    /// Returns the free flights as bytes, with one bit per particle, lowest bit first.
+    /// Returns the free flights as bits, one per particle, lowest bit first.
     pub fn bits(&self) -> impl Iterator<Item = u8> + '_ {
         self.ways
             .chunks(8)
@@ -70,8 +68,7 @@ impl Flights {
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlightFinder {
-    /// Accelerations of each species. The first list is for the scene, and the others are for stages with their own
-    /// gravity.
+    /// Accelerations of each species: of the scene, then of stages with their own gravity.
     pub falls: Vec<Vec<Vector>>,
     /// In a sheared box, velocity along x of a particle relative to its periodic image one period up along y.
     pub slide: f64,
@@ -93,13 +90,13 @@ impl FlightFinder {
         Self { falls, slide: rate * frame.size.y, last: None }
     }
 
-    /// `None` for the first frame.
+    /// Returns the flights since the previous frame; `None` for the first frame.
     pub fn next(&mut self, frame: &Frame) -> Option<Flights> {
         let now = Moment::of(frame);
         let last = self.last.replace(now)?;
         let now = self.last.as_ref()?;
         let all = (0..self.falls.len()).map(|fall| self.flights(frame, [&last, now], fall));
-        // If stages have different gravity, use the accelerations that explain the most flights.
+        // If stages differ in gravity, the accelerations that explain the most flights are used.
         all.reduce(|best, other| if other.count() > best.count() { other } else { best })
     }
 
@@ -121,10 +118,9 @@ impl FlightFinder {
     }
 }
 
-/// Returns the shortest displacement from any periodic image of one point to any image of another. `way` is the
-/// displacement between two of these images. Also returns the number of periods along y by which the end point was
-/// moved. `frame` is the later of the two frames. In a sheared box, it gives the displacement along x of images along
-/// y.
+/// Returns the shortest displacement between periodic images of two points, and the number of periods along y by which
+/// the end point was moved. `way` is the displacement between any two images. `frame` is the later frame. In a sheared
+/// box, it contains the displacement along x of images along y.
 fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     let mut way = way;
     let up = if frame.periodic[1] { -(way.y / frame.size.y).round() } else { 0.0 };
@@ -137,8 +133,8 @@ fn nearest_way(frame: &Frame, way: Vector) -> (Vector, f64) {
     (way, up)
 }
 
-/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period. Returns 0 if the
-/// displacement is too long.
+/// Returns an upper bound of a displacement along any periodic axis, in units of 1/500 of a period; 0 if it is too
+/// long.
 fn parts_of_period(frame: &Frame, way: &Vector) -> u8 {
     let parts = (0..3).filter(|axis| frame.periodic[*axis]).map(|axis| way[axis].abs() / frame.size[axis] * PERIOD);
     let most = parts.fold(0.0, f64::max).ceil() + 1.0;

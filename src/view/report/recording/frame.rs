@@ -1,5 +1,3 @@
-//! Compact encoding of a frame.
-
 use super::FrameHead;
 use super::channel::Channels;
 use super::flight::Flights;
@@ -7,11 +5,11 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::trajectory::Frame;
 
-/// Number of steps along each axis of the field. One more value marks particles outside the field.
+/// Number of steps along each axis of the field, and a value for particles outside.
 const STEPS: f64 = 65_534.0;
 const BEYOND: u16 = u16::MAX;
 
-/// Largest margin of the field on each side of the box, in units of the edge length.
+/// Largest margin of the field on each side of the box, in edge lengths.
 const REACH: f64 = 3.0;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +47,7 @@ impl Encoded {
         Self { head, bytes }
     }
 
-    /// Adds the free flights of all particles until the next frame. The last frame has none.
+    /// Adds the free flights until the next frame. The last frame has none.
     pub fn with_flights(mut self, flights: Option<&Flights>, moving: usize) -> (FrameHead, Vec<u8>) {
         let end = self.bytes.len() + moving.div_ceil(8);
         if let Some(flights) = flights {
@@ -61,8 +59,7 @@ impl Encoded {
     }
 }
 
-/// Returns the field as its lower corner and its edge lengths. The field is the box, extended to particles outside of
-/// it that are not farther than the margin.
+/// Returns the lower corner and edges of the field: the box, extended to particles outside within the margin.
 fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     let mut lower = frame.lower;
     let mut upper = frame.lower + frame.size;
@@ -78,8 +75,7 @@ fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
     (lower, upper - lower)
 }
 
-/// Returns a position in units of the steps of the field. All three values are `BEYOND` if the position is outside the
-/// field.
+/// Returns a position in steps of the field, or three times `BEYOND` outside the field.
 fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
     let fractions = [0, 1, 2].map(fraction);

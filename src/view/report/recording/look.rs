@@ -1,13 +1,13 @@
-//! First picture of the player: its colouring and its view.
+//! Colours and view of the player's first picture.
 
 use super::Recording;
 use crate::model::{Colouring, LivePlan};
 
-/// Index that stands for the colouring by species instead of a channel.
+/// Stands for colours by species.
 const SPECIES: i64 = -1;
 
 impl Recording {
-    /// Chooses the colouring and the view that a scene asks for, if the trajectory has the data.
+    /// Chooses the colours and the view that a scene requests, if the trajectory has the data.
     pub fn begin_with(&mut self, plan: &LivePlan) {
         let channel = |name: &str| {
             let place = self.head.channels.iter().position(|channel| channel.name.starts_with(name));

@@ -7,20 +7,18 @@ use crate::engine::CellList;
 use crate::model::{Scene, SpeciesId};
 use crate::trajectory::Frame;
 
-/// The ranges within which two particles count as neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WellNeighbours {
-    /// Range of each pair of species. Negative if the potential of the pair has no finite steps.
+    /// Range of each pair of species; negative without finite steps.
     ranges: Vec<f64>,
     species: usize,
     longest: f64,
-    /// Pairs with a bond interaction.
+    /// Pairs of bonded particles.
     bonded: HashSet<[u32; 2]>,
 }
 
 impl WellNeighbours {
-    /// `None` if no potential of the scene has finite steps, or if the species of the frame differ from those of the
-    /// scene.
+    /// Returns `None` if no potential has finite steps, or if the species of the frame and the scene differ.
     pub fn of(scene: &Scene, frame: &Frame) -> Option<Self> {
         let names = || frame.species.iter().map(|species| &species.name);
         if !names().eq(scene.species.iter().map(|species| &species.name)) {
@@ -41,8 +39,7 @@ impl WellNeighbours {
         (longest > 0.0).then_some(Self { ranges, species, longest, bonded })
     }
 
-    /// Returns the number of neighbours of each moving particle, in the order of the frame. Bonded partners do not
-    /// count.
+    /// Returns the number of neighbours of each moving particle, without bonded partners, in the order of the frame.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
         let positions = frame.particles.iter().map(|particle| frame.wrapped(&particle.position));
         let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));

@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u16;
 use crate::view::surfaces::{Skin, Surfaces};
 
-/// Largest number of triangles of all surfaces on a page. With their vertices, they take one or two megabytes.
+/// Largest number of triangles on a page. With their vertices, they take one or two megabytes.
 pub(in crate::view) const MOST_TRIANGLES: usize = 50_000;
 
 /// Number of steps along each axis of the box around all surfaces.
@@ -20,7 +20,7 @@ pub(in crate::view) struct SurfaceHead {
     pub vertices: usize,
     /// Numbers of triangles, edges and vertices of each surface.
     pub parts: Vec<[usize; 3]>,
-    /// Lower corner and edge lengths of the box around all surfaces.
+    /// Lower corner and edges of the box around all surfaces.
     pub lower: [f64; 3],
     pub size: [f64; 3],
 }
@@ -28,9 +28,8 @@ pub(in crate::view) struct SurfaceHead {
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view) struct SurfaceData {
     pub head: SurfaceHead,
-    /// Bytes in little-endian order: three vertex indices (u32) for each triangle, then the positions (u16) of the two
-    /// ends of each edge and of each vertex, then a normal (i8) for each vertex. Positions are in steps of the box
-    /// around all surfaces.
+    /// Little-endian bytes: three vertex indices (u32) per triangle, the positions (u16) of the ends of each edge and
+    /// of each vertex, and a normal (i8) per vertex. Positions are in steps of the box around all surfaces.
     pub bytes: Vec<u8>,
 }
 
@@ -63,7 +62,7 @@ impl SurfaceData {
         let places = edges.chain(skins.iter().flat_map(|skin| &skin.vertices));
         bytes.extend(places.flat_map(steps).flatten());
         let normals = skins.iter().flat_map(|skin| skin.normals.iter().flatten());
-        // Converts a number from -127 to 127 into the bits of a signed byte.
+        // The bits of a signed byte from -127 to 127.
         bytes.extend(normals.map(|x| (trunc_to_u16((127.0 * x).round() + 256.0) & 255).to_le_bytes()[0]));
         Some(Self { head, bytes })
     }

@@ -8,14 +8,14 @@ use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
-/// Returns a frame with `count` moving grains, a static pivot, and a bond between the first grain and the pivot. The
-/// box is periodic along x.
+/// Returns a frame with `count` moving grains, a static pivot, and a bond between the first grain and the pivot, in a
+/// box that is periodic along x.
 fn frame(time: f64, count: u32) -> Frame {
     let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
     let grain = |k: u32| FrameParticle {
         id: ParticleId(k),
         species: SpeciesId(0),
-        // Every other grain is one box length to the right. In the periodic box, this is the same position.
+        // Every second grain is shifted by one period, which does not change its position.
         position: Vector::new(
             10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
             4.0 * place(k, 0.414),
@@ -55,7 +55,7 @@ fn text(frames: &[Frame]) -> Vec<u8> {
     text
 }
 
-/// Returns the position of a particle as the player computes it.
+/// Returns the position of a particle in the player.
 fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
     let bytes = &recording.frames[frame];
     let [lower, size] = recording.head.frames[frame].field;
@@ -78,20 +78,19 @@ fn positions_and_speeds_are_recorded_within_quantisation_step() {
             let found = decoded(&recording, index, particle);
             for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
-                // The bound is half a step, plus the round-off of a few operations.
+                // Half a step, plus the round-off of a few operations.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
                 assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
                 assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
             }
-            // The coordinates, 3 * 2 * 51 = 306 bytes, are padded to 308 bytes.
+            // The coordinates take 3 * 2 * 51 = 306 bytes, and are padded to 308 bytes.
             let [low, high] = head.frames[index].ranges[0];
             let speed = low + f64::from(recording.frames[index][308 + particle]) / 255.0 * (high - low);
             assert!((speed - expected.velocity.norm()).abs() <= 0.5 * 50.0 / 255.0 + 1e-9);
         }
         assert_eq!(recording.frames[index].len(), 308 + 51 + 7);
     }
-    // The constants are, in order: 52 radii, the position of the pivot, the bond (its two ends and its radius), and 52
-    // species.
+    // Constants: 52 radii, the position of the pivot, the ends and the radius of the bond, and 52 species.
     assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
     let float = |at: usize| f32::from_le_bytes(recording.constants[at..at + 4].try_into().unwrap());
     assert_eq!([0, 204, 208, 212, 216].map(float), [0.5, 0.25, 1.0, 2.0, -1.0]);
@@ -170,7 +169,7 @@ fn channels_depend_on_potential_and_gravity() {
 fn particle_scalars_become_colour_channels() {
     let mut frames = [frame(0.0, 3), frame(1.0, 3)];
     for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
-        // The last value belongs to the pivot. The recording leaves it out, because the pivot is static.
+        // The recording leaves out the value of the pivot, which is static.
         let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
         frame.scalars = vec![Scalar { name: "q6".into(), values }];
     }
@@ -185,7 +184,7 @@ fn particle_scalars_become_colour_channels() {
 fn well_neighbours_match_brute_force() {
     let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
     for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
-        // Some pairs have wells, with two different ranges. Other pairs have no well.
+        // Some pairs have wells, with two different ranges.
         let well = |factor| Potential::square_well(0.5, factor, 1.0).unwrap();
         let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
         fill.composition.push(("B".to_owned(), 1.0));
@@ -203,7 +202,7 @@ fn well_neighbours_match_brute_force() {
         let mut frame = Frame::start_of(&scene);
         assert!((frame.size.x - edge).abs() < 1e-9);
         let edge = frame.size.x;
-        // Move the particles off the lattice, and several of them out of the box.
+        // Moves the particles off the lattice, and some of them out of the box.
         for (index, particle) in (0_u32..).zip(&mut frame.particles) {
             let shift = |factor: f64| (f64::from(index) * factor).fract() * edge;
             particle.position += Vector::new(shift(0.618), shift(0.414), shift(0.732));
@@ -213,7 +212,7 @@ fn well_neighbours_match_brute_force() {
             let range = [[1.5, 1.2], [1.2, 0.0]][a.species.0 as usize][b.species.0 as usize];
             let apart = a.position - b.position;
             let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
-            // Try all images along y. Each image is also displaced along x.
+            // Tries all images along y, each displaced along x.
             let is_near = (-2..=2).map(f64::from).any(|up| {
                 let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
                 x * x + y * y + nearest(apart.z).powi(2) < range * range
@@ -223,7 +222,7 @@ fn well_neighbours_match_brute_force() {
         let all = &frame.particles;
         let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
-        // Bond two neighbours, which then no longer count as neighbours of each other.
+        // Bonds two neighbours, which then no longer count as neighbours of each other.
         let one = expected.iter().position(|count| *count > 0.0).unwrap();
         let other = all.iter().position(|b| near(&all[one], b)).unwrap();
         frame.bonds = vec![[all[other].id, all[one].id]];

@@ -1,4 +1,4 @@
-//! Plots of the results of measured stages against their temperatures.
+//! Plots of the results of measured stages against temperature.
 
 use crate::analysis::observables::OBSERVABLES;
 use crate::base::text;
@@ -11,18 +11,17 @@ use crate::view::report::plot::{Curves, Line, Point, extent};
 /// Name of the observable along the horizontal axis.
 pub(in crate::view::report) const TEMPERATURE: &str = "temperature";
 
-/// Smallest ratio of the highest to the lowest temperature in an anneal. Below this ratio, a run counts as a run at one
-/// temperature.
+/// Smallest ratio of the highest to the lowest temperature in an anneal.
 const LEAST_RATIO: f64 = 1.02;
 
 /// Largest ratio of temperatures on a linear axis.
 const LONG: f64 = 10.0;
 
-/// Largest relative difference between stages for a quantity that counts as equal in all stages.
+/// Largest relative difference of a quantity that counts as equal in all stages.
 const SAME: f64 = 1e-9;
 
 /// Returns figures of all observables and measured numbers against the temperature of the stage. Measured functions
-/// become figures with curves coloured by this temperature. Empty if all stages have the same temperature.
+/// become families of curves, coloured by this temperature. Empty if all stages have the same temperature.
 pub(super) fn plots(all: &[Results<'_>]) -> String {
     let temperature =
         |results: &Results<'_>| results.observables.get(TEMPERATURE).map(|it| it.mean).filter(|it| it.is_finite());
@@ -45,7 +44,7 @@ pub(super) fn plots(all: &[Results<'_>]) -> String {
     format!("<div class=\"plots\">\n{}</div>\n", figures.concat())
 }
 
-/// Whether temperatures belong to an anneal rather than to a run at one temperature.
+/// Whether temperatures belong to an anneal, and not to a single temperature.
 pub(in crate::view::report) fn is_spread(temperatures: impl Iterator<Item = f64>) -> bool {
     extent(temperatures).is_some_and(|[least, most]| least > 0.0 && most >= LEAST_RATIO * least)
 }
@@ -90,7 +89,7 @@ fn against_temperature(known: &Known, stages: &[(f64, &Results<'_>)], is_logarit
         .collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let [low, high] = extent(points.iter().map(|point| point.y))?;
-    // A value that is equal in all stages is not plotted. The table shows it.
+    // A quantity that is equal in all stages is only in the table.
     if points.len() < 2 || high - low <= SAME * low.abs().max(high.abs()) {
         return None;
     }

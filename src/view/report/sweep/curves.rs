@@ -1,4 +1,4 @@
-//! Functions measured by the runs of a sweep, as families of curves along the varied value.
+//! Families of measured functions in a sweep, with one curve for each varied value.
 
 use super::plots::Horizontal;
 use super::settings;
@@ -9,17 +9,16 @@ use crate::sweep::{Group, Results, Standing, Sweep, SweepFolder};
 use crate::view::report::families::{self, Member, Parameter, mean};
 use crate::view::report::html::escape;
 
-/// Largest number of figures on a page. A sweep along many axes has one family of curves for each combination of the
-/// other varied values.
+/// Largest number of figures on a page. A sweep along many axes has many families.
 const MOST_FIGURES: usize = 48;
 
-/// A family of curves from all state points that share all values except one.
+/// Curves of state points that differ in one value.
 struct Family {
     label: String,
     members: Vec<Member>,
 }
 
-/// Empty if there are no functions to compare.
+/// Returns the section on measured functions; empty if there are no functions to compare.
 pub(super) fn section(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Horizontal) -> String {
     let parameter = Parameter { title: along.title(), is_logarithmic: along.is_logarithmic };
     let files = "in the folder of each run";
@@ -61,8 +60,8 @@ fn of_sweep(folder: &SweepFolder, sweep: &Sweep, results: &Results, along: &Hori
     families
 }
 
-/// Returns the curves of a state point, averaged over its runs. Several stages have separate curves. Unreadable files
-/// are skipped here, because the table of the runs reports them.
+/// Returns the curves of a state point and stage, averaged over its runs. The table of the runs reports unreadable
+/// files.
 fn curves_of(
     folder: &SweepFolder,
     sweep: &Sweep,
@@ -86,7 +85,6 @@ fn curves_of(
     results.stages.iter().map(of_stage).collect()
 }
 
-/// Whether all columns of a curve have the same length.
 fn is_even(curve: &Curve) -> bool {
     let length = curve.variables.first().map_or(0, |variable| variable.values.len());
     curve.series.iter().all(|series| series.values.len() == length && series.standard_errors.len() == length)

@@ -1,5 +1,5 @@
-//! Plots of all quantities of a sweep against the varied value, and of measured stages against their temperature.
-//! Published values are shown for comparison.
+//! Plots of all quantities of a sweep against the varied value, and of measured stages against temperature, with
+//! published values.
 
 use std::fmt::Write;
 
@@ -14,13 +14,13 @@ use crate::view::report::stages::{TEMPERATURE, is_long, is_spread};
 /// Largest ratio of values on a linear axis.
 const LONG: f64 = 50.0;
 
-/// Largest relative difference between state points for a quantity that counts as constant.
+/// Largest relative difference of a quantity that counts as constant.
 const SAME: f64 = 1e-9;
 
-/// The varied number along the horizontal axis.
+/// The varied number on the horizontal axis.
 pub(super) struct Horizontal {
     entry: Entry,
-    /// Index of the axis of the sweep that varies this number.
+    /// Index of the sweep's axis that varies the number.
     axis: Option<usize>,
     pub is_logarithmic: bool,
 }
@@ -34,19 +34,18 @@ impl Horizontal {
         self.entry.of(sweep.points().get(*group.places.first()?)?)
     }
 
-    /// Returns the values of a state point, in words. The value along the axis, and values that change together with
-    /// it, are left out.
+    /// Returns the values of a state point in words, without the horizontal value and values that change together with
+    /// it.
     pub fn others(&self, sweep: &Sweep, settings: &[(String, &str)]) -> Vec<String> {
         let others = settings.iter().zip(sweep.state_point_axes()).filter(|(_, axis)| self.axis != Some(*axis));
         others.map(|((name, value), _)| format!("{name} = {value}")).collect()
     }
 }
 
-/// A series of points in a plot: either state points that differ only in the value on the horizontal axis, or the
-/// stages of one state point.
+/// A series of points: state points that differ only in the horizontal value, or stages of a state point.
 #[derive(Clone)]
 struct Series<'r> {
-    /// The stage, if there are several, and the other varied values, in words.
+    /// Name of the stage, if there are several, and the other varied values.
     label: String,
     /// Points in ascending order along the axis.
     points: Vec<(f64, &'r StageMeans)>,
@@ -55,12 +54,12 @@ struct Series<'r> {
 struct Along {
     title: String,
     is_logarithmic: bool,
-    /// Sentence of the caption that says what the points are. Empty if they are means of runs.
+    /// Sentence of the caption about the points; empty if they are means of runs.
     words: &'static str,
 }
 
-/// Chooses the number on the horizontal axis. It belongs to the first key with varying numbers. If its values are lists
-/// or tables with several varying entries, the first entry that is different in all of them is preferred.
+/// Chooses the number on the horizontal axis from the first key with varying numbers. In lists or tables, this is the
+/// first entry that differs in all of them, if there is one.
 pub(super) fn horizontal(sweep: &Sweep) -> Option<Horizontal> {
     let all = sweep.numbers();
     let values = |entry: &Entry| sweep.points().iter().filter_map(|point| entry.of(point)).collect::<Vec<f64>>();
@@ -99,8 +98,7 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
     ascending(all)
 }
 
-/// Returns one series for each annealed state point: its stages along their mean temperatures. State points at a single
-/// temperature are left out.
+/// Returns a series for each annealed state point: its stages against their mean temperatures.
 fn stages<'r>(sweep: &Sweep, results: &'r Results) -> Vec<Series<'r>> {
     let Some(at) = results.quantities.iter().position(|it| it.name == TEMPERATURE) else { return Vec::new() };
     let of_group = |group: &'r Group| {
@@ -153,8 +151,7 @@ pub(super) fn section(sweep: &Sweep, results: &Results) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n{of_stages}{constants}")
 }
 
-/// Returns the figures of all quantities except `but`. Quantities that are the same at all points are returned as
-/// `name = value` instead.
+/// Returns the figures of all quantities except `but`, and constant quantities as `name = value`.
 fn figures(results: &Results, along: &Along, series: &[Series<'_>], but: Option<&str>) -> (String, Vec<String>) {
     let (mut constants, mut figures) = (Vec::new(), String::new());
     for (at, quantity) in results.quantities.iter().enumerate().filter(|(_, it)| but != Some(it.name.as_str())) {
@@ -199,8 +196,8 @@ fn quantity_figure(results: &Results, at: usize, along: &Along, series: &[Series
     curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, ..Curves::default() }, &text)
 }
 
-/// Returns the published values of a quantity, each with its label, its source and its points. Every point has the
-/// value for the system size of its own runs. Series with the same published values share one entry.
+/// Returns the published values of a quantity: label, source and points. The values are for the system sizes of the
+/// runs. Series with the same published values share an entry.
 fn published(quantity: &MeasuredQuantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
@@ -238,8 +235,8 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
         })
 }
 
-/// Describes by chi-squared how far all runs deviate from the published values for their system sizes. If finite-size
-/// corrections are known, the deviation from the values for infinite systems is given too.
+/// Describes by chi-squared how far the runs deviate from published values for their system sizes and, if known, for
+/// infinite systems.
 fn agreement(results: &Results, at: usize, label: &str) -> Option<String> {
     let agreement: Agreement = results.agreements(at).into_iter().find(|it| it.label == label)?;
     let Agreement { chi_square, without_size, freedom, .. } = agreement;

@@ -6,7 +6,7 @@ use crate::model::space::{Boundary, Space};
 use crate::scene::SceneBuilder;
 use crate::trajectory::extended_xyz::write_frame;
 
-/// Returns the frames of a scene at given times, as a run writes them.
+/// Returns the frames of a scene at these times, as in a run.
 fn frames(scene: &Scene, times: &[f64]) -> Vec<Frame> {
     let mut simulation = Simulation::without_plan(scene.clone());
     let at = |time: &f64| {
@@ -54,7 +54,7 @@ const PERIODIC: [Boundary; 3] = [Boundary::Periodic; 3];
 
 #[test]
 fn balls_that_collide_between_frames_do_not_fly_freely() {
-    // The first two balls collide at t = 1.5. The third ball has no collision.
+    // The first two balls collide at t = 1.5. The third ball does not collide.
     let scene = balls(OPEN)
         .particle("ball", Vector::new(2.0, 5.0, 5.0), Vector::x())
         .particle("ball", Vector::new(6.0, 5.0, 5.0), -Vector::x())
@@ -177,7 +177,7 @@ fn flights_are_joined_where_frames_are_left_out() {
 #[test]
 fn collision_in_a_skipped_frame_is_remembered() {
     let scene = balls(OPEN).particle("ball", Vector::repeat(5.0), Vector::x()).build().unwrap();
-    // The particle turns back between frames 1500 and 1501. The recording contains only one of these two frames.
+    // The particle turns back between frames 1500 and 1501, of which only one is recorded.
     let frames = (0..4_323).map(|index| {
         let mut frame = Frame::start_of(&scene);
         frame.time = f64::from(index);

@@ -7,8 +7,8 @@ fn sweep(axes: &[&str]) -> Sweep {
     Sweep::new("configs/hard_sphere_fluid.toml", &[], axes).unwrap()
 }
 
-/// Means of a stage: the temperature and a quantity `z`. The published value of `z` is 8 for an infinite system, and 7
-/// for the size of the runs.
+/// Means of a stage: the temperature and a quantity `z`. The published `z` is 8 for an infinite system, and 7 for the
+/// size of the runs.
 fn means(stage: &str, temperature: f64, z: f64) -> StageMeans {
     let value = |mean| Some(Pooled { mean, error: Some(0.5), scatter: None, runs: 1 });
     let known = PublishedValue {
@@ -43,7 +43,7 @@ fn the_axis_is_the_first_number_that_varies_also_within_a_list() {
     let of = |title: &str, numbers: &[f64]| Some((title.to_owned(), numbers.to_vec()));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc", "fill.0.count=1,2"]), of("count", &[1.0, 2.0, 1.0, 2.0]));
     assert_eq!(along(&["space.size=[9, 5, 5],[9, 7, 7]"]), of("size 1", &[5.0, 7.0]));
-    // Two of the lists have the same first entry. The second entry is different in all lists.
+    // The first entry is equal in two of the lists. The second entry differs in all lists.
     assert_eq!(along(&["space.size=[1, 1],[1, 2],[2, 3]"]), of("size 1", &[1.0, 2.0, 3.0]));
     assert_eq!(along(&["fill.0.arrangement=fcc,bcc"]), None);
     assert_eq!(along(&["space.size=[1, 2],[1, 2, 3]", "seed=1,2"]).map(|(title, _)| title), None);
@@ -65,7 +65,7 @@ fn stages_are_drawn_against_their_temperature() {
         "{after}"
     );
     assert_eq!(after.matches("<figure").count(), 1);
-    // Two temperatures that nearly coincide do not make an anneal.
+    // Two nearly equal temperatures are no anneal.
     assert!(!page(1.001).contains("against their temperature"));
 }
 
@@ -74,8 +74,8 @@ fn published_values_are_drawn_at_the_run_size() {
     let sweep = sweep(&["fill.0.count=100,200"]);
     let of = |z: f64| vec![means("measurement", 1.0, z)];
     let page = section(&sweep, &results(vec![of(7.0), of(7.5)]));
-    // The means are 7 and 7.5, with a standard error of 0.5. They deviate from the published value for this size, 7, by
-    // 0 and 1 errors, and from the value for an infinite system, 8, by -2 and -1 errors.
+    // The means are 7 and 7.5, with a standard error of 0.5. They deviate from 7, the published value for this size, by
+    // 0 and 1 errors, and from 8, the value for an infinite system, by -2 and -1 errors.
     assert!(page.contains("χ² = 1 for 2 degrees of freedom, 5 without the size."), "{page}");
     assert_eq!(page.matches("a journal").count(), 1);
     let alone = section(&sweep, &results(vec![of(7.0)]));
