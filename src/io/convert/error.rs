@@ -61,6 +61,7 @@ pub enum ConvertError {
         /// Reason why the frame cannot be written.
         source: FrameError,
     },
+    /// The conversion was interrupted before it was complete.
     #[error("interrupted; nothing is left of it")]
     Interrupted,
     /// The file of a surface beside the trajectory cannot be read.
