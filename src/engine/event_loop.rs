@@ -4,11 +4,11 @@ use super::observe::Observe;
 use super::parts::Engine;
 use super::prediction::{Due, Prediction};
 use super::schedule::{Pending, QueueEntry};
-use super::{EngineError, Reason, Until};
+use super::{EngineError, InvariantBroken, Reason, Until};
 use std::ops::ControlFlow;
 
 /// The next action of the event loop.
-enum Next {
+pub(super) enum Next {
     /// The first entry of the queue, which is the predicted event of a particle.
     Particle(QueueEntry),
     /// An outdated entry of the queue, which is discarded.
@@ -99,8 +99,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             self.schedule.queue.pop();
             self.clock.now = entry.time;
-            if self.execute_contact(particle, &prediction, observe)?.is_break() {
-                return Ok(Some(Reason::Observer));
+            if let Some(flow) = self.execute_contact(particle, &prediction, observe)? {
+                self.counts.transitions_at_event = self.counts.totals.transition;
+                self.count_standstill();
+                self.check_standstill(particle, &prediction)?;
+                if flow.is_break() {
+                    return Ok(Some(Reason::Observer));
+                }
             }
             // Without this check, cell transitions after the last event would still advance the time.
             if self.counts.executed >= until.events {
@@ -110,35 +115,31 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Executes the predicted contact of a particle, and predicts the particle and its partner again. If the contact is
-    /// outdated, only the particle is predicted again.
+    /// outdated, only the particle is predicted again, and the result is `None`.
     #[inline]
-    fn execute_contact(
+    pub(super) fn execute_contact(
         &mut self,
         particle: u32,
         prediction: &Prediction,
         observe: &mut Observe<'_>,
-    ) -> Result<ControlFlow<()>, EngineError> {
+    ) -> Result<Option<ControlFlow<()>>, InvariantBroken> {
         let now = self.clock.now;
-        let Some(flow) = self.execute(particle, prediction, now, observe)? else {
-            self.repredict(particle, now);
-            return Ok(ControlFlow::Continue(()));
-        };
+        let flow = self.execute(particle, prediction, now, observe)?;
         self.repredict(particle, now);
-        if let Some(partner) = prediction.partner_in_contact()
-            && !self.is_static(partner)
-        {
-            self.repredict(partner, now);
+        if flow.is_some() {
+            if let Some(partner) = prediction.partner_in_contact()
+                && !self.is_static(partner)
+            {
+                self.repredict(partner, now);
+            }
+            self.counts.executed += 1;
         }
-        self.counts.executed += 1;
-        self.counts.transitions_at_event = self.counts.totals.transition;
-        self.count_standstill();
-        self.check_standstill(particle, prediction)?;
         Ok(flow)
     }
 
     /// Returns the next action of the event loop up to the time `stop`, counted from the epoch.
     #[inline]
-    fn next_due(&mut self, stop: f64) -> Next {
+    pub(super) fn next_due(&mut self, stop: f64) -> Next {
         let next_global = self.sources.next_global;
         let due = Due { predictions: &self.schedule.predictions, bodies: &self.state.bodies };
         let limit = stop.min(next_global);

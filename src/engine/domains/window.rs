@@ -6,14 +6,14 @@ use super::exchange::{Step, hash};
 use super::outcome::Seen;
 use super::regions::Regions;
 use crate::engine::event::Event;
+use crate::engine::event_loop::Next;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::look_ahead::SELF;
 use crate::engine::neighbours::Place;
 use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::observe::Observe;
 use crate::engine::parts::Engine;
-use crate::engine::prediction::{Due, Prediction, id_of};
-use crate::engine::schedule::Pending;
+use crate::engine::prediction::{Prediction, id_of};
 use crate::engine::sources::andersen::Collision;
 use std::ops::ControlFlow;
 
@@ -30,22 +30,22 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
     /// Runs this domain, without the other domains, up to and including the time `stop`.
     pub fn run(&mut self, regions: &Regions, stop: f64, is_observed: bool) {
         while self.trouble.is_none() {
-            let due = Due { predictions: &self.engine.schedule.predictions, bodies: &self.engine.state.bodies };
-            let entry = self.engine.schedule.queue.peek(stop, &due);
-            if let Some(entry) = entry
-                && due.entry(entry.particle) != entry
-            {
-                self.engine.schedule.queue.discard();
-                continue;
-            }
+            let entry = match self.engine.next_due(stop) {
+                Next::Particle(entry) => Some(entry),
+                Next::Void => {
+                    self.engine.schedule.queue.discard();
+                    continue;
+                }
+                // The window ends with its epoch at the latest, and domains have no global events.
+                Next::Limit | Next::Epoch | Next::GlobalEvent => None,
+            };
             let next = entry.map_or(f64::INFINITY, |entry| entry.time);
             if let Some((particle, collision)) = self.collisions.pop_if(|(_, collision)| collision.time < next) {
                 self.meet_bath(regions, particle, &collision, is_observed);
                 continue;
             }
-            let Some(entry) = entry.filter(|entry| entry.time <= stop) else { break };
+            let Some(entry) = entry else { break };
             if self.engine.hardware.looks_ahead {
-                self.engine.prefetch_coming();
                 self.prefetch_held();
             }
             self.engine.schedule.queue.pop();
@@ -121,21 +121,12 @@ impl<const FALLING: bool, const TABLE: bool> Domain<FALLING, TABLE> {
             Some(partner) if self.engine.name(partner) < self.engine.name(particle) => partner,
             _ => particle,
         };
-        let executed = self.counting(first, is_observed, |engine, observe| {
-            let executed = engine.execute(particle, prediction, time, observe);
-            engine.counts.executed += 1;
-            executed
-        });
+        let executed =
+            self.counting(first, is_observed, |engine, observe| engine.execute_contact(particle, prediction, observe));
         let has_lost_speed = self.engine.clock.standstill.lost_speed.take().is_some();
         if has_lost_speed || !matches!(executed, Ok(Some(_))) {
             self.trouble = Some(time);
             return;
-        }
-        self.engine.repredict(particle, time);
-        if let Some(partner) = partner
-            && !self.engine.is_static(partner)
-        {
-            self.engine.repredict(partner, time);
         }
         if self.owned.has(first) {
             if self.tally.last.len() == 2 * LAST_EVENTS {
